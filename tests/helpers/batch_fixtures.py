@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from batches import written
+from batches import batch, written
 from run_folders import batch_folder, hfc
 
 
@@ -64,3 +64,38 @@ def large(tmp_path_factory):
     )
     assert hfc("report", out).exit_code == 0
     return out
+
+
+SCORED = """
+published = [
+    { quantity = "w", value = 2e-3, metric = "max_error_rad", remark = "b", of = "weak" },
+    { figure = "1", quantity = "a", value = 4.0, metric = "fitness", of = "strong", over = "weak" },
+    { quantity = "one run", metric = "max_error_rad", of = "weak", over_metric = "rms_error_rad" },
+    { quantity = "never", value = 1.0, metric = "settling_time_s", of = "weak" },
+    { quantity = "median", value = 0.0, metric = "max_error_rad", of.scenario = "c-axis-ramp" },
+]
+[set]
+simulation.duration_s = 0.2
+[[cells]]
+label = "weak"
+scenario = "c-axis-ramp"
+design = "pd-only"
+change.controller.pd.kp = 400.0
+[[cells]]
+label = "strong"
+scenario = "c-axis-ramp"
+design = "pd-only"
+[[cells]]
+label = "cutting"
+scenario = "c-axis-ramp-cutting"
+design = "pd-only"
+"""
+
+
+@pytest.fixture(scope="session")
+def scored(tmp_path_factory):
+    """The folder of a batch that scores given designs; its file lies beside it."""
+    path = tmp_path_factory.mktemp("scored")
+    found = batch(written(path, SCORED), "--out", path / "out")
+    assert found.exit_code == 0, found.output
+    return path / "out"

@@ -4,6 +4,20 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 
+TINY = """
+[set]
+search.population = 12
+search.generations = 3
+simulation.duration_s = 0.1
+"""
+GRID = f"""{TINY}
+[grid]
+scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
+run.seed = [0, 1]
+"""
+#: Of gains, whose programs are compiled soonest.
+QUICK = GRID.replace("[grid]", 'controller.kind = "pd"\n[grid]')
+
 
 def written(tmp_path, text, name="mine.toml"):
     path = tmp_path / name

@@ -26,6 +26,22 @@ def table(path):
         return list(csv.DictReader(file))
 
 
+def reported(out, *options):
+    """What the terminal says of a report, and its page, each as one line."""
+    done = hfc("report", out, *options)
+    assert done.exit_code == 0, done.output
+    page = (out / "report.html").read_text() if (out / "report.html").exists() else ""
+    return " ".join(done.stdout.split()), " ".join(page.split())
+
+
+def with_score(folder, **changes):
+    """Let the design of a finished run say something else of its score."""
+    path = folder / "design.json"
+    design = json.loads(path.read_text())
+    design["score"] |= changes
+    path.write_text(json.dumps(design))
+
+
 def run_folder(path, fitness, generations=3):
     """What a finished run leaves behind, as far as a summary reads it."""
     path.mkdir(parents=True)

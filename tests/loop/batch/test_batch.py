@@ -1,36 +1,21 @@
 """A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
 
-import os
-import subprocess
-
 import pytest
-from batches import batch, files, left_behind, written
+from batches import QUICK, batch, files, left_behind, written
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 from hfc_design.batch.work import Place, run_cells
 
-TINY = """
-[set]
-search.population = 16
-search.generations = 3
-simulation.duration_s = 0.1
-"""
-GRID = f"""{TINY}
-[grid]
-scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
-run.seed = [0, 1]
-"""
-
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """What the grid leaves behind when nothing happens."""
-    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
+    return left_behind(tmp_path_factory.mktemp("batch"), QUICK)
 
 
 def test_a_failing_cell_stops_nothing_and_is_tried_again(tmp_path, undisturbed):
-    path, out = written(tmp_path, GRID), tmp_path / "out"
+    path, out = written(tmp_path, QUICK), tmp_path / "out"
     victim = read_batch(path).cells[1].name
     (out / victim).mkdir(parents=True)
     (out / victim / "config.toml").mkdir()  # nobody can write that file
@@ -46,7 +31,7 @@ def test_a_failing_cell_stops_nothing_and_is_tried_again(tmp_path, undisturbed):
 
 
 def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
-    path, out = written(tmp_path, GRID), tmp_path / "out"
+    path, out = written(tmp_path, QUICK), tmp_path / "out"
     plan = read_batch(path)
     cells = plan.cells
     folder.note_plan(out, plan)
@@ -63,26 +48,6 @@ def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
     run_cells(out, cells, Place(), outcome)
     assert seen == [cell.name for cell in (*cells[1:], cells[0])]
     assert files(out) == undisturbed
-
-
-@pytest.mark.skipif(os.getuid() != 0, reason="only root can mount a small disk")
-def test_a_full_disk_loses_nothing(tmp_path, undisturbed):
-    path, disk = written(tmp_path, GRID), tmp_path / "disk"
-    disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=700k", "none", str(disk)]
-    if subprocess.run(mount, capture_output=True, check=False).returncode:
-        pytest.skip("no disk can be mounted here")
-    try:
-        (disk / "filler").write_bytes(b"0" * 400_000)
-        found = batch(path, "--out", disk / "out")
-        assert found.exit_code == 1
-        assert "No space left" in found.output
-        (disk / "filler").unlink()
-        subprocess.run(["mount", "-o", "remount,size=50M", str(disk)], check=True)
-        assert batch(path, "--out", disk / "out").exit_code == 0
-        assert files(disk / "out") == undisturbed
-    finally:
-        subprocess.run(["umount", str(disk)], check=True)
 
 
 def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):

@@ -7,7 +7,7 @@ from hfc_design.simulation.evaluating import evaluate
 
 
 def test_a_contour_error_of_zero_or_no_number_is_told():
-    scenario = load_scenario("feed-drive-circle", {"simulation.duration_s": 0.2})
+    scenario = load_scenario("feed-drive-circle", {"simulation.duration_s": 5.0})
     name = "jee-koren-2004-flc"
     found = evaluate(load_design(name), scenario)
     key = next(iter(found.metrics))

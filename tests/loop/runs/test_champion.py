@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from short_runs import SMALL
 
 from hfc_design.controllers.genome import taken
 from hfc_design.files.named_scenario import load_scenario
@@ -28,8 +29,8 @@ LUCKY, STEADY = [430.8, 511.0, 362.0], [380.0, 380.1, 379.9]
     ],
 )
 def test_finalists_rank_by_their_lower_end(each, chosen, monkeypatch):
-    scenario = load_scenario("c-axis-ramp-cutting", {"simulation.duration_s": 0.05})
-    found = genome_of(scenario).fresh(np.array([3, 70]), np.random.default_rng(0))
+    scenario = load_scenario("c-axis-ramp", SMALL)
+    found = genome_of(scenario).fresh(np.zeros(2, int), np.random.default_rng(0))
     designs = [design_of(taken(found, np.array([k])), scenario) for k in range(2)]
 
     def judged(design, where):

@@ -9,9 +9,9 @@ simulation = { duration_s = 0.1, sample_time_s = 0.005 }
 [search]
 population = 12
 generations = 2
-kp_range = [1e12, 1e13]
-kd_range = [1e12, 1e13]
-informed = 0.0
+[controller]
+kind = "pd"
+ranges = { kp = [1e12, 1e13], kd = [1e12, 1e13] }
 """
 
 

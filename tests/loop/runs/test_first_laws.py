@@ -6,18 +6,14 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.first_laws import worthwhile
 from hfc_design.runs.problem import Problem
 
-SHORT = ["simulation.duration_s=1.0", "limits.command=250.0"]
-
-
-def begun(name, *changes, seed=0):
-    problem = Problem(load_scenario(name, [*SHORT, *changes]))
-    tree = np.array([7, 3, 3, 99, 7, 3])
-    return problem, problem.task.informed(tree, np.random.default_rng(seed)), tree
-
 
 def test_a_short_search_begins_with_regulators_that_nobody_simulated():
     assert not worthwhile(1000)
-    problem, found, tree = begun("c-axis-ramp", "search.population=20", "search.generations=5")
+    problem = Problem(
+        load_scenario("c-axis-ramp", {"search.population": 20, "search.generations": 5})
+    )
+    tree = np.array([7, 3, 3, 99, 7, 3])
+    found = problem.task.informed(tree, np.random.default_rng(0))
     again = problem.genome.informed(tree, np.random.default_rng(0))
     assert problem.simulated == 0
     assert np.array_equal(found.consequents, again.consequents)

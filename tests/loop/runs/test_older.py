@@ -6,9 +6,10 @@ import shutil
 import numpy as np
 import pytest
 from places import DATA
+from wording import refused
 
 from hfc_design.core.records import RunError
-from hfc_design.runs import run
+from hfc_design.runs import run, stored
 
 #: A race of five PD controllers after its first generation, in which four diverged.
 BROKEN_OFF = DATA / "broken_off_1"
@@ -17,8 +18,9 @@ BROKEN_OFF = DATA / "broken_off_1"
 def test_a_run_that_an_earlier_version_began_goes_on(tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(BROKEN_OFF, folder)
-    with pytest.raises(RunError, match=r"did not say what made it; with anyway=True"):
+    with refused(RunError) as found:
         run.run(run.opened_run(folder), folder)
+    assert found.where == str(folder / "checkpoint.npz")
     assert sorted(path.name for path in folder.iterdir()) == ["checkpoint.npz", "config.toml"]
     run.run(run.opened_run(folder), folder, anyway=True)
     rows = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
@@ -31,3 +33,10 @@ def test_a_run_that_an_earlier_version_began_goes_on(tmp_path):
     assert rows["median"][1:].min() > 0.0
     design = json.loads((folder / "design.json").read_text())
     assert design["score"]["merit"] == pytest.approx(rows["best"][-1], rel=1e-4)
+
+
+def test_what_had_failed_ranks_last(tmp_path):
+    scenario = run.opened_run(BROKEN_OFF)
+    state = stored.load(BROKEN_OFF / run.CHECKPOINT, scenario, {}).state
+    assert np.isneginf(state.score).tolist() == [False, True, True, True, True]
+    assert state.score[0] == pytest.approx(74.610207, rel=1e-6)

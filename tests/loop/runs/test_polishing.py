@@ -1,9 +1,10 @@
 """A polished run: what it brings, that no interruption changes it, and what is refused."""
 
 import pytest
+from short_runs import contents, resumed, started
+from wording import refused
 
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import polishing, run
 
@@ -15,6 +16,28 @@ def test_a_kind_without_coordinates_is_refused_before_anything_is_written(tmp_pa
     scenario = load_scenario("feed-drive-circle", changes)
     polishing.check_polish(scenario)
     monkeypatch.setattr(GainsGenome, "around", lambda genome, about: None)
-    with pytest.raises(UserError, match=r"run\.polish = 3: .*'per-axis' cannot be polished"):
+    with refused() as found:
         run.new_run(scenario, tmp_path / "run")
+    assert found.where == "run.polish"
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("changes", [["run.polish=-1"], ["run.polish=3", "search.preset=nsga-ii"]])
+def test_what_cannot_be_polished_is_refused_in_a_line(changes):
+    with refused() as found:
+        load_scenario("c-axis-ramp", changes)
+    assert "run.polish = " in found.refusal
+
+
+def test_interrupted_and_resumed_equals_uninterrupted(tmp_path):
+    whole, part = tmp_path / "whole", tmp_path / "part"
+    run.run(started(whole, ["run.polish=2"]), whole)
+
+    def interrupt(done):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run.run(started(part, ["run.polish=2"]), part, on_polish=interrupt)
+    assert not (part / "design.json").exists()
+    resumed(part)
+    assert contents(part) == contents(whole)

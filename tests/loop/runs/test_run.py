@@ -1,49 +1,120 @@
 """Run folders: what is in them, and that no interruption changes or loses anything."""
 
+import os
+
 import jax
 import numpy as np
 import pytest
 import tomli_w
+from short_runs import SEARCHES, SMALL, contents, once, resumed, started, stopping
+from wording import refused
 
+from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs import run as design
+from hfc_design.runs import stored
 from hfc_design.simulation.evaluating import evaluate
 
-#: As short as the batches of other tests, so that all have the same compiled programs.
-SMALL = ["simulation.duration_s=0.1", "search.population=24", "search.generations=9"]
-SEARCHES = [[], ["search.preset=lin-lee-1999"]]
+
+@pytest.fixture(scope="module")
+def wholes(tmp_path_factory):
+    return once(tmp_path_factory.mktemp("runs"))
 
 
-def started(folder, changes=()):
-    return design.new_run(load_scenario("c-axis-ramp", [*SMALL, *changes]), folder)
+@pytest.fixture
+def whole(wholes):
+    """The folder of a race that nobody interrupted."""
+    return wholes()[0]
 
 
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+@pytest.mark.parametrize("name", SEARCHES)
+def test_interrupted_and_resumed_equals_uninterrupted(wholes, tmp_path, name):
+    folder, _ = wholes(*SEARCHES[name])
+    part = tmp_path / "part"
+    stopping(started(part, SEARCHES[name]), part, 2)
+    resumed(part)
+    assert contents(part) == contents(folder)
+    files = {"config.toml", "checkpoint.npz", "history.csv", "design.json"}
+    assert set(contents(folder)) == files | ({"front.csv"} if name == "nsga-ii" else set())
+    rows = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
+    assert rows["generation"].tolist() == list(range(5))
+    assert (np.diff(rows["best"]) >= 0).all()
 
 
-@pytest.fixture(scope="module", params=SEARCHES, ids=["race", "lin-lee"])
-def whole(request, tmp_path_factory):
-    """An uninterrupted run: its folder and what was changed in its scenario."""
-    folder = tmp_path_factory.mktemp("runs") / "whole"
-    design.run(started(folder, request.param), folder)
-    return folder, request.param
+def test_damaged_checkpoints_are_refused_and_left_alone(whole, tmp_path):
+    part = tmp_path / "part"
+    part.mkdir()
+    (part / "config.toml").write_bytes((whole / "config.toml").read_bytes())
+    good = (whole / "checkpoint.npz").read_bytes()
+    middle = len(good) // 2
+    flipped = good[:middle] + bytes([good[middle] ^ 0xFF]) + good[middle + 1 :]
+    for bad in (good[:middle], good[:-1], flipped, b"", b"not a checkpoint", good[4:]):
+        (part / "checkpoint.npz").write_bytes(bad)
+        with pytest.raises(RunError, match=r"checkpoint\.npz: is damaged"):
+            resumed(part)
+        assert (part / "checkpoint.npz").read_bytes() == bad
+
+
+def test_checkpoint_of_another_run_is_refused(whole, tmp_path):
+    part = tmp_path / "part"
+    scenario = started(part, ["run.seed=5"])
+    foreign = (whole / "checkpoint.npz").read_bytes()
+    (part / "checkpoint.npz").write_bytes(foreign)
+    with refused(RunError) as found:
+        design.run(scenario, part)
+    assert found.where.endswith("checkpoint.npz")
+    assert (part / "checkpoint.npz").read_bytes() == foreign
+
+
+def test_pickled_arrays_are_refused(whole, tmp_path):
+    with np.load(whole / "checkpoint.npz") as arrays:
+        data = dict(arrays)
+    data["generation"] = np.array([{"a": 1}], dtype=object)
+    np.savez(tmp_path / "bad.npz", **data)
+    with pytest.raises(RunError, match="is damaged"):
+        stored.load(tmp_path / "bad.npz", design.opened_run(whole), {})
+
+
+def test_folder_that_holds_a_run_is_refused(whole):
+    before = contents(whole)
+    with refused() as found:
+        started(whole)
+    assert found.where == f"folder='{whole}'"
+    assert contents(whole) == before
+
+
+def test_disk_that_fills_during_a_run_leaves_a_resumable_run(whole, tmp_path, monkeypatch):
+    part = tmp_path / "part"
+    scenario = started(part)
+    monkeypatch.setattr(design, "CHECKPOINT_EVERY", 0.0)
+    real, calls = os.fsync, []
+
+    def full_after_a_while(descriptor):
+        calls.append(descriptor)
+        if len(calls) > 6:
+            raise OSError(28, "No space left on device")
+        real(descriptor)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full_after_a_while)
+        with refused(RunError):
+            design.run(scenario, part)
+    resumed(part)
+    assert contents(part) == contents(whole)
 
 
 def test_design_scores_what_it_says_on_the_scenario_it_carries(whole):
-    folder, _ = whole
-    found = load_design(str(folder))
-    scenario = own_scenario(found, str(folder))
-    assert scenario == design.opened_run(folder)
+    found = load_design(str(whole))
+    scenario = own_scenario(found, str(whole))
+    assert scenario == design.opened_run(whole)
     assert evaluate(found, scenario).fitness == found.score["fitness"]
 
 
 def test_config_alone_runs_the_same_again(whole, tmp_path):
-    folder, _ = whole
-    scenario = load_scenario(str(folder / "config.toml"))
+    scenario = load_scenario(str(whole / "config.toml"))
     design.run(design.new_run(scenario, tmp_path / "again"), tmp_path / "again")
-    assert contents(tmp_path / "again") == contents(folder)
+    assert contents(tmp_path / "again") == contents(whole)
 
 
 def test_csv_tables_travel_with_the_run(tmp_path):

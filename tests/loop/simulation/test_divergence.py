@@ -8,6 +8,7 @@ import pytest
 from sledge import hfc as command
 
 import hfc_design.api as hfc
+from hfc_design.files.design import design_json
 from hfc_design.simulation.score_tables import notes
 
 #: Where classical Runge-Kutta steps stop being stable for a real decay, rate times step.
@@ -130,18 +131,20 @@ def test_machines_of_a_spread_are_mended_as_one_is(oven):
     assert found.values["fitness"] == pytest.approx(np.full(40, found.nominal["fitness"]))
 
 
-def test_the_command_line_says_it():
-    lost = ("pd-only", "--change", "controller.pd.kp=1e300", "--set", "simulation.duration_s=0.1")
-    done = command("score", *lost)
+def test_the_command_line_says_it(oven, tmp_path):
+    calm, lost = tmp_path / "calm.json", tmp_path / "lost.json"
+    for path, kp in ((calm, 100.0), (lost, 1.7e308)):
+        path.write_text(design_json(hfc.with_gains(oven(), "pd", {"kp": kp, "kd": 20.0})))
+    done = command("score", lost)
     assert done.exit_code == 0, done.output
-    assert "pd-only diverges: " in done.stdout
+    assert "bakes diverges: " in done.stdout
     assert " s, with 16 substeps too" in done.stdout
-    told = json.loads(command("score", *lost, "--json").stdout)
+    told = json.loads(command("score", lost, "--json").stdout)
     assert told["substeps"] == 16
-    assert 0.0 <= told["divergence"]["time_s"] <= 0.1
-    assert told["divergence"]["cause"]
-    done = command("simulate", *lost)
-    assert "pd-only diverges: " in done.stderr
+    assert 0.0 <= told["divergence"]["time_s"] <= 0.6
+    assert told["divergence"]["cause"] == "the command"
+    done = command("simulate", lost)
+    assert "bakes diverges: " in done.stderr
     assert done.stdout.startswith("time_s,")
-    fine = json.loads(command("score", "pd-only", *lost[3:], "--json").stdout)
+    fine = json.loads(command("score", calm, "--json").stdout)
     assert (fine["substeps"], fine["divergence"]) == (1, None)

@@ -23,3 +23,11 @@ def test_chunks_of_what_was_packed():
         found = jax.jit(unpacked, static_argnums=0)(form, own)
         wanted = jax.tree.map(lambda leaf, k=k: leaf[..., 2 * k : 2 * k + 2], TREE)
         jax.tree.map(np.testing.assert_array_equal, found, wanted)
+
+
+def test_single_numbers_without_integers():
+    form, numbers = packed((2.0, (), np.arange(3.0)), np.float64)
+    assert numbers.floats.tolist() == [2.0, 0.0, 1.0, 2.0]
+    assert numbers.integers.shape == (0,)
+    number, empty, several = unpacked(form, numbers)
+    assert (number, empty, several.tolist()) == (2.0, (), [0.0, 1.0, 2.0])

@@ -1,24 +1,13 @@
-"""Metrics over parts of the motion, against the recorded motion; changed designs."""
+"""Metrics over parts of the motion, against the recorded motion; a changed design."""
 
 import io
 import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from one_axis import printed
 
-from hfc_design.cli import main
 from hfc_design.files.pairing import load_design
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def printed(*arguments):
-    found = hfc(*arguments)
-    assert found.exit_code == 0, found.output
-    return found.stdout
 
 
 def recorded(*arguments):
@@ -29,10 +18,11 @@ def recorded(*arguments):
 
 
 def test_windows_of_an_axis():
-    windows = 'windows=[{name="early", to_s=1.0}, {name="late", from_s=8.0}]'
-    found = json.loads(printed("score", "pd-only", "--json", "--set", windows))
-    motion = recorded("pd-only")
-    for name, part in (("early", motion["time_s"] < 1.0), ("late", motion["time_s"] >= 8.0)):
+    windows = 'windows=[{name="early", to_s=0.1}, {name="late", from_s=0.4}]'
+    own = ("pd-only", "--set", "simulation.duration_s=0.5")
+    found = json.loads(printed("score", *own, "--json", "--set", windows))
+    motion = recorded(*own)
+    for name, part in (("early", motion["time_s"] < 0.1), ("late", motion["time_s"] >= 0.4)):
         error = motion["error_rad"][part]
         assert found[f"{name}_rms_error_rad"] == pytest.approx(np.sqrt(np.mean(error**2)))
         assert found[f"{name}_max_error_rad"] == np.abs(error).max()
@@ -42,12 +32,13 @@ def test_windows_of_an_axis():
 
 
 def test_windows_of_a_path():
-    own = ("jee-koren-2004-flc", "--set", "simulation.duration_s=8")
-    windows = 'windows=[{name="begin", to_s=2.0}, {name="middle", from_s=3.0, to_s=7.0}]'
+    short = ("simulation.duration_s=5", "reference.radius_mm=20")
+    own = ("jee-koren-2004-flc", *(text for change in short for text in ("--set", change)))
+    windows = 'windows=[{name="begin", to_s=1.0}, {name="middle", from_s=1.5, to_s=4.5}]'
     found = json.loads(printed("score", *own, "--json", "--set", windows))
     motion = recorded(*own)
     time = motion["time_s"]
-    for name, part in (("begin", time < 2.0), ("middle", (time >= 3.0) & (time < 7.0))):
+    for name, part in (("begin", time < 1.0), ("middle", (time >= 1.5) & (time < 4.5))):
         off, change = motion["contour_error_BLU"][part], 0.0
         for axis in "xy":
             error, command = motion[f"{axis}_error_BLU"][part], motion[f"{axis}_command_unit"][part]
@@ -55,7 +46,7 @@ def test_windows_of_a_path():
             change = max(change, np.sqrt(np.mean(np.diff(command) ** 2)))
         assert found[f"{name}_rms_contour_error_BLU"] == pytest.approx(np.sqrt(np.mean(off**2)))
         assert found[f"{name}_rms_command_change_unit"] == pytest.approx(change)
-    # X reverses at the start only (t = 0), Y after a quarter of 20 s: in the middle
+    # X reverses at the start only (t = 0), Y after a quarter of 10 s: in the middle
     assert found["begin_worst_glitch_BLU"] is None
     assert found["middle_worst_glitch_BLU"] is not None
 
@@ -66,7 +57,7 @@ def test_a_change_does_what_the_same_value_in_the_file_does(tmp_path):
     data = json.loads(path.read_text())
     data["controller"]["integral_gain"] = 8.0
     path.write_text(json.dumps(data))
-    own = ("--json", "--set", "simulation.duration_s=2")
+    own = ("--json", "--set", "simulation.duration_s=5")
     by_hand = json.loads(printed("score", path, *own))
     changed = json.loads(
         printed("score", "jee-koren-2004-flc", "--change", "controller.integral_gain=8", *own)

@@ -1,24 +1,13 @@
 """A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
 
 import pytest
-from batches import batch, files, left_behind, written
-
-TINY = """
-[set]
-search.population = 16
-search.generations = 3
-simulation.duration_s = 0.1
-"""
-GRID = f"""{TINY}
-[grid]
-scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
-run.seed = [0, 1]
-"""
+from batches import GRID, batch, files, left_behind, written
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +59,23 @@ def test_two_batches_on_one_folder_share_the_work(tmp_path, undisturbed):
     both = [started(path, out) for _ in range(2)]
     assert [process.wait(timeout=120) for process in both] == [0, 0]
     assert files(out) == undisturbed
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can mount a small disk")
+def test_a_full_disk_loses_nothing(tmp_path, undisturbed):
+    path, disk = written(tmp_path, GRID), tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=700k", "none", str(disk)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no disk can be mounted here")
+    try:
+        (disk / "filler").write_bytes(b"0" * 400_000)
+        found = batch(path, "--out", disk / "out")
+        assert found.exit_code == 1
+        assert "No space left" in found.output
+        (disk / "filler").unlink()
+        subprocess.run(["mount", "-o", "remount,size=50M", str(disk)], check=True)
+        assert batch(path, "--out", disk / "out").exit_code == 0
+        assert files(disk / "out") == undisturbed
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)

@@ -1,44 +1,39 @@
 """The front of a run: its file, its report, the designs of its points."""
 
+import json
+
 import numpy as np
 import pytest
 from run_folders import hfc, table
+from short_runs import contents, once, resumed, started, stopping
 
+from hfc_design import api
+from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as design
 from hfc_design.simulation.evaluating import evaluate
 
-RANGES = {"k_p": [0.1, 20.0], "k_i": [0.0, 50.0], "k_d": [0.0, 1.0]}  # weak, so quick to judge
-FRONT = {
-    "controller": {"kind": "pid", "ranges": RANGES},
-    "search": {
-        "preset": "nsga-ii",
-        "objectives": ["tracking", "effort"],
-        "population": 24,
-        "generations": 9,
-    },
-    "simulation.duration_s": 0.1,
-}
-ASKED = "controller.ranges={k_p=[0.1,20.0],k_i=[0.0,50.0],k_d=[0.0,1.0]}"
-PID = ("--pareto", "tracking,effort", "--controller", "pid", "--set", ASKED)
-MANY = {"robust": {"first": 3, "machines": 3, "elite": 3, "final": 5}}
+RANGES = "{k_p=[0.1,20.0],k_i=[0.0,50.0],k_d=[0.0,1.0]}"  # weak, so quick to judge
+FRONT = [
+    f"controller={{kind='pid',ranges={RANGES}}}",
+    *("search.preset=nsga-ii", "search.objectives=['tracking','effort']"),
+    *("search.population=24", "search.generations=9", "simulation.duration_s=0.1"),
+]
+ASKED = ("--controller", "pid", "--set", f"controller.ranges={RANGES}")
+PID = ("--pareto", "tracking,effort", *ASKED)
+MANY = ("robust={first=3,machines=3,elite=3,final=5}",)
 FILES = {"config.toml", "checkpoint.npz", "history.csv", "design.json", "front.csv"}
 
 
-def started(folder, changes=None):
-    return design.new_run(load_scenario("c-axis-ramp", FRONT | (changes or {})), folder)
+@pytest.fixture(scope="module")
+def wholes(tmp_path_factory):
+    return once(tmp_path_factory.mktemp("fronts"), FRONT)
 
 
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-
-
-@pytest.fixture(scope="module", params=[{}, MANY], ids=["one machine", "many"])
-def whole(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("fronts") / "whole"
-    result = design.run(started(folder, request.param), folder)
-    return folder, request.param, result
+@pytest.fixture(params=[(), MANY], ids=["one machine", "many"])
+def whole(request, wholes):
+    return request.param, *wholes(*request.param)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +47,7 @@ def alone(tmp_path_factory):
 
 
 def test_the_folder_has_points_of_which_none_beats_another(whole):
-    folder, changes, result = whole
+    changes, folder, result = whole
     assert set(contents(folder)) == FILES | ({"usable.json"} if changes else set())
     rows = table(folder / "front.csv")
     assert [*rows[0]] == ["point", "tracking_rad", "effort_V", "merit", "mark", "individual"]
@@ -66,9 +61,39 @@ def test_the_folder_has_points_of_which_none_beats_another(whole):
     assert design.finished_run(folder)[1].front.costs.tolist() == result.front.costs.tolist()
 
 
+@pytest.mark.parametrize("stop", [1, 5])
+def test_stopped_and_resumed_is_the_same(whole, tmp_path, stop):
+    changes, folder, _ = whole
+    part = tmp_path / "part"
+    stopping(started(part, changes, FRONT), part, stop)
+    resumed(part)
+    assert contents(part) == contents(folder)
+
+
+def test_a_point_is_picked_with_what_is_known_of_its_use(whole, tmp_path):
+    """From Python too; the point of design.json is that design, its share of machines included."""
+    changes, folder, result = whole
+    best = result.front.best
+    of_run = json.loads((folder / "design.json").read_text())
+    assert ("usable" in of_run["score"]) == bool(changes)
+    done = hfc("pick", folder, "--point", best + 1, "--out", tmp_path / "best.json")
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "best.json").read_text()) == of_run
+    assert ("Can I use it?" in done.stdout) == bool(changes)
+    assert json.loads(design_json(api.pick(folder, point=best + 1))) == of_run
+    costs = map(float, result.front.costs[result.front.knee])
+    knee = api.pick(folder)
+    assert knee == api.pick(folder, nearest=dict(zip(("tracking", "effort"), costs, strict=True)))
+    with pytest.raises(api.UserError, match=r"there are points 1 to"):
+        api.pick(folder, point=len(result.front.merit) + 1)
+
+
 def test_a_point_costs_what_its_design_costs_by_the_metrics(alone, tmp_path):
     """Metrics are computed from the recorded motion, costs are added up in the loop."""
-    folder, _ = alone
+    folder, told = alone
+    assert "trade-off" in told
+    assert "trade-off" in hfc("pick", folder).stdout
+    assert "What there was to choose from" in (folder / "report.html").read_text()
     for k in (1, 4):
         out = tmp_path / f"{k}.json"
         done = hfc("pick", folder, "--point", k, "--out", out)
@@ -91,8 +116,5 @@ def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baseli
     assert "No design kept every constraint" in (tmp_path / "r" / "report.html").read_text()
     _, result = design.finished_run(tmp_path / "r")
     assert result.front.costs.shape == (0, 2)
-    refused = hfc("pick", tmp_path / "r", "--knee", "--out", tmp_path / "x.json")
-    assert (refused.exit_code, refused.stderr) == (
-        2,
-        f"hfc: {tmp_path / 'r'}: its front is empty, no design kept every constraint\n",
-    )
+    found = hfc("pick", tmp_path / "r", "--knee", "--out", tmp_path / "x.json")
+    assert (found.exit_code, "its front is empty" in found.stderr) == (2, True)

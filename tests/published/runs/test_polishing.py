@@ -5,6 +5,8 @@ import tomllib
 
 import numpy as np
 import pytest
+import short_runs
+from short_runs import contents
 
 from hfc_design.controllers.genome import taken
 from hfc_design.core.records import RunError
@@ -22,11 +24,7 @@ POLISHED = [*SMALL, "run.polish=6"]
 
 
 def started(folder, changes=POLISHED):
-    return run.new_run(load_scenario("c-axis-ramp", changes), folder)
-
-
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    return short_runs.started(folder, small=changes)
 
 
 @pytest.fixture(scope="module")

@@ -29,18 +29,8 @@ def searching(own):
 def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
     option = ("--strategy", f"hunt:{name.upper()}")
     small = SMALL if kind == "pd" else (*SMALL, "--set", f"controller.inputs=[{TWO_TOLD}]")
-    done = hfc(
-        "design",
-        "c-axis-ramp",
-        *option,
-        "--preset",
-        name,
-        "--controller",
-        kind,
-        "--out",
-        "run",
-        *small,
-    )
+    asked = ("--preset", name, "--controller", kind, "--out", "run", *small)
+    done = hfc("design", "c-axis-ramp", *option, *asked)
     assert done.exit_code == 0, done.output
     design = json.loads((searching / "run" / "design.json").read_text())
     assert design["controller"]["kind"] == kind

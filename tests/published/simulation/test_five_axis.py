@@ -1,4 +1,4 @@
-"""Five axes through a program in the closed loop: what PID control does by hand, and bad input."""
+"""Five axes through a program in the closed loop: published programs."""
 
 import pytest
 
@@ -6,6 +6,24 @@ import hfc_design.api as hfc
 from hfc_design.files.pairing import load_design
 
 PID = "lin-gai-2009-pid"
+
+
+def test_the_published_program_at_rest_limits_and_ends():
+    found = hfc.evaluate(PID, "five-axis-program")
+    for axis, (start, end) in {"x": (-1.0, -0.648), "z": (-150.0, -171.732)}.items():
+        own = found.axes["xyzac".index(axis)]
+        assert own.motion.state.position[0] == start
+        assert own.reference[-1] == pytest.approx(end)
+        assert own.motion.state.position[-1] == pytest.approx(end, abs=0.08)
+    for axis in "xyzac":
+        unit = "deg" if axis in "ac" else "mm"
+        assert found.metrics[f"{axis}_overshoot_{unit}"] == 0.0
+    assert found.metrics["limit_share"] == 0.0
+    assert found.metrics["velocity_share"] < 1.0
+    header = hfc.trajectory_csv(found).split("\n")[0]
+    assert "z_voltage_V,a_reference_deg,a_position_deg,a_error_deg" in header
+    printed = hfc.evaluate(PID, "five-axis-program-printed")
+    assert printed.metrics["c_max_error_deg"] > 3 * found.metrics["c_max_error_deg"]
 
 
 def test_gravity_and_unbalance_are_felt_where_axes_are_coupled():

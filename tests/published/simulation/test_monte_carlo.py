@@ -2,34 +2,18 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from jk04 import FRICTION
+from one_by_one import alone, case
+from run_folders import hfc
 from scipy.signal import cont2discrete
 
-from hfc_design.cli import main
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.pairing import load_design
 from hfc_design.simulation import monte_carlo
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
 from hfc_design.stability.stable_range import stable_range
 from plants.c_axis import coefficients
-
-
-def case(name, *changes, seconds=0.5):
-    design = load_design(name)
-    return design, own_scenario(design, name, [f"simulation.duration_s={seconds}", *changes])
-
-
-def alone(design, scenario, machines, k):
-    """``evaluate`` of machine ``k``, 0 the nominal one."""
-    found = [{key: float(v[k]) for key, v in p._asdict().items()} for p in machines.true]
-    if len(found) == 1:
-        plant = PlantSettings(name=scenario.plant.name, parameters=found[0])
-    else:
-        plant = PlantSettings(name=scenario.plant.name, axes={"x": found[0], "y": found[1]})
-    return evaluate(design, scenario.model_copy(update={"plant": plant}))
 
 
 @pytest.mark.parametrize(
@@ -152,10 +136,6 @@ def test_stable_spindles_are_those_of_the_linear_loop():
     assert not found.stable[growth > 2].any()
     assert (growth > 2).sum() > 10
     assert 0.5 < (growth < -1).mean() <= found.stable.mean() <= (growth < 2).mean() < 1
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 SHORT = ["--set", "simulation.duration_s=0.2", "--spread", "0.2", "--samples", "5"]

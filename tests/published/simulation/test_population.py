@@ -1,52 +1,32 @@
 """The population simulator: published scores, independence of individuals, sensors, Jacobian."""
 
-import jax
 import numpy as np
+import oracle
 import pytest
 from lifted import every_axis
+from populations import HIERARCHICAL, fitness, picked, prepared
 
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.pd import PdGains, initial_memory, sample
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluating import evaluate
-
-LAW = hierarchical(Layout(), 0.001)
-HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)
-
-
-def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
-    """Loop, the machine and samples, ready for ``simulate.scores`` and the others."""
-    found = load_scenario(scenario, [f"simulation.duration_s={seconds}", *changes])
-    machines = simulate.one_machine(found.plant.values())
-    return closed_loop(found, controller), machines, found.samples()
-
-
-def fitness(*arguments):
-    """Of every individual on the only machine, nan where it failed."""
-    loop, machines, samples, *others = arguments
-    judged = simulate.scores(loop, machines, [samples], *others)
-    assert judged.failed.shape[1:] == (1, 1)
-    return np.where(judged.failed, np.nan, judged.values[..., 0])[:, 0, 0]
-
-
-def picked(gains, which):
-    return jax.tree.map(lambda leaf: leaf[..., which], gains)
 
 
 # Values of an independent float64 implementation, 10 s.
 @pytest.mark.parametrize(
-    ("design", "scenario", "fitness"),
+    ("design", "scenario", "score"),
     [
         ("lin-lee-1999-table-1", "c-axis-ramp", 380.5715),
         ("pd-only", "c-axis-ramp", 80.0197),
         ("lin-lee-1999-table-2", "c-axis-ramp-cutting", 22.0256),
     ],
 )
-def test_published_score(design, scenario, fitness):
+def test_published_score(design, scenario, score):
     found = evaluate(load_design(design), load_scenario(scenario))
-    assert found.fitness == pytest.approx(fitness, abs=6e-5)
+    assert found.fitness == pytest.approx(score, abs=6e-5)
     assert not found.diverged
 
 
@@ -95,6 +75,38 @@ def test_order_of_individuals_does_not_matter(random_population):
         scores = fitness(*loop, gains, dtype)
         reordered = fitness(*loop, picked(gains, order), dtype)
         np.testing.assert_array_equal(reordered, scores[order])
+
+
+def test_diverging_individual_is_alone_in_it(random_population):
+    gains = random_population(65, seed=5)
+    loop = prepared(HIERARCHICAL)
+    kd = gains.kd.copy()
+    kd[[3, 20]] = 1e9
+    for dtype in (np.float32, np.float64):
+        healthy = fitness(*loop, gains, dtype)
+        found = fitness(*loop, gains._replace(kd=kd), dtype)
+        assert np.flatnonzero(np.isnan(found)).tolist() == [3, 20]
+        others = ~np.isnan(found)
+        assert (found[others] == healthy[others]).all()
+
+
+def test_substeps_converge():
+    """At 2 ms and with a fast load; until the spindle reverses nothing has a corner."""
+    gains = PdGains(np.array([800.0]), np.array([700.0]))
+    finals = []
+    for substeps in (1, 2, 4):
+        changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
+        pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.002))
+        loop = prepared(pd, *changes, seconds=0.1)
+        _, (motion,) = simulate.trajectory(*loop, gains)
+        assert (motion.state.spindle_velocity <= 0).all()
+        finals.append(np.array([part[-1, 0] for part in motion.state]))
+    exact, _ = oracle.closed_loop(
+        None, 800.0, 700.0, 0.098, oracle.cutting_load, "DOP853", sample=0.002, rtol=1e-12
+    )
+    errors = [np.max(abs(final / exact[-1] - 1)) for final in finals]
+    assert errors[0] > 12 * errors[1] > 12 * 12 * errors[2]
+    assert errors[2] < 2e-9
 
 
 def test_command_limit_is_kept(published):

@@ -2,19 +2,15 @@
 
 import numpy as np
 import pytest
+from sensed import commands, moved, scenario
 
 import hfc_design.api as hfc
 
 
-def scenario(*changes, seconds=0.5):
-    return hfc.load_scenario("c-axis-ramp", [f"simulation.duration_s={seconds}", *changes])
-
-
-def moved(found, kp=758.405, kd=743.010):
-    """The motion of the only axis under a PD controller."""
-    evaluation = hfc.evaluate(hfc.with_gains(found, "pd", {"kp": kp, "kd": kd}), found)
-    assert not evaluation.diverged
-    return evaluation.axes[0].motion
+def test_an_axis_may_be_held_back_alone():
+    (x, y), (same, prompt) = commands({"delay_samples": 1}), commands({})
+    assert np.flatnonzero(y)[0] == np.flatnonzero(prompt)[0] + 1
+    assert np.flatnonzero(x)[0] == np.flatnonzero(same)[0]
 
 
 def test_difference_and_observer_without_memory_are_the_same():

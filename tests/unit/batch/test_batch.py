@@ -1,25 +1,11 @@
 """A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
 
-from pathlib import Path
-
 import pytest
-from batches import batch, written
+from batches import GRID, TINY, batch, written
+from wording import refused, refused_command
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
-from hfc_design.core.records import UserError
-
-TINY = """
-[set]
-search.population = 16
-search.generations = 3
-simulation.duration_s = 0.1
-"""
-GRID = f"""{TINY}
-[grid]
-scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
-run.seed = [0, 1]
-"""
 
 
 def test_cells_are_the_grid_and_the_list(tmp_path):
@@ -30,7 +16,7 @@ def test_cells_are_the_grid_and_the_list(tmp_path):
     assert len({cell.name for cell in cells}) == 6
     assert {cell.scenario.run.seed for cell in cells} == {0, 1, 9}
     assert cells[0].scenario.plant.parameters == {"spindle_inertia": 6.5}
-    assert all(cell.scenario.search.population == 16 for cell in cells)
+    assert all(cell.scenario.search.population == 12 for cell in cells)
 
 
 def test_the_name_is_that_of_the_whole_configuration(tmp_path):
@@ -57,36 +43,35 @@ def test_dry_run_touches_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        ("[grid]\nrun.seed = 3\n", ["grid.run.seed = 3", "list"]),
-        ("[grid]\nrun.seed = []\n", ["grid.run.seed = []", "list"]),
-        ("[grid]\nrun.seed = [-1]\n", ["run.seed = -1", "cell with"]),
-        ('[grid]\nscenario = ["nobody"]\n', ["nobody", "no such scenario"]),
-        ("[gird]\n", ["gird", "no such key"]),
-        ("grid = 3\n", ["grid = 3"]),
-        ("[grid\n", ["not valid TOML"]),
-        ("[grid]\nsearch.speed = [1]\n", ["search.speed", "no such key"]),
-        (
-            f"[grid]\nrun.seed = {list(range(400))}\nsearch.generations = {list(range(1, 400))}\n",
-            ["159600 cells", "100000"],
-        ),
+        "[grid]\nrun.seed = 3\n",
+        "[grid]\nrun.seed = []\n",
+        "[grid]\nrun.seed = [-1]\n",
+        '[grid]\nscenario = ["nobody"]\n',
+        "[gird]\n",
+        "grid = 3\n",
+        "[grid\n",
+        "[grid]\nsearch.speed = [1]\n",
+        f"[grid]\nrun.seed = {list(range(400))}\nsearch.generations = {list(range(1, 400))}\n",
+        "",
+        "name = 'a'\n",
+        "cells = []\n[set]\n",
     ],
+    ids=range(12),
 )
-def test_batch_files_that_cannot_be_run(text, words, tmp_path):
+def test_batch_files_that_cannot_be_run(text, tmp_path):
     path = written(tmp_path, text)
-    with pytest.raises(UserError) as refusal:
+    with refused() as found:
         read_batch(path)
-    for word in ["mine.toml", *words]:
-        assert word in str(refusal.value)
+    assert found.where.startswith(str(path))
     assert batch(path).exit_code == 2
 
 
 def test_a_folder_without_a_batch(tmp_path):
-    found = batch("--status", tmp_path)
-    assert (found.exit_code, "holds no batch" in found.output) == (2, True)
-    assert batch(Path("a.toml"), "--status", tmp_path).exit_code == 2
-    assert batch().exit_code == 2
+    assert refused_command("batch", "--status", tmp_path).where == str(tmp_path)
+    refused_command("batch", "a.toml", "--status", tmp_path)
+    refused_command("batch")
 
 
 def test_brackets_are_no_markup(tmp_path):
@@ -107,10 +92,3 @@ def test_a_plan_tells_cells_of_one_label_apart(tmp_path):
     lines = batch(written(tmp_path, text), "--out", tmp_path / "out", "--dry-run").output
     assert "label=b, run.seed=1" in lines
     assert "label=a, scenario=c-axis-ramp-cutting, run.seed=0" in " ".join(lines.split())
-
-
-@pytest.mark.parametrize("text", ["", "name = 'a'\n", "cells = []\n[set]\n"])
-def test_a_batch_of_nothing_is_refused(text, tmp_path):
-    found = batch(written(tmp_path, text))
-    assert found.exit_code == 2
-    assert "asks for nothing; it needs [set], [grid] or [[cells]]" in found.stderr

@@ -1,10 +1,8 @@
 """What runs of many are compared by: the merit where all were judged alike, else the fitness."""
 
-import json
-
 import numpy as np
 import pytest
-from run_folders import PRESETS, batch_folder, hfc, table
+from run_folders import PRESETS, batch_folder, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped, quartiles
@@ -16,17 +14,12 @@ HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"
 def judge(out, names, merits, title=HARD):
     """Let finished runs be judged: the fitness stays, None is a design that diverged."""
     for name, merit in zip(names, merits, strict=True):
-        path = out / name / "design.json"
-        design = json.loads(path.read_text())
-        design["score"] |= {"merit": merit, "judged_by": title}
-        if merit is None:
-            design["score"]["fitness"] = None
-        path.write_text(json.dumps(design))
+        lost = {"fitness": None} if merit is None else {}
+        with_score(out / name, merit=merit, judged_by=title, **lost)
 
 
 def page(out):
-    assert hfc("report", out).exit_code == 0
-    return " ".join((out / "report.html").read_text().split())
+    return reported(out)[1]
 
 
 def test_runs_judged_alike_are_compared_by_their_merit(tmp_path):

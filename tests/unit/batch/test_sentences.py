@@ -5,7 +5,7 @@ import re
 
 import scipy.stats
 import tex
-from run_folders import PRESETS, batch_folder, hfc, table
+from run_folders import PRESETS, batch_folder, hfc, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped
@@ -15,7 +15,7 @@ from hfc_design.batch.runs import runs_below
 def of_two(out, first, second):
     """What the terminal says of two groups."""
     batch_folder(out, [({"search.preset": "a"}, first), ({"search.preset": "b"}, second)])
-    return " ".join(hfc("report", out).stdout.split())
+    return reported(out)[0]
 
 
 def test_nothing_is_said_to_be_better_with_too_few_seeds(tmp_path):
@@ -40,7 +40,7 @@ def test_groups_on_different_machines_are_told_so(tmp_path):
     key = "plant.parameters.spindle_inertia"
     light, heavy = [7.0, 8.0, 9.0, 10.0], [1.0, 2.0, 3.0, 4.0]
     batch_folder(tmp_path, [({key: "3"}, light), ({key: "9"}, heavy)])
-    told = " ".join(hfc("report", tmp_path).stdout.split())
+    told, _ = reported(tmp_path)
     assert f"They differ in {key} too: a higher score may be that of an easier task." in told
     assert "They differ in" not in of_two(tmp_path / "presets", light, heavy)
 
@@ -124,17 +124,13 @@ def test_runs_that_break_constraints_are_counted(tmp_path):
     groups = [({"search.preset": "a"}, [7.0, 8.0, 9.0, 10.0]), ({"search.preset": "b"}, [1.0])]
     names = batch_folder(tmp_path / "broken", groups)
     for name in names[1:4]:
-        path = tmp_path / "broken" / name / "design.json"
-        design = json.loads(path.read_text())
-        design["score"]["least_violated"] = True
-        path.write_text(json.dumps(design))
+        with_score(tmp_path / "broken" / name, least_violated=True)
     told = "3 of 4 runs of group 1 break constraints: no design that was tried there"
-    done = hfc("report", tmp_path / "broken")
-    assert told in " ".join(done.stdout.split())
-    assert "of group 2 break" not in done.stdout
-    page = (tmp_path / "broken" / "report.html").read_text()
+    said, page = reported(tmp_path / "broken")
+    assert told in said
+    assert "of group 2 break" not in said
     assert told in page
     assert "least_violated" not in page  # which is no metric
     assert {row["least_violated"] for row in table(tmp_path / "broken" / "runs.csv")} == {"", "1.0"}
     batch_folder(tmp_path / "sound", groups)
-    assert "constraints" not in hfc("report", tmp_path / "sound").stdout
+    assert "constraints" not in reported(tmp_path / "sound")[0]

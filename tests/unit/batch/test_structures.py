@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from run_folders import batch_folder, hfc, table
+from run_folders import batch_folder, hfc, reported, table, with_score
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import design_json
@@ -47,16 +47,11 @@ def counted(tmp_path):
 
 
 def test_counts_by_hand(counted):
-    done = hfc("report", counted)
-    assert done.exit_code == 0
+    reported(counted)
     first, second = table(counted / "structures.csv")
-    assert [first[key] for key in ("group", "structure", "runs", "searches")] == [
-        "1",
-        ONE,
-        "3",
-        "5",
-    ]
-    assert [second[key] for key in ("structure", "runs", "searches")] == [TWO, "2", "5"]
+    keys = ("group", "structure", "runs", "searches")
+    assert [first[key] for key in keys] == ["1", ONE, "3", "5"]
+    assert [second[key] for key in keys] == ["1", TWO, "2", "5"]
     assert [float(first[key]) for key in ("share", "best", "median")] == [0.6, 12.0, 11.0]
     assert [float(second[key]) for key in ("share", "best", "median")] == [0.4, 14.0, 13.5]
     assert first["best_run"] == "0000000000000004"  # the fifth has 12
@@ -86,11 +81,8 @@ def test_terminal_and_page_have_them(counted):
 
 def test_structures_of_broken_runs_are_said_to_be_so(tmp_path):
     batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO)]))
-    path = tmp_path / f"{1:016x}" / "design.json"
-    data = json.loads(path.read_text())
-    data["score"]["least_violated"] = True
-    path.write_text(json.dumps(data))
-    told = " ".join(hfc("report", tmp_path).stdout.split())
+    with_score(tmp_path / f"{1:016x}", least_violated=True)
+    told, _ = reported(tmp_path)
     assert "structures that won in a, group 1; 1 of 2 runs break constraints" in told
     page = (tmp_path / "report.html").read_text()
     assert page.count("1 of 2 runs of group 1 break constraints") == 2  # its task, its structures
@@ -118,13 +110,10 @@ def test_who_does_not_count(tmp_path):
     batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO), (8.0, TWO), (0.0, TWO)]))
     given, damaged, diverged = (tmp_path / f"{k:016x}" for k in (1, 2, 3))
     (given / "given.json").write_text("{}")
-    for folder in (damaged, diverged):
-        data = json.loads((folder / "design.json").read_text())
-        if folder is diverged:
-            data["score"]["fitness"] = None
-        else:
-            data["controller"]["units"][0]["row_input"] = "no such signal"
-        (folder / "design.json").write_text(json.dumps(data))
+    with_score(diverged, fitness=None)
+    data = json.loads((damaged / "design.json").read_text())
+    data["controller"]["units"][0]["row_input"] = "no such signal"
+    (damaged / "design.json").write_text(json.dumps(data))
     plan = json.loads((tmp_path / "batch.json").read_text())
     plan["cells"]["0123456789abcdef"] = plan["cells"][f"{0:016x}"]
     (tmp_path / "batch.json").write_text(json.dumps(plan))

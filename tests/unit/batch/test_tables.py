@@ -1,27 +1,11 @@
-"""The tables of many runs, against numpy and SciPy, as CSV and as Parquet."""
+"""The tables of many runs as CSV, as Parquet and in a paper."""
 
-import json
 import sys
 
-import numpy as np
 import pytest
-import scipy.stats
 import tex
-from run_folders import PRESETS, batch_folder, hfc, table
-
-
-def test_the_tables_against_numpy_and_scipy(large):
-    fitness = {}
-    for run in table(large / "runs.csv"):
-        fitness.setdefault(run["group"], []).append(float(run["fitness"]))
-    for group in table(large / "groups.csv"):
-        own = [float(group[f"fitness_{part}"]) for part in ("lower_quartile", "median")]
-        assert own == pytest.approx(np.percentile(fitness[group["group"]], [25, 50]))
-    for row in table(large / "comparisons.csv"):
-        x, y = fitness[row["group"]], fitness[row["other_group"]]
-        found = scipy.stats.mannwhitneyu(x, y)
-        assert float(row["p"]) == pytest.approx(found.pvalue, rel=1e-12)
-        assert float(row["a12"]) == found.statistic / 2500
+from run_folders import PRESETS, batch_folder, hfc, table, with_score
+from wording import refused_command
 
 
 def test_parquet_holds_what_the_csv_holds(tmp_path):
@@ -40,26 +24,17 @@ def test_parquet_holds_what_the_csv_holds(tmp_path):
 def test_parquet_without_pyarrow(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     batch_folder(tmp_path, PRESETS)
-    found = hfc("report", tmp_path, "--parquet")
-    assert found.exit_code == 2
-    assert "pip install 'hfc-design[parquet]'" in found.stderr
+    refused_command("report", tmp_path, "--parquet")
     assert not (tmp_path / "runs.csv").exists()
 
 
 def test_the_best_of_each_task_is_bold_in_a_paper(tmp_path):
     """Less is better of an error, more of a fitness; tasks do not compare."""
-    runs = [
-        ("a", "x", 5.0, 2e-3),
-        ("a", "y", 4.0, 1e-3),
-        ("b", "x", 9.0, 4e-3),
-        ("b", "y", 8.0, 5e-3),
-    ]
+    runs = [("a", "x", 5.0, 2e-3), ("a", "y", 4.0, 1e-3)]
+    runs += [("b", "x", 9.0, 4e-3), ("b", "y", 8.0, 5e-3)]
     told = [({"scenario": task, "search.preset": own}, [score]) for task, own, score, _ in runs]
     for name, (*_, error) in zip(batch_folder(tmp_path, told), runs, strict=True):
-        path = tmp_path / name / "design.json"
-        design = json.loads(path.read_text())
-        design["score"] |= {"rms_error_rad": error, "merit": error}
-        path.write_text(json.dumps(design))
+        with_score(tmp_path / name, rms_error_rad=error, merit=error)
         (tmp_path / name / "config.toml").write_text('name = "a"\n')
     assert hfc("report", tmp_path, "--latex").exit_code == 0
     text = (tmp_path / "latex" / "metrics.tex").read_text()

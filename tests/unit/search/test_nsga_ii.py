@@ -2,17 +2,16 @@
 
 import numpy as np
 import pytest
+import searches
 from hierarchies import searched_of
 from pydantic import ValidationError
+from searches import same
 from toy_fronts import PointGenome, scored, zdt
+from wording import refused
 
-from hfc_design.core.checkpoint import flat
-from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.runs.individuals import genome_of
 from hfc_design.search import fronts
-from hfc_design.search.loop import fault, generations, searcher
-from hfc_design.search.strategies.cma import CmaSettings
+from hfc_design.search.loop import fault
 from hfc_design.search.strategies.nsga_ii import STRATEGY, Nsga2Settings
 from hfc_design.search.strategy import Scored, Task
 
@@ -31,15 +30,8 @@ def two_sides(population, generation=0):
     return Scored(np.where(lost, np.nan, rank), costs, np.where(lost, np.inf, over))
 
 
-def searched(settings=SMALL, seed=0, search=None, total=None, evaluate=two_sides):
-    genome = searched_of(NAMES, settings)
-    own = searcher(settings, Task(genome)), genome, total or settings.generations, seed
-    *_, last = generations(*own, evaluate, search)
-    return last
-
-
-def same(one, other):
-    return all(np.array_equal(a, b) for (_, a), (_, b) in zip(flat(one), flat(other), strict=True))
+def searched(settings=SMALL, evaluate=two_sides, **options):
+    return searches.searched(settings, Task(searched_of(NAMES, settings)), evaluate, **options)
 
 
 def test_same_seed_same_bits_and_continued_is_the_same():
@@ -87,11 +79,8 @@ def test_nothing_allowed_is_an_empty_front_and_the_least_broken_come_first():
 def test_it_comes_close_to_a_known_front(number):
     """A front at random stays 2 away from f2 = 1 - sqrt(f1) or 1 - f1^2; 60 x 80 end within 0.1."""
     settings = Nsga2Settings(population=60, front=60, generations=80, blend=0.9)
-    genome = PointGenome(1)
-    run = generations(
-        searcher(settings, Task(genome)), genome, 80, 1, lambda p, _: scored(zdt(number, p.x))
-    )
-    *_, last = run
+    task = Task(PointGenome(1))
+    last = searches.searched(settings, task, lambda p, _: scored(zdt(number, p.x)), seed=1)
     first, second = last.state.front.costs.T
     away = second - (1 - np.sqrt(first) if number == 1 else 1 - first**2)
     assert (away >= 0.0).all()
@@ -99,64 +88,11 @@ def test_it_comes_close_to_a_known_front(number):
     assert np.ptp(first) > 0.8
 
 
-LED = Nsga2Settings(population=20, generations=90, lead=40, front=12)
-
-
-@pytest.fixture(scope="module")
-def staged():
-    inputs = [{"name": name, "scale": 10.0} for name in NAMES[:3]]
-    own = {"controller.inputs": inputs, "controller.linear": {}, "search.preset": "cma"}
-    return genome_of(load_scenario("c-axis-ramp", own))
-
-
-def narrow(population, generation=0):
-    """Only ki within 5 % of 40 000 is allowed; tables near 0.2 or near 0.4, once that is so."""
-    off = np.abs(np.log(population.linear[:, 0] / 40_000.0))
-    table = population.fuzzy.consequents
-    costs = [np.abs(table - 0.2).mean(axis=(1, 2, 3)), np.abs(table - 0.4).mean(axis=(1, 2, 3))]
-    costs, over = np.stack(costs, axis=1), np.maximum(off - 0.05, 0.0)
-    rank = np.where(over > 0.0, -over, 1.0 / costs.sum(axis=1))
-    if generation < LED.lead:
-        return Scored(rank, np.full_like(costs, np.inf), np.full(len(rank), np.inf))
-    return Scored(rank, costs, over)
-
-
-def led(genome, search=None, total=LED.generations):
-    own = searcher(LED, Task(genome)), genome, total, 0
-    *_, last = generations(*own, narrow, search)
-    return last
-
-
-def test_until_the_lead_is_over_it_is_the_search_for_one_design(staged):
-    alone = CmaSettings(generations=LED.lead)
-    own = searcher(alone, Task(staged)), staged, LED.lead, 0
-    *_, wanted = generations(*own, lambda population, k: narrow(population, k).score)
-    found = led(staged, total=LED.lead)
-    assert same(found.state.led, wanted.state)
-    assert same(found.history, wanted.history)
-    assert len(found.state.front.score) == 0
-
-
-def test_the_front_spreads_from_what_was_led_to(staged):
-    first = led(staged, total=LED.lead + 1).state
-    assert len(first.population.tree) == LED.population
-    whole = led(staged)
-    front = whole.state.front
-    assert len(front.score) > len(first.front.score)
-    assert len(front.score) > 5
-    assert not narrow(front.population, LED.lead).violation.any()
-    assert (front.costs.min(axis=0) < first.costs.min(axis=0)).all()
-    for stop in (1, LED.lead - 1, LED.lead, LED.lead + 1):
-        part = led(staged, total=stop)
-        assert fault(part, staged.empty(), LED) is None
-        assert same(led(staged, search=part), whole)
-
-
 def test_a_lead_leaves_room_and_needs_stages():
     with pytest.raises(ValidationError, match=r"lead < generations"):
         Nsga2Settings(generations=9, lead=9)
     changes = {"search.preset": "nsga-ii", "search.lead": 5}
-    with pytest.raises(UserError, match=r"search.lead has to be 0"):
+    with refused():
         load_scenario("c-axis-ramp", changes)
 
 

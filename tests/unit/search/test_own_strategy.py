@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from own_strategies import MODULE
-from sledge import hfc, imported, installed, refused
+from sledge import hfc, imported, installed
+from wording import refused, refused_command
 
 from hfc_design import api
 from hfc_design.runs import individuals
@@ -38,8 +39,8 @@ def test_a_hierarchy_keeps_the_bounds_that_a_strategy_sets(searching):
 
 def test_one_that_is_known_and_not_asked_for_is_refused(searching):
     for others in ((), ("--preset", "l-shade")):
-        line = refused("design", "c-axis-ramp", "--strategy", "hunt:CLIMB", *others)
-        assert line.endswith(f"would be {others[1] if others else 'race'}; add --preset climb\n")
+        found = refused_command("design", "c-axis-ramp", "--strategy", "hunt:CLIMB", *others)
+        assert found.count("\n") == 1
 
 
 def test_a_package_brings_a_strategy(searching):
@@ -57,20 +58,19 @@ def test_names_of_strategies(searching):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "where"),
     [
-        ({"search.preset": "swarm"}, ["search.preset = 'swarm'", " race,", "hfc.register"]),
-        ({"search.preset": 3}, ["search.preset = 3"]),
-        ({"search.preset": "climb", "search.step": "far"}, ["search.step = 'far'"]),
-        ({"search.preset": "climb", "search.tournament": 3}, ["search.tournament = 3"]),
-        ({"search.preset": "climb", "search.population": 0}, ["search.population = 0"]),
-        ({"search.kp_range": [5.0, 1.0]}, ["search.kp_range", "[low, high]"]),
-        ({"search": 5}, ["search = 5"]),
+        ({"search.preset": "swarm"}, "preset"),
+        ({"search.preset": 3}, "preset"),
+        ({"search.preset": "climb", "search.step": "far"}, "step"),
+        ({"search.preset": "climb", "search.tournament": 3}, "tournament"),
+        ({"search.preset": "climb", "search.population": 0}, "population"),
+        ({"search.kp_range": [5.0, 1.0]}, "kp_range"),
+        ({"search": 5}, "search"),
     ],
 )
-def test_searches_that_cannot_be(change, words, searching):
+def test_searches_that_cannot_be(change, where, searching):
     api.register(imported("hunt").CLIMB)
-    with pytest.raises(api.UserError) as error:
+    with refused() as found:
         api.load_scenario("c-axis-ramp", change)
-    for word in words:
-        assert word in str(error.value)
+    assert f"{where} = " in found.refusal

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy.optimize
+from threadpoolctl import threadpool_limits
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
@@ -12,15 +13,25 @@ from hfc_design.search.by_numbers import chain, coordinates
 from hfc_design.search.polish import Polishable, Quadratic, polish, proposals
 
 RNG = np.random.default_rng(11)
-HIERARCHY = genome_of(load_scenario("c-axis-ramp"))
-ONE = HIERARCHY.fresh(np.array([17]), np.random.default_rng(0))
+NAMES = ("error", "deflection", "spindle_velocity")
+INPUTS = {"controller.inputs": [{"name": name, "scale": 10.0} for name in NAMES]}
+HIERARCHY = genome_of(load_scenario("c-axis-ramp", INPUTS))
+ONE = HIERARCHY.fresh(np.array([1]), np.random.default_rng(0))
 START = HIERARCHY.space().vectors(ONE)[0]
+FIRST = 2 + len(NAMES)  # of the consequents, which have bounds
 #: Residuals that are linear in the numbers, with heavy tails: least squares is far off.
-SOME = 7 + RNG.permutation(len(START) - 7)[:12]  # consequents, which have bounds
+SOME = FIRST + RNG.permutation(len(START) - FIRST)[:12]
 ROWS = np.zeros((90, len(START)))
 ROWS[:, SOME] = RNG.standard_normal((90, 12))
 OFF = ROWS[:, SOME] @ (-1.5 * START[SOME]) + 0.05 * RNG.standard_t(2, 90)
 NOTHING = np.zeros(len(START), bool)
+
+
+@pytest.fixture(autouse=True)
+def alone():
+    """Threads wait for each other longer than products of such matrices take."""
+    with threadpool_limits(1):
+        yield
 
 
 def residuals(population):
@@ -116,7 +127,7 @@ def test_stopped_and_gone_on_is_the_same_bit_for_bit(quadratic, stop):
 
 
 def test_structure_and_frozen_numbers_stay():
-    scenario = load_scenario("c-axis-ramp", {"search.scale_range": 1.0})
+    scenario = load_scenario("c-axis-ramp", INPUTS | {"search.scale_range": 1.0})
     genome = genome_of(scenario)
     own = task()._replace(genome=genome)
     found = ended(own, 10)[-1].population
@@ -143,8 +154,8 @@ def test_gains_follow_the_coordinates_as_the_chain_says():
     assert slope.shape == (len(START), own.size)
     # kp by its logarithm, a consequent in shares of half its range; nothing depends on another.
     limit = HIERARCHY.space().high[np.isfinite(HIERARCHY.space().high)]
-    expected = np.concatenate([START[:7], limit])
+    expected = np.concatenate([START[:FIRST], limit])
     inside = (np.abs(START) < HIERARCHY.space().high * (1 - 1e-4)) & (START > 1.0 + 1e-4)
-    inside[7:] |= np.abs(START[7:]) < limit * (1 - 1e-4)
+    inside[FIRST:] |= np.abs(START[FIRST:]) < limit * (1 - 1e-4)
     np.testing.assert_allclose(np.diag(slope)[inside], expected[inside], rtol=1e-6)
     assert np.count_nonzero(slope - np.diag(np.diag(slope))) == 0
