@@ -1,17 +1,12 @@
 """How a fit grows worse, against a grid that SciPy fits the other parameters on."""
 
-import jax
 import numpy as np
 import pytest
-from carts import CART, Cart, driven, forced, recorded
+from carts import Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
 from hfc_design.identify.certainty import certainty
-from hfc_design.identify.fit import Problem, fitted, settled
-from hfc_design.identify.free import free
 from hfc_design.identify.profile import LIMIT, profiles
-from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
 
 STEPS, NOISE = 400, 4e-3  # so short and so noisy that it is no parabola
 
@@ -19,13 +14,8 @@ STEPS, NOISE = 400, 4e-3  # so short and so noisy that it is no parabola
 def test_a_profile_is_that_of_a_grid():
     true = Cart(mass=2.6, viscous_friction=6.0)
     force = forced(STEPS)
-    place = driven(true, force) + np.random.default_rng(8).normal(0.0, NOISE, STEPS)
-    wanted = free(CART, {}, ["mass", "viscous_friction"])
-    residual = replay(wanted, recorded(place, force), 0.0, 1)
-    problem = Problem(wanted, residual, np.array([np.std(place)]), np.array([1.0, 1.0, 0.0]))
-    with jax.enable_x64(True):
-        problem, numbers = settled(problem, wanted.begun)
-        one = Found(fitted(problem, numbers, 1), problem, 0.0)
+    place = noisy(driven(true, force), NOISE, 8)
+    one = cart_fit(["mass", "viscous_friction"], place, force)
     known = certainty(one.fit)
 
     def squares(mass, friction):
