@@ -10,6 +10,8 @@ from report_pages import FILE, HOSTILE, NAME, SINE
 from run_folders import hfc
 from wording import refused_command
 
+from hfc_design.files.pairing import load_design, own_scenario
+
 
 @pytest.fixture(scope="module")
 def scored(lone):
@@ -73,3 +75,9 @@ def test_nothing_is_overwritten_without_force(lone):
     arguments = ("report", NAME, "--out", lone.parent / "other.html", "--figures", "svg")
     assert refused_command(*arguments).where == f"--figures {lone.parent / 'other-figures'}"
     assert {path: path.read_bytes() for path in lone.parent.rglob("*") if path.is_file()} == before
+
+
+def test_a_lone_design_is_shown_on_the_scenario_that_it_was_made_for():
+    assert own_scenario(load_design(NAME), NAME).name == "c-axis-ramp"
+    found = refused_command("report", NAME, "--scenario", "feed-drive-circle")
+    assert found.startswith(f"hfc: design {NAME} ")

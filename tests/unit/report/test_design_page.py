@@ -6,8 +6,6 @@ import pytest
 from report_pages import NAME
 from wording import refused_command
 
-from hfc_design.files.pairing import load_design, own_scenario
-
 
 @pytest.mark.parametrize(
     ("arguments", "where"),
@@ -28,9 +26,3 @@ def test_what_does_not_go_together_is_a_line(arguments, where, tmp_path, monkeyp
     assert found.where == where
     assert found.count("\n") == 1
     assert not list(Path().iterdir())
-
-
-def test_a_lone_design_is_shown_on_the_scenario_that_it_was_made_for():
-    assert own_scenario(load_design(NAME), NAME).name == "c-axis-ramp"
-    found = refused_command("report", NAME, "--scenario", "feed-drive-circle")
-    assert found.startswith(f"hfc: design {NAME} ")
