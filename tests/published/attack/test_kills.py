@@ -32,7 +32,8 @@ print("begun", flush=True)
 main(sys.argv[1:])
 """
 PD = "controller = {kind = 'pd'}"
-SMALL = ["search.population=16", "search.generations=150", "simulation.duration_s=0.1"]
+SMALL = ["search.population=16", f"search.generations={150 if FULL else 40}"]
+SMALL += ["simulation.duration_s=0.1"]
 CELLS = f"""
 [set]
 {"" if FULL else PD}
@@ -100,7 +101,7 @@ def test_designs_that_are_killed(preset, tmp_path):
     seconds = timed(*fresh, tmp_path / "whole")
     whole = contents(tmp_path / "whole")
     attack, chance = Attack(f"kills of design, {preset}"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 50)
+    runs, wanted = 0, rounds(1, 50)
     while attack.outcomes["killed"] < wanted:
         folder = tmp_path / "run" / "whole"  # the page has the name of the folder
         going = True
@@ -121,7 +122,7 @@ def test_batches_that_are_killed(tmp_path):
     seconds = timed("batch", path, "--out", tmp_path / "whole")
     whole = files(tmp_path / "whole")
     attack, chance = Attack("kills of batch"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 100)
+    runs, wanted = 0, rounds(1, 100)
     while attack.outcomes["killed"] < wanted:
         out = tmp_path / f"run {runs}"
         going = True
@@ -147,7 +148,7 @@ def test_workers_that_are_killed(undisturbed, tmp_path):
     """One of them, or now and then the batch itself with all."""
     path = written(tmp_path, LONG)
     attack, chance = Attack("kills of workers"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 100)
+    runs, wanted = 0, rounds(1, 100)
     while attack.outcomes.total() - attack.outcomes["done"] < wanted:
         out, code = tmp_path / f"run {runs}", None
         while code != 0:
