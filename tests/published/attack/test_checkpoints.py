@@ -27,7 +27,7 @@ INPUTS = "[{name='error', scale=0.5}, {name='error_rate', scale=0.1}, {name='vel
 HIERARCHY = f"{{kind='pd+hierarchical-fuzzy', inputs={INPUTS}}}"
 ON_LINEAR = f"controller={{inputs={INPUTS.replace('velocity', 'spindle_velocity')}, linear={{}}}}"
 PER_AXIS = f"controller={{kind='per-axis', axes={{x={HIERARCHY}, y={{kind='pid'}}}}}}"
-#: Scenario and changes of it; but for the first three they take long to compile: ``make attack``.
+#: Scenario and changes of it; but for the first two they take long to compile: ``make attack``.
 SEARCHES = {
     "pd": ("c-axis-ramp", ["controller={kind='pd'}", "simulation.duration_s=0.1"]),
     "lin-lee": ("c-axis-ramp", ["search.preset=lin-lee-1999", "simulation.duration_s=0.1"]),
@@ -86,7 +86,7 @@ def stop(search):
         raise Stop
 
 
-@pytest.fixture(scope="module", params=list(SEARCHES)[: None if FULL else 3])
+@pytest.fixture(scope="module", params=list(SEARCHES)[: None if FULL else 2])
 def base(request, tmp_path_factory):
     name, changes = SEARCHES[request.param]
     scenario = load_scenario(name, [*SIZES, *changes])
