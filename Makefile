@@ -68,7 +68,7 @@ notebooks: $(VENV)/installed
 
 # What make test tries a few times, tried as often as docs/reliability.md says: hours.
 attack: $(VENV)/installed
-	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/published/attack
+	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/published/attack tests/interop/attack
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

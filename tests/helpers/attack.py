@@ -1,4 +1,4 @@
-"""How hard the attacks of tests/attack are, and what they note for docs/reliability.md.
+"""How hard attacks are, and what they note for docs/reliability.md.
 
 ``HFC_ATTACK=full`` is the attack of the page; without it each is small enough for every run of
 the tests. ``HFC_ATTACK_SEED`` draws other inputs, ``HFC_ATTACK_LOG`` names a file that gets a

@@ -5,11 +5,16 @@ With F the command and the load in N: mass dv/dt = force_gain F - viscous_fricti
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.signal import cont2discrete, dlsim
 
+from hfc_design.identify.fit import Problem, fitted, settled
+from hfc_design.identify.free import free
 from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
 from plants import Drive
 from plants.drive import only_positive
 
@@ -79,3 +84,19 @@ def recorded(place, force):
     still = np.zeros(len(place))
     outputs = {"position": np.asarray(place)}
     return Recording(outputs, force, None, still, still, still + 1.0, EVERY, 0.0)
+
+
+def cart_fit(names, place, force, start=None, *, late=False, bandwidth=0.0, drive=CART):
+    """The fit by one start of a log: the delay looked for too where ``late``."""
+    wanted = free(drive, start or {}, names)
+    residual = replay(wanted, recorded(place, force), bandwidth, 1)
+    held = np.append(np.ones(len(names)), float(late))
+    problem = Problem(wanted, residual, np.array([np.std(place)]), held)
+    with jax.enable_x64(True):
+        problem, numbers = settled(problem, wanted.begun)
+        return Found(fitted(problem, numbers, 1), problem, bandwidth)
+
+
+def noisy(place, noise, seed):
+    """A place as it is measured."""
+    return place + np.random.default_rng(seed).normal(0.0, noise, len(place))

@@ -5,9 +5,7 @@ import numpy as np
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import load_design
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluating import evaluate
 
 INPUTS = [
     "error",
@@ -69,13 +67,3 @@ def finished(inputs):
         np.array([5.0, 50.0]), np.array([0.0, 7.0]), np.array([70, 3]), np.array([3, 2])
     )
     return Search(2, None, Archive(population, score), history)
-
-
-def diverged(scenario):
-    """That of a far too large gain."""
-    record = load_design("pd-only").model_dump()
-    record["controller"]["pd"] = {"kp": -1e9, "kd": 1e7}
-    found = evaluate(Design.model_validate(record), scenario)
-    assert found.diverged
-    assert not np.isfinite(found.axes[0].motion.error).all()
-    return found

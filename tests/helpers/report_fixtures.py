@@ -1,28 +1,21 @@
-"""A report that the tests of its page, its plots and its tables look at."""
-
-import json
+"""Pages that several tests look at."""
 
 import pytest
+
+# What these import draws, so that it is imported late.
 
 
 @pytest.fixture(scope="session")
 def report(tmp_path_factory):
-    """The arguments of ``write_page``, and the report that it wrote."""
-    # Late: these draw.
-    from random_runs import HOSTILE, design, finished
+    """The arguments of ``report_pages.write``, and the page of a run that it wrote."""
+    from report_pages import run_page
 
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design
-    from hfc_design.report.page import write_page
-    from hfc_design.runs.run import Result, new_run
-    from hfc_design.simulation.evaluating import evaluate
+    return run_page(tmp_path_factory.mktemp("report") / "run")
 
-    folder = tmp_path_factory.mktemp("report") / "run"
-    changes = ("simulation.duration_s=0.5", f"description={json.dumps(HOSTILE)}")
-    scenario = new_run(load_scenario("c-axis-ramp-cutting", changes), folder)
-    found = design(5, tree=40)
-    names = ("lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only")
-    rivals = {name: evaluate(load_design(name), scenario) for name in names}
-    result = Result(found, evaluate(found, scenario), finished(5))
-    write_page(scenario, result, folder, rivals)
-    return (scenario, result, folder, rivals), folder / "report.html"
+
+@pytest.fixture(scope="session")
+def lone(tmp_path_factory):
+    """The page of a design without a run, figures and tables for a paper beside it."""
+    from report_pages import lone_page
+
+    return lone_page(tmp_path_factory.mktemp("lone"))

@@ -19,14 +19,12 @@ def shares(drive, **changes):
 def test_an_axis_goes_as_one_body_through_its_gears():
     """The rotor turns gear_ratio times as far, the nut as far as the table, without backlash."""
     c_axis = PLANTS["c-axis"]
-    assert shares(c_axis) == pytest.approx({"spindle_angle": 1.0, "rotor_angle": 1.0})
-    assert shares(c_axis, gear_ratio=2.0) == pytest.approx(
-        {"spindle_angle": 1.0, "rotor_angle": 2.0}
-    )
-    table = PLANTS["milling-table"]
-    assert shares(table) == pytest.approx({"position": 1.0, "motor_position": 1.0})
-    assert shares(CART) == pytest.approx({"position": 1.0})
+    expected = {"spindle_angle": 1.0, "rotor_angle": 2.0}
+    assert shares(c_axis, gear_ratio=2.0) == pytest.approx(expected)
     assert dict(rigid(c_axis, c_axis.parameters()))["rotor_angle"][0] == "rotor_velocity"
+    table = {"position": 1.0, "motor_position": 1.0}
+    assert shares(PLANTS["milling-table"]) == pytest.approx(table)
+    assert shares(CART) == pytest.approx({"position": 1.0})
 
 
 def test_a_command_that_acts_later():

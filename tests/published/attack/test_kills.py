@@ -1,7 +1,7 @@
 """Processes killed or frozen at random moments, until each run is done: every file as undisturbed.
 
-A kill or two in every run of the tests: ``tests/runs/test_run.py``, ``tests/batch/test_batch.py``.
-What two processes at once are told: ``tests/runs/test_in_use.py``.
+Without ``HFC_ATTACK=full`` it is a PD controller that is designed, which compiles fast.
+What two processes at once are told: ``tests/published/runs/test_in_use.py``.
 """
 
 import os
@@ -14,7 +14,7 @@ from contextlib import suppress
 from functools import partial
 
 import pytest
-from attack import SEED, Attack, rounds
+from attack import FULL, SEED, Attack, rounds
 from batches import files, left_behind, written
 from dask_cluster import Cluster, ended, killed, psutil, until
 
@@ -31,9 +31,12 @@ run.CHECKPOINT_EVERY = 0.0
 print("begun", flush=True)
 main(sys.argv[1:])
 """
-SMALL = ["search.population=16", "search.generations=150", "simulation.duration_s=0.1"]
-CELLS = """
+PD = "controller = {kind = 'pd'}"
+SMALL = ["search.population=16", f"search.generations={150 if FULL else 40}"]
+SMALL += ["simulation.duration_s=0.1"]
+CELLS = f"""
 [set]
+{"" if FULL else PD}
 search.population = 16
 search.generations = 100
 simulation.duration_s = 0.1
@@ -90,15 +93,15 @@ def contents(folder):
     return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
-@pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
+@pytest.mark.parametrize("preset", ["race", "lin-lee-1999"] if FULL else ["race"])
 def test_designs_that_are_killed(preset, tmp_path):
-    settings = [*SMALL, f"search.preset={preset}"]
+    settings = [*SMALL, f"search.preset={preset}"] + [PD] * (not FULL)
     options = [text for setting in settings for text in ("--set", setting)]
     fresh = ["design", "c-axis-ramp", "--quiet", *options, "--out"]
     seconds = timed(*fresh, tmp_path / "whole")
     whole = contents(tmp_path / "whole")
     attack, chance = Attack(f"kills of design, {preset}"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 50)
+    runs, wanted = 0, rounds(1, 50)
     while attack.outcomes["killed"] < wanted:
         folder = tmp_path / "run" / "whole"  # the page has the name of the folder
         going = True
@@ -119,7 +122,7 @@ def test_batches_that_are_killed(tmp_path):
     seconds = timed("batch", path, "--out", tmp_path / "whole")
     whole = files(tmp_path / "whole")
     attack, chance = Attack("kills of batch"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 100)
+    runs, wanted = 0, rounds(1, 100)
     while attack.outcomes["killed"] < wanted:
         out = tmp_path / f"run {runs}"
         going = True
@@ -145,7 +148,7 @@ def test_workers_that_are_killed(undisturbed, tmp_path):
     """One of them, or now and then the batch itself with all."""
     path = written(tmp_path, LONG)
     attack, chance = Attack("kills of workers"), random.Random(SEED)
-    runs, wanted = 0, rounds(2, 100)
+    runs, wanted = 0, rounds(1, 100)
     while attack.outcomes.total() - attack.outcomes["done"] < wanted:
         out, code = tmp_path / f"run {runs}", None
         while code != 0:

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from places import ROOT
+from report_pages import unknown
 
 from hfc_design.cli import main
+from hfc_design.report import page
 
 EXAMPLES = ROOT / "examples"
 #: What each of them prints at least.
@@ -43,6 +45,7 @@ def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
 @pytest.mark.parametrize("name", [name for name in PRINTS if not name.startswith("01")])
 def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins, no_baselines):
     monkeypatch.chdir(EXAMPLES)
+    monkeypatch.setattr(page, "used", unknown)  # what it does on other machines, at length
     text = (EXAMPLES / f"{name}.py").read_text()
     (line,) = re.findall(r"^    hfc (design .*)$", text, re.MULTILINE)
     small = ["--population", "6", "--generations", "1", "--set", "simulation.duration_s=0.5"]
@@ -52,15 +55,15 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
 
 @pytest.mark.parametrize(("name", "count"), [("python", 15), ("researcher", 1)])
 def test_page_with_python(name, count, tmp_path, monkeypatch, own_plugins):
-    """Every block runs after the others, on a small budget."""
+    """Every block runs after the others, on a small budget, without tables that adapt."""
     monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs" / f"{name}.md").read_text()
-    blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    text = (ROOT / "docs" / f"{name}.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) >= count
     space = {"__name__": "page"}
     small = {"generations": "2", "population": "16", "duration_s": "0.1"}
     for block in blocks:
         text = re.sub(
             rf'({"|".join(small)})": [\d.]+', lambda hit: f'{hit[1]}": {small[hit[1]]}', block
-        )
+        ).replace("jee-koren-2004-aflc", "jee-koren-2004-flc")
         exec(compile(text, f"docs/{name}.md", "exec"), space)

@@ -3,30 +3,24 @@
 import jax
 import numpy as np
 import pytest
-from carts import CART, Cart, driven, forced, recorded
+from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 
 from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
 from hfc_design.identify.certainty import certainty
-from hfc_design.identify.fit import Fit, Problem, fitted, settled
+from hfc_design.identify.fit import Fit, Problem, fitted
 from hfc_design.identify.free import free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
 from hfc_design.identify.words import NOTHING, _untold
 from plants import PLANTS
 
 
 def cart_found(names, true, start=None, noise=1e-4, steps=800):
+    """The fit of a log of a cart, its delay looked for too, and the log."""
     force = forced(steps)
-    place = driven(true, force) + np.random.default_rng(3).normal(0.0, noise, steps)
-    told = recorded(place, force)
-    wanted = free(CART, start or {}, names)
-    residual = replay(wanted, told, 0.0, 1)
-    problem = Problem(wanted, residual, np.array([np.std(place)]), np.ones(len(names) + 1))
-    with jax.enable_x64(True):
-        problem, numbers = settled(problem, wanted.begun)
-        return Found(fitted(problem, numbers, 1), problem, 0.0), told
+    place = noisy(driven(true, force), noise, 3)
+    return cart_fit(names, place, force, start, late=True), recorded(place, force)
 
 
 def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():

@@ -2,32 +2,17 @@
 
 from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
-from carts import CART, Cart, driven, forced, recorded
+from carts import CART, Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
 from hfc_design.identify.bounds import bounded
 from hfc_design.identify.certainty import certainty
-from hfc_design.identify.fit import Problem, fitted, settled
-from hfc_design.identify.free import free
 from hfc_design.identify.kept import BOUND, kept
-from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
 
 STEPS = 800
 NOISE = 2e-4  # [m]
-
-
-def found(drive, start, names, place, force):
-    wanted = free(drive, start, names)
-    residual = replay(wanted, recorded(place, force), 0.0, 1)
-    held = np.append(np.ones(len(names)), 0.0)
-    problem = Problem(wanted, residual, np.array([np.std(place)]), held)
-    with jax.enable_x64(True):
-        problem, numbers = settled(problem, wanted.begun)
-        return Found(fitted(problem, numbers, 1), problem, 0.0)
 
 
 @pytest.mark.parametrize("start", [0.0, -3.0])
@@ -38,8 +23,8 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     """
     true = Cart(pull=0.002)
     force = forced(STEPS)
-    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
-    one = found(CART, {"pull": start}, ["pull"], place, force)
+    place = noisy(driven(true, force), NOISE, 4)
+    one = cart_fit(["pull"], place, force, {"pull": start})
     columns = np.stack([-driven(true._replace(force_gain=0.0, pull=-1.0), force), np.ones(STEPS)])
     (value, _), (squares,), *_ = np.linalg.lstsq(
         columns.T, place - driven(true._replace(pull=0.0), force)
@@ -62,9 +47,11 @@ def test_a_machine_that_cannot_be_is_not_found():
         return "too little friction" if p.viscous_friction < 2.5 * p.mass else CART.fault(changes)
 
     force = forced(STEPS)
-    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
+    place = noisy(driven(true, force), NOISE, 4)
     start = {"mass": 2.0, "viscous_friction": 8.0}
-    one = found(replace(CART, fault=fault), start, ["mass", "viscous_friction"], place, force)
+    one = cart_fit(
+        ["mass", "viscous_friction"], place, force, start, drive=replace(CART, fault=fault)
+    )
     assert fault(dict(zip(one.fit.free.names, one.fit.free.values(one.fit.numbers), strict=True)))
     known = certainty(one.fit)
     inside, edge = bounded(one, known, False)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from carts import CART, EVERY, forced, recorded
+from read_figures import lines_of
 from scipy.stats import chi2
 
 from hfc_design.identify import plots
@@ -28,10 +29,6 @@ def found():
     checks = [Check(name, "open loop", 1.0, 1.0, off) for name in ("one.csv", "two.csv")]
     free = SimpleNamespace(drive=CART)
     return SimpleNamespace(told=told, checks=tuple(checks), free=free, position_unit="m")
-
-
-def lines_of(axes):
-    return {line.get_label(): np.array(line.get_data()) for line in axes.lines}
 
 
 def test_the_replay_lies_beside_the_log(found):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from carts import CART, Cart, driven, forced, recorded
 from shaken import shaken
+from wording import refused
 
 from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.checks import Check, strangers
@@ -36,9 +37,9 @@ def test_observers_that_do_not_are_refused():
     assert bandwidths(told, 0.0) == [0.0]
     assert bandwidths(told, 200.0) == [200.0]
     for wanted in (1.0, 201.0, float("nan")):
-        with pytest.raises(ValueError, match=r"does not suit it: 2\.5 to 200 Hz"):
+        with refused(ValueError):
             bandwidths(told, wanted)
-    with pytest.raises(ValueError, match="has 99 samples, an observer needs 100"):
+    with refused(ValueError):
         bandwidths(recorded(WAVE[:99], WAVE[:99]), None)
 
 

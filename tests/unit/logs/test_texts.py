@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.logs.reading import read_log
 
 PLACES = [0.125 * k for k in range(30)]
@@ -70,30 +70,31 @@ def test_columns_between_any_separator(tmp_path, separator, number):
 GOOD = "t,x\n" + "".join(f"{k},{k * k}\n" for k in range(30))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "has no samples"),
-        ("t,x\n", "has no samples"),
-        ("t,x\n1,2\n", "has 1 samples; 20 are the fewest"),
-        (GOOD + "30,much\n", "line 32: 'much' is no finite number"),
-        (GOOD + "30\n", "line 32: has 1 columns, the first one 2"),
-        (GOOD + "30,nan\n", "line 32: 'nan' is no finite number"),
-        (GOOD + "30,-inf\n", "line 32: '-inf' is no finite number"),
-        (GOOD + "30,1e999\n", "line 32: '1e999' is no finite number"),
-        (GOOD + "30,\n", "line 32: '' is no finite number"),
-        (GOOD + "30,1_0\n", "line 32: '1_0' is no finite number"),
-        (GOOD + "30,1e101\n", "column x: 1 of 31 samples are no numbers up to 1e+100"),
-        (GOOD.replace("t,x", "x,x"), "two columns are called 'x'"),
-        (GOOD.replace("t,x", "t,x\x1b[31m"), "is no name of a column"),
-        (GOOD.replace("t,x", "t," + 300 * "x"), "is no name of a column"),
-        ("# Sampling period is 1000 ns\n", "line 2: has no names"),
-        ("\x1f\x8b", "has no samples"),
-    ],
-)
-def test_what_is_no_log_is_refused_in_a_line(tmp_path, text, words):
-    with pytest.raises(UserError) as refusal:
+#: Texts, and the line that is at fault where it is a line.
+BAD = {
+    "nothing": "",
+    "no rows": "t,x\n",
+    "one row": "t,x\n1,2\n",
+    "word": (GOOD + "30,much\n", 32),
+    "short": (GOOD + "30\n", 32),
+    "nan": (GOOD + "30,nan\n", 32),
+    "inf": (GOOD + "30,-inf\n", 32),
+    "overflow": (GOOD + "30,1e999\n", 32),
+    "no number": (GOOD + "30,\n", 32),
+    "underscore": (GOOD + "30,1_0\n", 32),
+    "large": GOOD + "30,1e101\n",
+    "twice": GOOD.replace("t,x", "x,x"),
+    "escape": GOOD.replace("t,x", "t,x\x1b[31m"),
+    "long name": GOOD.replace("t,x", "t," + 300 * "x"),
+    "halscope": ("# Sampling period is 1000 ns\n", 2),
+    "packed": "\x1f\x8b",
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_no_log_is_refused_in_a_line(tmp_path, case):
+    text, *line = BAD[case] if isinstance(BAD[case], tuple) else (BAD[case],)
+    with refused() as found:
         log_of(tmp_path, text)
-    assert words in str(refusal.value)
-    assert str(refusal.value).startswith(str(tmp_path / "log.csv"))
-    assert "\n" not in str(refusal.value)
+    assert found.where == str(tmp_path / "log.csv") + "".join(f": line {n}" for n in line)
+    assert "\n" not in found.refusal

@@ -1,21 +1,11 @@
-import re
+"""What a page of a run is told beside its runs."""
+
+from report_pages import USED, told
 
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.report.in_use import in_use
+from hfc_design.report.parts import everything
 from hfc_design.report.verdict import baselines
-
-
-def test_report_tells_fitness_rivals_and_structures(report):
-    (scenario, result, folder, rivals), path = report
-    text = path.read_text()
-    assert f"{result.evaluation.fitness:.1f} on {scenario.name}" in text
-    for evaluation in (result.evaluation, *rivals.values()):
-        assert f"{evaluation.fitness:.4f}" in text
-    assert "73 individuals diverged" in text
-    assert text.count('</th><td class="value">110.0</td>') == 1
-    assert len(re.findall(r'<tr><th scope="row">\(', text)) == 10
-    assert sorted(file.name for file in (folder / "tables").iterdir()) == sorted(
-        ["manifest.csv", *(f"unit-{unit.id}.csv" for unit in result.design.controller.units)]
-    )
 
 
 def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
@@ -25,3 +15,22 @@ def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
     assert not baselines(load_scenario(stage, {"plant.parameters.mass": 40.0}))
     other = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 150.0})
     assert len(baselines(other)) == 3
+
+
+def test_an_error_in_metres_has_a_unit_that_needs_no_power_of_ten():
+    """Of a feed drive; one unit for all motions, the chatter stays in V."""
+    units = USED["units"] | {"settled_rms_error": "m"}
+    motions = {name: told(1.0, {}, scale) for name, scale in (("one", 1.0), ("two", 2.0))}
+    found = in_use(USED | {"units": units, "motions": motions})
+    assert found["heads"][2:4] == ["error once settled [µm]", "chatter [V]"]
+    assert found["rows"][0][2] == "3.57 / 3570"
+    assert found["rows"][1][2] == "7.14 / 7140"
+
+
+def test_it_says_what_everything_is():
+    units = {"late_error": "2 mrad", "stick_slip": 0.0}
+    asked = load_scenario("c-axis-ramp", {f"constraints.{key}": x for key, x in units.items()})
+    assert everything(asked) == (
+        "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
+    )
+    assert "no constraints" in everything(load_scenario("feed-drive-circle"))

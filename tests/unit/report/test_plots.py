@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from read_figures import lines_of
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
@@ -14,10 +15,6 @@ def contour(trajectory, time, actual, title):
     """The picture of a machine at ``actual`` (2, steps) [mm] that counts in BLU of 0.01 mm."""
     positions = (actual - trajectory.samples(time).position[:, :1]) / 0.01
     return picture(contours.contour(trajectory, time, positions, "BLU", 0.01), time, title)
-
-
-def lines_of(axes):
-    return {line.get_label(): np.array(line.get_data()) for line in axes.lines}
 
 
 def test_circle_that_is_too_large_by_70_um():

@@ -1,4 +1,4 @@
-"""Plots and diagrams of a run, also of one that diverged."""
+"""Diagrams of a run, and pictures of searches and of many runs."""
 
 import re
 
@@ -8,55 +8,10 @@ from random_runs import INPUTS, design
 
 from hfc_design.controllers.hierarchical import drawn_tree as diagrams
 from hfc_design.controllers.hierarchical import pictures
-from hfc_design.core.records import RunError, UserError
-from hfc_design.files.pairing import load_design
-from hfc_design.pictures.curves import SLICES
-from hfc_design.pictures.files import image, save
-from hfc_design.report import plots, searches
-from hfc_design.report.parts import sections
+from hfc_design.pictures.files import image
+from hfc_design.report import batch_plots, searches
 from hfc_design.search.loop import History
 from plants import C_AXIS
-
-
-def changed(evaluation, **axis):
-    """The evaluation with parts of its only axis replaced."""
-    return evaluation._replace(axes=(evaluation.axes[0]._replace(**axis),))
-
-
-def moving(evaluation, values):
-    """The motion of its only axis with these values (steps,) for everything."""
-    motion = evaluation.axes[0].motion
-    state = type(motion.state)(*[values] * len(motion.state))
-    return motion._replace(error=values, command=values, state=state)
-
-
-def test_response_shows_a_load_only_where_there_is_one(report):
-    with_load = report[0][1].evaluation
-    happens = with_load.axes[0].happens
-    without = changed(with_load, happens=happens._replace(loads=np.zeros_like(happens.loads)))
-    assert len(plots.response(with_load, "x").axes) == 5
-    assert len(plots.response(without, "x").axes) == 4
-
-
-def test_long_curves_keep_their_peaks(report):
-    evaluation = report[0][1].evaluation
-    time = 1e-5 * np.arange(100_001)
-    error = np.sin(time)
-    error[[777, 54_321, -1]] = 5.0, -7.0, 3.0
-    long = changed(
-        evaluation._replace(time=time),
-        happens=evaluation.axes[0].happens._replace(reference=time, loads=[0 * time]),
-        motion=moving(evaluation, error),
-    )
-    line = plots.response(long, "long").axes[1].lines[0]
-    assert len(line.get_xdata()) <= 2 * SLICES + 2
-    assert np.all(np.diff(line.get_xdata()) > 0)
-    assert {5.0, -7.0, 3.0} <= set(line.get_ydata())  # in rad, as no mrad is read so far
-
-
-def test_history_of_one_generation_where_everything_diverged():
-    history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
-    assert image(searches.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
@@ -73,32 +28,65 @@ def test_diagrams_show_every_unit_and_input(inputs, tree):
         assert f"row: {diagrams.readable(unit.row_input)}<" in drawing
 
 
-def test_diagrams_need_a_hierarchy(report):
-    own = report[0][1]
-    names = {name: load_design(name) for name in ("pd-only", "lin-lee-1999-table-1")}
-    drawn = [
-        sum(len(section.drawings) for section in sections(design, own.evaluation, report[0][0]))
-        for design in names.values()
-    ]
-    assert drawn == [0, 9]  # a tree, four tables and four surfaces
+def test_history_of_one_generation_where_everything_diverged():
+    history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
+    assert image(searches.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(
-    ("suffix", "magic"), [("png", b"\x89PNG"), ("PDF", b"%PDF"), ("svg", b"<?xml")]
+    ("best", "scale"),
+    [
+        ([1.0, 10.0, 1e4], "log"),
+        ([np.nan, 10.0, 1e4], "log"),
+        ([-1e4, -10.0, 1e4], "linear"),
+        ([np.nan, np.nan, np.nan], "linear"),
+    ],
 )
-def test_save_response(report, tmp_path, suffix, magic):
-    path = tmp_path / f"plot.{suffix}"
-    for _ in range(2):
-        save(plots.response(report[0][1].evaluation, "title"), path)
-        first = path.read_bytes()
-        assert first.startswith(magic)
-    save(plots.response(report[0][1].evaluation, "title"), path)
-    assert path.read_bytes() == first
+def test_only_what_is_above_zero_is_drawn_by_its_logarithm(best, scale):
+    nothing = np.full(3, np.nan)
+    history = History(np.array(best), nothing, np.array([9, 9, 9]), np.array([1, 1, 1]))
+    scores, _ = searches.history(history, "loss $x^$ / (1 + 300 stick share)").axes
+    assert scores.get_yscale() == scale
+    assert scores.get_title() == "loss $x^$ / (1 + 300 stick share)"
 
 
-def test_save_response_refuses_a_suffix(report, tmp_path):
-    for name in ("plot.gif", "plot"):
-        with pytest.raises(UserError, match=r"has to end in \.png, \.svg or \.pdf$"):
-            save(plots.response(report[0][1].evaluation, "title"), tmp_path / name)
-    with pytest.raises(RunError, match="cannot be written"):
-        save(plots.response(report[0][1].evaluation, "title"), tmp_path / "none" / "plot.png")
+@pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])
+def test_pictures_of_odd_scores(scores):
+    labels = ["1: $x^$ \x01 漢", "2: _"]
+    groups = [np.array(scores), np.array(scores[:1])]
+    runs = [[np.array([value]) for value in values] for values in groups]
+    drawing = image(searches.convergence(labels, runs, [0, 1]), "svg").decode()
+    assert "1: $x^$ ? ?<" in drawing
+    figure = batch_plots.outcomes({"1: race $x": groups[0], "2": groups[1]}, "fitness")
+    assert image(figure, "svg")
+    assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == ["1", "2"]
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1: race $x", "2"]
+    shown = [handle.get_color() for handle in legend.legend_handles]
+    assert shown == ["#0072B2", "#D55E00"]
+
+
+def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):
+    random = np.random.default_rng(0)
+    runs = random.random((9, 40)).cumsum(axis=1)
+    axes = searches.convergence(["1"], [list(runs)], [0]).axes[0]
+    low, median, high = np.percentile(runs, [25, 50, 75], axis=0)
+    assert axes.lines[0].get_xdata().tolist() == list(range(1, 41))
+    assert axes.lines[0].get_ydata() == pytest.approx(median)
+    edges = axes.collections[0].get_paths()[0].vertices[1:41, 1]
+    if axes.get_yscale() == "log":
+        low = np.maximum(low, median.min())
+    assert edges == pytest.approx(low) or edges == pytest.approx(high)
+
+
+@pytest.mark.parametrize("values", [[1.0], [0.9, 1.2], [1e-5, 3.0], [1e9, 1.0], [0.2, 6.0]])
+def test_ratios_stand_inside_their_picture_with_ticks_apart(values):
+    axes = batch_plots.ratios([f"quantity {k} [rad/s]" for k in range(len(values))], values).axes[0]
+    low, high = axes.get_xlim()
+    assert all(1.2 * low < value < high / 1.2 for value in values)
+    ticks = axes.get_xticks()
+    assert 2 <= len(ticks) <= 10
+    assert 1.0 in ticks
+    apart = np.diff(np.log(ticks)) / np.log(high / low)
+    assert (apart > 0.06).all()
+    assert axes.get_yticklabels()[0].get_text() == "quantity 0 [rad/s]"

@@ -1,40 +1,14 @@
-"""The page of a comparison: nothing from outside, names are only text, curves can be zoomed."""
+"""The page of a comparison in a browser: curves are drawn and can be zoomed."""
 
 import json
 import re
-from html.parser import HTMLParser
 
 import phone
 import pytest
 from browser import shown
+from html_page import Page
 
 from hfc_design.report.comparison.page import page
-
-
-class Page(HTMLParser):
-    """Elements, attributes, and the texts of scripts and styles."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.elements, self.texts, self.ids, self.open = [], [], [], False
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.elements.append((tag, dict(attributes)))
-        self.texts.append("")
-        self.open = True
-        self.ids += [value for key, value in attributes if key == "id"]
-
-    def handle_endtag(self, tag):
-        self.open = False
-
-    def handle_data(self, text):
-        if self.open:
-            self.texts[-1] += text
-
-    def of(self, tag):
-        pairs = zip(self.elements, self.texts, strict=True)
-        return [(own, text) for (name, own), text in pairs if name == tag]
 
 
 @pytest.fixture(scope="module")
@@ -80,9 +54,9 @@ def test_zooming_takes_all_panels_of_a_motion_along(written, tmp_path):
     assert said == []
     before, zoomed, after = json.loads(re.search("<pre>(.*)</pre>", dom)[1])
     low, high = before[0][0]
-    assert (low, high) == (0, pytest.approx(2.0, abs=0.01))
+    assert (low, high) == (0, pytest.approx(0.5, abs=0.01))
     for found in zoomed[0]:
-        assert found == [pytest.approx(0.5, abs=0.02), pytest.approx(1.0, abs=0.02)]
+        assert found == [pytest.approx(0.125, abs=0.005), pytest.approx(0.25, abs=0.005)]
     assert zoomed[1] == before[1]  # another motion
     assert after == before
 

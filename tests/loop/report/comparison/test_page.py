@@ -1,44 +1,45 @@
-"""The page of a comparison: nothing from outside, names are only text, curves can be zoomed."""
+"""The page of a comparison: nothing from outside, names are only text."""
 
+import base64
+import hashlib
 import json
 import re
-from html.parser import HTMLParser
 
 import pytest
+from html_page import Page
 
 from hfc_design.report.comparison.page import page
 from hfc_design.report.latex import table
 
 
-class Page(HTMLParser):
-    """Elements, attributes, and the texts of scripts and styles."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.elements, self.texts, self.ids, self.open = [], [], [], False
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.elements.append((tag, dict(attributes)))
-        self.texts.append("")
-        self.open = True
-        self.ids += [value for key, value in attributes if key == "id"]
-
-    def handle_endtag(self, tag):
-        self.open = False
-
-    def handle_data(self, text):
-        if self.open:
-            self.texts[-1] += text
-
-    def of(self, tag):
-        pairs = zip(self.elements, self.texts, strict=True)
-        return [(own, text) for (name, own), text in pairs if name == tag]
+@pytest.fixture(scope="module")
+def first(spindles):
+    """It says how to compare again."""
+    return page(spindles, "hfc compare <a> b")
 
 
 @pytest.fixture(scope="module")
-def written(spindles):
-    return page(spindles, "hfc compare <a> b").html.decode()
+def second(tables):
+    return page(tables)
+
+
+@pytest.fixture
+def written(first):
+    return first.html.decode()
+
+
+def test_nothing_but_its_own_scripts_may_run(written):
+    found = Page(written)
+    (policy,) = (own["content"] for own, _ in found.of("meta") if "http-equiv" in own)
+    assert policy.startswith("default-src 'none'; img-src data:;")
+    assert "unsafe" not in policy
+    ran = [text for own, text in found.of("script") if "type" not in own]
+    for text in (*ran, *(text for _, text in found.of("style"))):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert not any("style" in own for _, own in found.elements)
+    assert all(address.startswith("data:image/svg+xml") for address in found.addresses)
+    assert "Permission is hereby granted" in written  # the licence of what is in it
 
 
 def test_names_are_only_text(written):
@@ -58,12 +59,25 @@ def test_names_are_only_text(written):
             assert own["aria-labelledby"] in found.ids
 
 
-def test_labels_in_latex_are_unique_over_comparisons(spindles, tables):
+def test_the_same_comparison_gives_the_same_bytes(spindles, written):
+    assert page(spindles, "hfc compare <a> b").html.decode() == written
+
+
+def test_it_is_small_and_says_what_is_compared(second, written):
+    assert len(written) < 450_000
+    assert "8 others" in written.replace("\n", " ")
+    assert "<code>hfc compare &lt;a&gt; b</code>" in written
+    other = second.html.decode()
+    assert other.count("times enlarged") == 2
+    assert "Again:" not in other
+
+
+def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, tables):
     """Of the same designs in other motions too, and captions name the motion once."""
     fewer = spindles._replace(bouts=spindles.bouts[:1])
     labels = []
-    for comparison in (spindles, fewer, tables):
-        found = page(comparison)
+    each = (first, second, page(fewer))
+    for comparison, found in zip((spindles, tables, fewer), each, strict=True):
         texts = [table(k, own, found.of, found.label) for k, own in found.tables.items()]
         labels += [re.search(r"\\label\{(.*)\}", text)[1] for text in texts]
         for text in texts:

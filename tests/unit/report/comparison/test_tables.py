@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.comparison.tables import difference_row, failures, lines, rows
+from hfc_design.report.comparison.tables import difference_row, failures, lines
 from hfc_design.simulation.comparing import _differences
 from hfc_design.simulation.comparison import Bout, Comparison, Side
 
@@ -72,37 +73,17 @@ def test_a_difference_as_a_row():
     assert difference_row(none)[0] == "∞ (∞–∞)"
 
 
-def test_failures_are_said(spindles):
-    one = spindles.bouts[0]
+def test_failures_are_said():
     lost = {
         "a": side([1.0] * 3, [True, False, False]),
         "b": side([1.0] * 3, [False] * 3, nominal_stable=False),
         "c": side([1.0] * 3),
     }
-    found = Comparison({}, 0.2, 0, 3, [one._replace(name="m", sides=lost)], [], [])
+    found = Comparison(
+        {}, 0.2, 0, 3, [bout(**lost)._replace(scenario=load_scenario("c-axis-ramp"))], [], []
+    )
     (told,) = failures(found)
     assert told == "not stable in m: a on 2, b on 3 and the nominal of 3 machines"
-
-
-def test_rows_of_every_machine(spindles):
-    head, *found = rows(spindles)
-    assert len(found) == 2 * 2 * 9
-    table = [dict(zip(head, row, strict=True)) for row in found]
-    first = spindles.bouts[0].found["lin-lee-1999-table-1"]
-    for row, k in ((table[0], 0), (table[5], 5)):
-        assert (row["design"], row["motion"]) == ("lin-lee-1999-table-1", "c-axis-ramp")
-        assert row["machine"] == k
-        assert row["spindle_inertia"] == first.machines.true[0].spindle_inertia[k]
-    assert table[0][ERROR] == first.nominal[ERROR]
-    assert table[5][ERROR] == first.values[ERROR][4]
-    assert table[5]["stable"] == int(first.stable[4])
-
-
-def test_parameters_of_axes_have_their_names(tables):
-    head, first, *_ = rows(tables)
-    row = dict(zip(head, first, strict=True))
-    assert row["x_gain"] == row["y_gain"] == 40.0
-    assert row["y_positive_start"] == 7.23
 
 
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
