@@ -17,7 +17,7 @@ SOURCE = named_design("pd-only").controller.model_dump(mode="json")
 
 
 @pytest.fixture
-def tables(tmp_path):
+def own_tables(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "way.csv").write_bytes(WAY.encode())
     (tmp_path / "there" / "cut.csv").write_text(CUT)
@@ -25,12 +25,12 @@ def tables(tmp_path):
 
 
 @pytest.fixture
-def carried(tables, tmp_path, monkeypatch):
+def carried(own_tables, tmp_path, monkeypatch):
     """A design that was made with two files, alone in another folder; where it scores what."""
-    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", tables)
+    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", own_tables)
     design = design_with(SOURCE, scenario)
     fitness = evaluate(design, scenario).fitness
-    shutil.rmtree(tables)
+    shutil.rmtree(own_tables)
     here = tmp_path / "here"
     here.mkdir()
     (here / "mine.json").write_text(design_json(design))

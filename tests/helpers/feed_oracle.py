@@ -22,15 +22,15 @@ def triangle(terms, k, u):
         if k == 0:
             return 1.0
         return (u - left) / (centre - left) if u > left else 0.0
-    if k == 6:
+    if k == len(terms) - 1:
         return 1.0
     return (right - u) / (right - centre) if u < right else 0.0
 
 
 def output(error_terms, change_terms, table, e, de):
     above = below = 0.0
-    for i in range(7):
-        for j in range(7):
+    for i in range(len(error_terms)):
+        for j in range(len(change_terms)):
             weight = triangle(error_terms, i, e) * triangle(change_terms, j, de)
             above += weight * table[i][j]
             below += weight

@@ -60,7 +60,7 @@ def test_a_run_of_its_scenario_has_the_files_again(carried):
     assert again["load"]["file"]["sha256"] == hashlib.sha256(CUT.encode()).hexdigest()
 
 
-def test_files_of_motions_and_axes_are_taken_along_too(tables, tmp_path):
+def test_files_of_motions_and_axes_are_taken_along_too(own_tables, tmp_path):
     table = {"kind": "csv", "file": "way.csv"}
     axes = {"x": table, "y": {"kind": "step", "height": 1.0}}
     other = {"x": {"kind": "step", "height": 2.0}, "y": table}
@@ -74,14 +74,14 @@ def test_files_of_motions_and_axes_are_taken_along_too(tables, tmp_path):
         "simulation": {"duration_s": 0.5, "sample_time_s": 0.01},
         "controller": {"kind": "pid"},
     }
-    scenario = scenario_of(data | {"fitness": {"kind": "tolerances"}}, "mine.toml", tables)
+    scenario = scenario_of(data | {"fitness": {"kind": "tolerances"}}, "mine.toml", own_tables)
     own = new_run(scenario, tmp_path / "run")
     files = {"reference-x.csv", "one.load-y.csv", "two.reference-y.csv"}
     assert {path.name for path in (tmp_path / "run").iterdir()} == {"config.toml", *files}
     pid = named_design("jee-koren-2004-pid").controller.model_dump(mode="json")
     design = design_with(pid, own)
     first = evaluate(design, own.each_motion()[1]).fitness
-    shutil.rmtree(tables)
+    shutil.rmtree(own_tables)
     shutil.rmtree(tmp_path / "run")
     assert design_json(design).count('"sha256"') == 3
     assert evaluate(design, own_scenario(design, "x").each_motion()[1]).fitness == first

@@ -14,22 +14,22 @@ from hfc_design.runs import individuals
 from hfc_design.runs.individuals import design_with
 
 
-def test_what_is_too_long_lies_beside_and_is_known_by_its_hash(tables, monkeypatch):
+def test_what_is_too_long_lies_beside_and_is_known_by_its_hash(own_tables, monkeypatch):
     room = len(json.dumps(WAY))
     monkeypatch.setattr(individuals, "carrier", lambda: carrier(room))
-    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", tables)
+    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", own_tables)
     design = design_with(SOURCE, scenario)
     load = {"name": "cut.csv", "sha256": hashlib.sha256(CUT.encode()).hexdigest()}
     assert design.provenance["scenario"]["load"]["file"] == load
-    (tables / "mine.json").write_text(design_json(design))
-    found = load_design(tables / "mine.json")
-    own = own_scenario(found, str(tables / "mine.json"))
+    (own_tables / "mine.json").write_text(design_json(design))
+    found = load_design(own_tables / "mine.json")
+    own = own_scenario(found, str(own_tables / "mine.json"))
     assert (own.samples().axes[0].loads == scenario.samples().axes[0].loads).all()
-    (tables / "cut.csv").write_text(CUT.replace("1", "2"))
+    (own_tables / "cut.csv").write_text(CUT.replace("1", "2"))
     with refused() as told:
-        own_scenario(found, str(tables / "mine.json"))
+        own_scenario(found, str(own_tables / "mine.json"))
     assert "load.file.name = 'cut.csv': " in told.refusal
-    (tables / "cut.csv").unlink()
+    (own_tables / "cut.csv").unlink()
     with refused() as told:
-        own_scenario(found, str(tables / "mine.json"))
+        own_scenario(found, str(own_tables / "mine.json"))
     assert "load.file.name = 'cut.csv': " in told.refusal
