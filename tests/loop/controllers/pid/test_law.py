@@ -56,7 +56,7 @@ def test_design_by_hand_is_the_published_one():
 CIRCLE = {"reference": {"kind": "circle", "radius_mm": 5.0, "feed_mm_min": 600.0}}
 
 
-def test_an_own_plant_needs_ranges_inside_too():
+def test_an_own_plant_needs_ranges_inside_too(own_plugins):
     """A machine of one's own, of drives that the package has."""
     api.register(api.side_by_side("own-table", x=FEED_DRIVE, y=FEED_DRIVE))
     each = {"kind": "per-axis", "axes": {axis: {"kind": "pid"} for axis in "xy"}}
