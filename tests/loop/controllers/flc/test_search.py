@@ -40,7 +40,7 @@ def test_terms_that_overlap_wholly_are_terms_of_a_design():
 def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
     own = genome(kind)
     drive = stable_range(40.0, 0.055, 0.01)
-    found = bred(own, count=20)
+    found = bred(own, count=12)
     assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
     for k in range(len(found.tree)):
         individual = taken(found, slice(k, k + 1))

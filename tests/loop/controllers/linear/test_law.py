@@ -2,28 +2,12 @@
 
 import numpy as np
 import pytest
-from linear_designs import design
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete, dlsim
 from sledge import imported
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.runtime import Controller
-
-
-def test_the_simulator_steps_the_same_law():
-    """One axis in the closed loop, sample by sample in the runtime: the same commands."""
-    ahead = {"velocity": 13.0, "acceleration": 28.0, "coulomb": 3.0, "coulomb_width": 0.003}
-    own = {"kp": 2000.0, "ki": 900.0, "kd": 400.0, "derivative_hz": 80.0, "feed_forward": ahead}
-    mine = design(limit=15.0, every=0.001, signals={"deflection": -90.0, "current": -0.3}, **own)
-    motion = {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.05, "acceleration": 0.5}
-    scenario = api.load_scenario({"reference": motion, "simulation": {"duration_s": 0.6}})
-    (axis,) = api.evaluate(mine, scenario).axes
-    told, controller = axis.told(), Controller(mine)
-    found = [controller.step({k: float(x[i]) for k, x in told.items()}) for i in range(600)]
-    np.testing.assert_allclose(axis.motion.command, found, rtol=1e-9, atol=1e-9)
-    assert np.abs(axis.motion.command).max() == 15.0
 
 
 def test_an_optimal_loop_is_that_of_scipy(own):

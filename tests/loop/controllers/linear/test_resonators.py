@@ -87,7 +87,7 @@ def test_an_error_of_a_told_frequency_vanishes_and_a_neighbour_s_is_that_of_the_
 def test_regulators_with_resonators_are_those_of_scipy(kind, own):
     """States integral, place and speed of the error, two of each resonator, built here."""
     made = of_sledge(kind, ranges={f"resonator_{k}": [0.1, 100.0] for k in (1, 2)})
-    population = made.fresh(np.zeros(40, int), np.random.default_rng(2))
+    population = made.fresh(np.zeros(15, int), np.random.default_rng(2))
     values, gains = made.values(population), made.gains(population)
     a, b = plant()
     size = 7 if kind == "lqi" else 6
@@ -105,7 +105,7 @@ def test_regulators_with_resonators_are_those_of_scipy(kind, own):
     weights += [values["error"], values["error_rate"]]
     for k, frequency in enumerate(FREQUENCIES, 1):
         other = values["integral"] if kind == "lqi" else values["error"] * frequency
-        weights += [values[f"resonator_{k}"] * other, np.zeros(40)]
+        weights += [values[f"resonator_{k}"] * other, np.zeros(15)]
     unit = made.scale  # SciPy loses digits without
     turned, driven = whole * unit[:, None] / unit, drive * unit[:, None]
     for k in range(40):
@@ -137,7 +137,7 @@ def test_the_gains_of_a_pid_make_errors_fade_and_keep_their_frequency(own):
 
 def test_the_simulator_steps_the_same_law():
     """At a limit now and then, sample by sample in the runtime: the same commands."""
-    mine = limited(resonating(linear("lqi", 2), 1, 3.0, 200.0), 10.0)
+    mine = limited(resonating(linear("lqi", 6), 1, 3.0, 200.0), 10.0)
     motion = {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.05, "acceleration": 0.5}
     scenario = api.load_scenario({"reference": motion, "simulation": {"duration_s": 0.3}})
     (axis,) = api.evaluate(mine, scenario).axes
