@@ -74,7 +74,7 @@ def test_true_sectors_of_table_3_are_those_of_a_search(base):
 
 def test_true_sectors_of_random_terms_enclose_a_search_closely():
     random = np.random.default_rng(4)
-    for _ in range(4):
+    for _ in range(3):
         terms = []
         for centres in (ERROR_CENTRES, CHANGE_CENTRES):
             spacing, reach = centres[4], random.uniform(0.35, 1.0, (7, 2))
