@@ -49,8 +49,8 @@ def test_the_freed_machine_moves_as_lugre_does_under_its_own_bristles():
         return MACHINE.a @ x + MACHINE.voltage * voltage + MACHINE.bristle * z + MACHINE.load * 3.0
 
     given = {"method": "Radau", "rtol": 1e-10, "atol": 1e-13, "dense_output": True}
-    true = solve_ivp(rates, (0.0, 0.2), np.zeros(6), **given)
-    found = solve_ivp(linear, (0.0, 0.2), np.zeros(5), **given)
+    true = solve_ivp(rates, (0.0, 0.1), np.zeros(6), **given)
+    found = solve_ivp(linear, (0.0, 0.1), np.zeros(5), **given)
     assert found.y[ANGLE, -1] == pytest.approx(true.y[3, -1], abs=1e-9)
     z, speed = true.y[5, -1], true.y[4, -1]
     momentum = CAxisParameters().spindle_inertia * speed + 126.5 * z

@@ -139,7 +139,7 @@ def test_a_table_against_the_change_of_error_is_not_confined():
     assert not confined(true_sectors(ERROR_TERMS, CHANGE_TERMS, backward))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(*[st.floats(0.01, 100.0)] * 4)
 def test_equation_23_is_equation_14_for_rule_base_1(small, medium, large, spacing):
     changes = [spacing * j for j in range(-3, 4)]
@@ -189,7 +189,7 @@ ascending = st.lists(st.floats(1e-6, 1e3), min_size=3, max_size=3, unique=True).
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.lists(sevens, min_size=7, max_size=7),
     ascending | sevens,

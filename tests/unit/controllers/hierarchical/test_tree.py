@@ -202,7 +202,7 @@ def test_every_source_of_a_tree_is_reachable(inputs):
 NAMES = ("error", "deflection", "spindle_velocity", "error_rate")
 
 
-def population(count=12):
+def population(count=9):
     genome = searched_of(NAMES)
     rng = np.random.default_rng(3)
     found = genome.fresh(rng.integers(genome.structures, size=count), rng)

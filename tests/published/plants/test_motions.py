@@ -1,4 +1,4 @@
-"""The positioning stage in its recorded loop, by hand."""
+"""The positioning stage in its recorded loop, and friction of fast spindles, against Radau."""
 
 import jax
 import jax.numpy as jnp
