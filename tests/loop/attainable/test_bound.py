@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from hfc_design.attainable.attainable import attainable
 from hfc_design.attainable.certificate import Bounds
 from hfc_design.attainable.freed import ANGLE, MOMENTUM, freed, sampled, undriven
+from hfc_design.attainable.open_loop import best_voltage
 from hfc_design.attainable.playing import played, player
 from hfc_design.attainable.reach import reach
 from hfc_design.attainable.sliding import Case, bent
@@ -48,8 +49,8 @@ def test_the_freed_machine_moves_as_lugre_does_under_its_own_bristles():
         return MACHINE.a @ x + MACHINE.voltage * voltage + MACHINE.bristle * z + MACHINE.load * 3.0
 
     given = {"method": "Radau", "rtol": 1e-10, "atol": 1e-13, "dense_output": True}
-    true = solve_ivp(rates, (0.0, 0.2), np.zeros(6), **given)
-    found = solve_ivp(linear, (0.0, 0.2), np.zeros(5), **given)
+    true = solve_ivp(rates, (0.0, 0.1), np.zeros(6), **given)
+    found = solve_ivp(linear, (0.0, 0.1), np.zeros(5), **given)
     assert found.y[ANGLE, -1] == pytest.approx(true.y[3, -1], abs=1e-9)
     z, speed = true.y[5, -1], true.y[4, -1]
     momentum = CAxisParameters().spindle_inertia * speed + 126.5 * z
@@ -105,10 +106,11 @@ def test_bristles_follow_what_is_known_of_the_speed():
 
 def test_the_simulators_steps_change_little():
     """The bound is of the equations: sixteen times finer steps leave the best sum as it is."""
-    scenario, found = of("c-axis-ramp")
-    fine = load_scenario(scenario, {"simulation.substeps": 16})
-    total = np.abs(played(player(fine), found.voltage).error).sum()
-    own = np.abs(played(player(scenario), found.voltage).error).sum()
+    scenario = load_scenario("c-axis-ramp", RAMP)
+    play, fine = (player(load_scenario(scenario, {"simulation.substeps": n})) for n in (1, 16))
+    steps = len(play.samples.axes[0].target)
+    voltage = best_voltage(play, np.zeros(steps), np.full(steps, LIMIT)).voltage
+    total, own = (np.abs(played(one, voltage).error).sum() for one in (fine, play))
     assert total == pytest.approx(own, rel=1e-3)
 
 

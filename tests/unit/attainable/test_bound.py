@@ -39,7 +39,7 @@ def test_any_multipliers_prove_no_more_than_the_programme_and_the_best_ones_as_m
     best = certified(MACHINE, one, errors, np.clip(found.multipliers, -1, 1), bounds)
     assert best.bound == pytest.approx(primal.fun, rel=1e-6)
     assert best.bound <= primal.fun
-    random = np.random.default_rng(0).uniform(-1, 1, (200, steps))
+    random = np.random.default_rng(0).uniform(-1, 1, (60, steps))
     for multipliers in [*random, *np.sign(random), np.zeros(steps)]:
         assert certified(MACHINE, one, errors, multipliers, bounds).bound <= primal.fun
 

@@ -75,7 +75,7 @@ def test_true_sectors_of_table_3_are_those_of_a_search(base):
 
 def test_true_sectors_of_random_terms_enclose_a_search_closely():
     random = np.random.default_rng(4)
-    for _ in range(4):
+    for _ in range(3):
         terms = []
         for centres in (ERROR_CENTRES, CHANGE_CENTRES):
             spacing, reach = centres[4], random.uniform(0.35, 1.0, (7, 2))
@@ -140,7 +140,7 @@ def test_a_table_against_the_change_of_error_is_not_confined():
     assert not confined(true_sectors(ERROR_TERMS, CHANGE_TERMS, backward))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(*[st.floats(0.01, 100.0)] * 4)
 def test_equation_23_is_equation_14_for_rule_base_1(small, medium, large, spacing):
     changes = [spacing * j for j in range(-3, 4)]
@@ -190,7 +190,7 @@ ascending = st.lists(st.floats(1e-6, 1e3), min_size=3, max_size=3, unique=True).
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.lists(sevens, min_size=7, max_size=7),
     ascending | sevens,

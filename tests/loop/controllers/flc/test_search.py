@@ -13,11 +13,8 @@ from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.pairing import load_design
 from hfc_design.runs import individuals
-from hfc_design.runs import run as design
-from hfc_design.simulation import compiled
-from hfc_design.simulation.evaluating import evaluate
 from hfc_design.stability.sectors import true_sectors
 from hfc_design.stability.stable_range import stable_range
 
@@ -40,7 +37,7 @@ def test_terms_that_overlap_wholly_are_terms_of_a_design():
 def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
     own = genome(kind)
     drive = stable_range(40.0, 0.055, 0.01)
-    found = bred(own, count=20)
+    found = bred(own, count=12)
     assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
     for k in range(len(found.tree)):
         individual = taken(found, slice(k, k + 1))
@@ -74,51 +71,6 @@ def test_a_start_inside_the_range_is_the_first_individual():
         for mine, theirs in zip(record[key], getattr(start, key), strict=True):
             assert mine["centre"] == pytest.approx(theirs.centre, abs=1e-12)
             assert (mine["left"] is None) == (theirs.left is None)
-
-
-SIZES = ["search.population=16", "search.generations=3"]
-SMALL = load_scenario(CIRCLE, ["controller.kind=flc", "simulation.duration_s=4.0", *SIZES])
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """A run of few tables, and how often its programs were compiled."""
-    folder = tmp_path_factory.mktemp("runs") / "flc"
-    programs = (compiled.scores_needed, compiled.trajectories)
-    for program in programs:
-        program.clear_cache()
-    found = design.run(design.new_run(SMALL, folder), folder)
-    return found, [program._cache_size() for program in programs], folder
-
-
-def test_one_compilation_serves_all_tables(run):
-    found, compilations, _ = run
-    assert compilations == [1, 1]
-    assert found.search.generation == 3
-
-
-def test_the_run_folder_holds_the_design(run):
-    found, _, folder = run
-    stored = load_design(str(folder))
-    assert stored.controller.kind == folder.name
-    again = evaluate(stored, own_scenario(stored, str(folder)))
-    assert again.fitness == found.evaluation.fitness
-
-
-def test_stopped_and_resumed_equals_uninterrupted(run, tmp_path):
-    _, _, whole = run
-    parts = tmp_path / "parts"
-
-    def stop(search):
-        if search.generation == 2:
-            raise KeyboardInterrupt
-
-    own = design.new_run(SMALL, parts)
-    with pytest.raises(KeyboardInterrupt):
-        design.run(own, parts, stop)
-    design.run(design.opened_run(parts), parts)
-    for name in ("design.json", "history.csv", "checkpoint.npz"):
-        assert (whole / name).read_bytes() == (parts / name).read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,21 @@
 
 import numpy as np
 import pytest
-from sliding import DYNAMICS, TABLE_2, sliding
+from sliding import DYNAMICS, EVERY, PID, TABLE_2, of_the_runtime, sliding, wandering
+from structured_text import FunctionBlock
 from wording import refused
 
+from hfc_design.controllers.fuzzy_sliding.section import sections
 from hfc_design.controllers.genome import taken
+from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import population_of_one
+from hfc_design.formats import FORMATS, code
+from hfc_design.pictures.files import image
 from hfc_design.runs import individuals
+from hfc_design.runtime.explain import explanation
+from plants import FEED_DRIVE, side_by_side
 
 CIRCLE = {"controller": {"kind": "fuzzy-sliding"}, "limits.command": 120.0}
 
@@ -105,3 +112,71 @@ def test_what_cannot_be_searched_is_told(changes):
     with refused() as found:
         load_scenario("feed-drive-circle", own)
     assert found.where == "feed-drive-circle"
+
+
+def measured(steps=300):
+    k = np.arange(steps)
+    return {"error": 20.0 * np.sin(k / 30.0), "error_rate": 300.0 * np.cos(k / 30.0)}
+
+
+def test_every_axis_has_its_pictures():
+    machine = side_by_side(x=FEED_DRIVE, y=FEED_DRIVE)
+    shown = Shown(machine, (FEED_DRIVE.parameters(),) * 2, {"x": measured(), "y": measured(2)})
+    whole, x, y = sections(sliding(pid=PID).controller, shown)
+    assert [part.title for part in (x, y)] == ["What X learns", "What Y learns"]
+    rows = {name: (value, unit) for name, value, unit in whole.listing.rows}
+    assert rows["slope of the surface, λ"] == ("20", "1/s")
+    assert rows["judgement of the error, P₂"] == ("20", "1/s")
+    assert rows["beside the rules, k_i"] == ("8", "unit/(BLU s)")
+    for part in (whole, x, y):
+        for drawing in part.drawings:
+            assert image(drawing.figure, "svg").startswith(b"<?xml")
+
+
+@pytest.mark.parametrize("value", [0.0, 1e300])
+def test_nothing_and_far_too_much_can_be_drawn(value):
+    shown = Shown(side_by_side(x=FEED_DRIVE), (FEED_DRIVE.parameters(),), None)
+    signals = {"error": np.full(3, value), "error_rate": np.full(3, -value)}
+    shown = shown._replace(signals={"x": signals})
+    *_, learnt = sections(sliding().controller, shown)
+    for drawing in learnt.drawings:
+        assert image(drawing.figure, "svg")
+
+
+@pytest.mark.parametrize("name", ["beside a pid within a limit", "with what it learnt"])
+def test_structured_text_holds_what_it_starts_from(name, tmp_path):
+    design = EVERY[name]
+    held = design.model_copy(update={"controller": design.controller.held()})
+    (tmp_path / "design.st").write_text(code.block(design))
+    text = (tmp_path / "design.st").read_text()
+    assert "the adaptation is not here" in text
+    block = FunctionBlock(text)
+    samples = wandering(300)[:380]
+    rows = (dict(zip(("error", "error_rate"), row, strict=True)) for row in samples.tolist())
+    found = [block.step(**row) for row in rows]
+    expected = of_the_runtime(held, samples)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("target", ["csv", "fll", "fcl", "fml", "mat", "linuxcnc"])
+def test_every_format_has_it(target, tmp_path):
+    FORMATS[target].write(sliding(100.0), tmp_path / "out")
+    assert (tmp_path / "out").exists()
+
+
+def test_what_matlab_would_not_compute_is_refused(tmp_path):
+    with refused():
+        FORMATS["fis"].write(sliding(), tmp_path / "out")
+
+
+def test_what_a_command_is_made_of():
+    told = explanation(
+        sliding(100.0), FEED_DRIVE, FEED_DRIVE.parameters(), ["error=30,error_rate=1000"]
+    )
+    assert told["parts"] == pytest.approx({"fuzzy": 90.0, "switching": 10.0})
+    (unit,) = told["units"]
+    assert [rule["share"] for rule in unit["rules"]] == pytest.approx([0.25] * 4)
+    assert {(rule["row"], rule["column"]) for rule in unit["rules"]} == {
+        (a, b) for a in ("SP", "MP") for b in ("SP", "MP")
+    }
+    assert told["adaptation_held"]

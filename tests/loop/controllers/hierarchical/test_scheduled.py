@@ -200,17 +200,6 @@ def test_controller_m_names_every_signal(tmp_path):
     assert named == set(design.kind.reads(design.controller))
 
 
-def test_without_exp_the_factor_s_deviation_is_told(tmp_path):
-    (tmp_path / "design.json").write_text(design_json(made_up.scheduling(7)))
-    arguments = (tmp_path / "design.json", "--to", "c", "--out", tmp_path / "c", "--lookup", 9)
-    told, command, _ = hfc("export", *arguments).stdout.splitlines()
-    assert told.startswith("largest deviation from the exact factor of the scheduled law: ")
-    assert "V" not in told
-    assert " V at most" in command
-    (source,) = (tmp_path / "c").glob("*.c")
-    assert "factor of the scheduled law that a search found" in source.read_text()
-
-
 def test_units_matter_by_what_they_do_to_the_whole_command():
     """Against the law one point at a time, of inputs that are all that is read."""
     names = ("error", "error_rate", "reference_rate")

@@ -4,15 +4,15 @@ import feed_oracle
 import jax
 import numpy as np
 import pytest
-from feed_designs import DESIGNS, LARGE, changed, five, jax_motion, runtime_motion
+from feed_designs import DESIGNS, changed, five, jax_motion, runtime_motion
 from lifted import controller_of
 
 
 @pytest.fixture(scope="module")
 def rough():
     """A rough reference, and five individuals of which the first is the design."""
-    name = LARGE[0]
-    controller, one = controller_of(DESIGNS[name])
+    design = DESIGNS["jee-koren-2004-aflc"]
+    controller, one = controller_of(design)
     random = np.random.default_rng(3)
 
     def varied(leaf):
@@ -22,7 +22,7 @@ def rough():
 
     reference = feed_oracle.errors(600, 3)
     many = jax.tree.map(varied, one)
-    return DESIGNS[name], controller, many, reference, jax_motion(controller, many, reference)
+    return design, controller, many, reference, jax_motion(controller, many, reference)
 
 
 def test_the_loop_equals_the_runtime_on_a_rough_reference(rough):

@@ -3,12 +3,14 @@
 import jax
 import pytest
 from feed_genomes import CIRCLE, bred, genome
+from resuming import whole_and_in_parts
 
 from hfc_design.controllers.genome import taken
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
+from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.runs import individuals
 from hfc_design.runs import run as design
+from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluating import evaluate
@@ -31,6 +33,39 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
         judged, _ = simulate.trajectory(loop, machines, samples, gains)
         file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
+
+
+SMALL = ["simulation.duration_s=4.0", "search.population=16", "search.generations=5"]
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def run(request, tmp_path_factory):
+    """A run of few tables, and how often its programs were compiled."""
+    folder = tmp_path_factory.mktemp("runs") / request.param
+    scenario = load_scenario(CIRCLE, [f"controller.kind={request.param}", *SMALL])
+    programs = (compiled.scores_needed, compiled.trajectories)
+    for program in programs:
+        program.clear_cache()
+    found = design.run(design.new_run(scenario, folder), folder)
+    return found, [program._cache_size() for program in programs], folder
+
+
+def test_one_compilation_serves_all_tables(run):
+    found, compilations, _ = run
+    assert compilations == [1, 1]
+    assert found.search.generation == 5
+
+
+def test_the_run_folder_holds_the_design(run):
+    found, _, folder = run
+    stored = load_design(str(folder))
+    assert stored.controller.kind == folder.name
+    again = evaluate(stored, own_scenario(stored, str(folder)))
+    assert again.fitness == found.evaluation.fitness
+
+
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
+    whole_and_in_parts(load_scenario(CIRCLE, ["controller.kind=flc", *SMALL]), tmp_path, 3)
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,9 @@ def test_the_loop_equals_the_runtime(name):
         np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
 
 
-def test_a_population_of_what_organises_itself_equals_its_individuals():
-    controller, one = controller_of(DESIGNS["1995-soflc with all terms"])
+@pytest.mark.parametrize("name", LARGE)
+def test_a_population_equals_its_individuals(name):
+    controller, one = controller_of(DESIGNS[name])
     random = np.random.default_rng(3)
     many = jax.tree.map(
         lambda leaf: leaf * random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,)), one

@@ -192,7 +192,7 @@ def test_driven_hard_it_stays_inside(base, seed):
     grid = np.linspace(-30.0, 30.0, 241)
     fine = np.linspace(-6.0, 6.0, 193)
     for k, (_, memory) in enumerate(
-        stepped(gains, blamed_aflc, feed_oracle.errors(1500, seed + 10))
+        stepped(gains, blamed_aflc, feed_oracle.errors(1000, seed + 10))
     ):
         if k % 100:
             continue

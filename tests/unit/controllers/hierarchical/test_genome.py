@@ -9,7 +9,7 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import individuals
 
-COUNT = 20_000
+COUNT = 10_000
 LIMITS = np.array([4.0, 4.0, 4.0, 20.0])  # of the units, the root last
 SCALES = np.array([50.0, 80.0, 20.0, 20.0, 10.0])
 STEP = 0.01  # so small that nothing meets a limit

@@ -1,4 +1,4 @@
-"""Friction of fast spindles in one step of 1 ms: against SciPy's Radau and against formulas."""
+"""The positioning stage in its recorded loop, and friction of fast spindles, against Radau."""
 
 import jax
 import jax.numpy as jnp
@@ -6,7 +6,23 @@ import numpy as np
 import oracle
 import pytest
 
+import hfc_design.api as hfc
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, step
+
+
+def test_the_recorded_loop_follows_as_far_behind_as_by_hand():
+    """u = k_v (k_p e - v) holds a speed where u g = F_c + offset + F_v v."""
+    motion = hfc.evaluate("emps-cascade", "positioning-stage-move").axes[0].motion
+    assert motion.state.velocity[1500] == pytest.approx(125.0, rel=2e-4)
+    voltage = (20.39 - 3.16 + 203.5 * 0.125) / 35.1507
+    assert motion.command[1500] == pytest.approx(
+        voltage, abs=0.06
+    )  # a step of the encoder: 0.039 V
+    wanted = (voltage / 243.45 + 0.125) / 160.18  # [m]
+    assert motion.error[1000:2000].mean() == pytest.approx(1e3 * wanted, abs=2e-4)
+    assert motion.error[-1] == pytest.approx(0.0, abs=0.02)  # friction holds it against the loop
+    assert motion.state.velocity[-1] == 0.0
+
 
 GAINS = (758.405, 743.010)  # of the PD part of Table I
 PERIOD = 1e-3
