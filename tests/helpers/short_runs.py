@@ -1,6 +1,7 @@
 """Short runs on one scenario by each search strategy, and what they leave."""
 
 import functools
+import re
 
 import pytest
 
@@ -8,9 +9,10 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import run as design
 
 #: Gains of a PD controller: its programs are compiled soonest, and all searches share them.
+#: Whether sticking is judged is a matter of form too.
 SMALL = [
     *("simulation.duration_s=0.1", "search.population=12", "search.generations=5"),
-    "controller={kind='pd'}",
+    *("controller={kind='pd'}", "search.stick_penalty=0"),
 ]
 TWO = "controller={inputs=[{name='error',scale=50.0},{name='deflection',scale=80.0}]}"
 #: What each strategy changes in it; genes of structures need a hierarchy.
@@ -52,7 +54,7 @@ def once(path, small=SMALL):
 
     @functools.cache
     def whole(*changes):
-        folder = path / f"whole-{whole.cache_info().misses}"
+        folder = path / re.sub(r"\W+", "-", " ".join(("whole", *changes)))
         return folder, design.run(started(folder, changes, small), folder)
 
     return whole

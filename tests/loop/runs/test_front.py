@@ -64,7 +64,6 @@ def test_the_table_has_the_ends_and_the_marked_points(folder):
 @pytest.mark.parametrize(
     "options",
     [
-        ["--point", 0],
         ["--nearest", "chatter=2"],
         ["--nearest", "effort='2 rad'"],
         ["--nearest", "effort"],
@@ -78,7 +77,10 @@ def test_what_cannot_be_picked_is_told_in_a_line(options, folder, tmp_path):
 
 
 def test_a_pick_needs_a_file_and_a_front(folder, wholes, tmp_path):
-    assert refused_command("pick", folder, "--knee").count("\n") == 1
+    refused_command("pick", folder, "--knee")
+    last = len(table(folder / "front.csv"))
+    done = hfc("pick", folder, "--point", 0, "--out", tmp_path / "x.json")
+    assert (done.exit_code, done.stderr) == (2, f"hfc: --point 0: there are points 1 to {last}\n")
     other, _ = wholes()
     found = refused_command("pick", other, "--knee", "--out", tmp_path / "x.json")
     assert found.where == str(other)

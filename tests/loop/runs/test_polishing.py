@@ -1,7 +1,6 @@
-"""A polished run: what it brings, that no interruption changes it, and what is refused."""
+"""What cannot be polished."""
 
 import pytest
-from short_runs import contents, resumed, started
 from wording import refused
 
 from hfc_design.controllers.gains.genome import GainsGenome
@@ -27,17 +26,3 @@ def test_what_cannot_be_polished_is_refused_in_a_line(changes):
     with refused() as found:
         load_scenario("c-axis-ramp", changes)
     assert "run.polish = " in found.refusal
-
-
-def test_interrupted_and_resumed_equals_uninterrupted(tmp_path):
-    whole, part = tmp_path / "whole", tmp_path / "part"
-    run.run(started(whole, ["run.polish=2"]), whole)
-
-    def interrupt(done):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run.run(started(part, ["run.polish=2"]), part, on_polish=interrupt)
-    assert not (part / "design.json").exists()
-    resumed(part)
-    assert contents(part) == contents(whole)

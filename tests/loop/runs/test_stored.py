@@ -97,7 +97,7 @@ def test_a_run_that_is_to_be_longer(both):
     _, part = both
     text = (part / "config.toml").read_text()
     (part / "config.toml").write_text(text.replace("generations = 5", "generations = 7"))
-    with refused(RunError):
+    with pytest.raises(RunError, match=r"another config\.toml"):
         resumed(part)
     design.run(design.opened_run(part), part, anyway=True)
     assert len((part / "history.csv").read_text().splitlines()) == 1 + 7

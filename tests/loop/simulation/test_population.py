@@ -12,12 +12,6 @@ from hfc_design.simulation import population as simulate
 PD = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
 
 
-def test_published_score_of_the_second_pd_alone():
-    prepared_loop = prepared(PD, seconds=10)
-    gains = PdGains(np.array([1002.076]), np.array([135.007]))
-    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
-
-
 def test_one_compilation_serves_all_structures_values_machines_and_loads(random_population):
     """Whoever diverges is alone in it."""
     gains = random_population(65, seed=4)

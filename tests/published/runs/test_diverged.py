@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from batches import written
+from batches import batch, written
 from run_folders import hfc
 
 from hfc_design import api
@@ -107,3 +107,14 @@ def test_the_score_of_such_a_design_is_null(scenario, tmp_path):
     found = json.loads(done.stdout)
     assert found["diverged"]
     assert found["fitness"] is None
+
+
+def test_a_cell_of_a_batch_has_failed_and_is_told_again(scenario, tmp_path):
+    file = written(tmp_path, f"[set]\nscenario = '{scenario}'\n", "batch.toml")
+    for _ in range(2):
+        done = batch(file, "--out", tmp_path / "out")
+        assert done.exit_code == 1
+        assert "0 finished, 1 failed" in done.stdout
+        assert "RunError: no design: every individual diverged" in done.stderr
+        assert (tmp_path / "out" / "report.html").exists()
+    assert "every individual diverged" in batch("--status", tmp_path / "out").stdout

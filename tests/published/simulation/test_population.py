@@ -30,6 +30,13 @@ def test_published_score(design, scenario, score):
     assert not found.diverged
 
 
+def test_published_score_of_the_second_pd_alone():
+    pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
+    prepared_loop = prepared(pd, seconds=10)
+    gains = PdGains(np.array([1002.076]), np.array([135.007]))
+    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
+
+
 @pytest.mark.parametrize(
     ("design", "scenario"),
     [("lin-lee-1999-table-1", "c-axis-ramp"), ("lin-lee-1999-table-2", "c-axis-ramp-cutting")],

@@ -1,7 +1,9 @@
 """What is called stable: known limit cycles are not, forced vibration is; the rule by hand."""
 
 import pytest
+from settled import of_nominal
 
+from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.simulation.comparing import compare
@@ -38,3 +40,18 @@ def test_a_comparison_says_why_a_design_is_not_stable():
     alone = robustness(designs["sharp"], scenario, 0.01, 3)
     assert alone.numbers()["reasons"] == {"swings": 3, "is far off": 3}
     assert alone.numbers()["nominal_reasons"] == ["swings"]
+
+
+def test_integral_action_that_hunts_within_friction_is_not_stable():
+    """A slow ramp: its rotor winds up the spring until the spindle breaks away."""
+    record = load_design("pd-only").model_dump(mode="json")
+    pid = {"kind": "pid+ff", "sample_time_s": 0.001, "kp": 700.0, "kd": 743.0}
+    slow = load_scenario("c-axis-ramp", ["reference.velocity=0.002", "simulation.duration_s=10"])
+    late = []
+    for integral in (0.0, 300.0):
+        record["controller"] = pid | {"ki": integral}
+        measured, stable = of_nominal(Design.model_validate(record), slow)
+        assert stable == (integral == 0.0)
+        assert (measured["unsettled"] > 1.0) == (integral > 0.0)
+        late.append(measured["late_error"])
+    assert late[1] < 0.2 * late[0]  # the error alone would call it the better one
