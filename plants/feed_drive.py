@@ -90,11 +90,15 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
 
 def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
     """Sliding friction [unit], never negative at rest, at ``speed`` [BLU/s] in ``direction``."""
-    start, slope, curvature = (
-        jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True)
+    curve = FrictionCurve(
+        *(jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True))
     )
-    low = start + speed * (slope + speed * curvature)
-    return c.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
+    return c.coulomb + jnp.where(speed < c.low_speed, at_low_speed(curve, speed), 0.0)
+
+
+def at_low_speed(curve: FrictionCurve, speed: Scalar) -> Scalar:
+    """What ``curve`` adds to the Coulomb level [unit] at ``speed`` [BLU/s] (JK04 eq. 28)."""
+    return curve.start + speed * (curve.slope + speed * curve.curvature)
 
 
 def step(
@@ -133,10 +137,11 @@ def fault(changes: dict[str, float]) -> str | None:
     if found := _sign_fault(changes):
         return found
     p = FeedDriveParameters(**changes)
-    for direction, name in ((1.0, "positive"), (-1.0, "negative")):
+    c = coefficients(p)
+    for direction, name, curve in ((1.0, "positive", c.positive), (-1.0, "negative", c.negative)):
         with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
-            speeds = p.low_velocity / p.blu * np.arange(1000) / 1000
-            braking = friction(coefficients(p), direction, speeds) + speeds / p.gain
+            speeds = c.low_speed * np.arange(1000) / 1000
+            braking = c.coulomb + at_low_speed(curve, speeds) + speeds / p.gain
         if not braking.min() >= 0:
             slope, curvature = (getattr(p, f"{name}_{part}") for part in ("slope", "curvature"))
             speed = direction * p.blu * speeds[braking.argmin()]

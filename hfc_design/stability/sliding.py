@@ -56,8 +56,7 @@ class Slides:
 
     def __init__(self, drive: Drive, parameters: Parameters):
         kind = type(drive.initial_state(0.0))
-        fixed, size = drive.coefficients(parameters), len(kind._fields)
-        rows = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(jnp.ones(size))
+        size, rows = len(kind._fields), reported(drive, parameters)
         #: (states,) the position that is fed back.
         self.seen, rate = (np.eye(size)[kind._fields.index(name)] for name in drive.seen)
         told = {name: np.asarray(row, float) for name, row in rows.items()}
@@ -163,6 +162,15 @@ def balanced(a: Floats) -> tuple[Floats, Floats]:
     """
     even, (units, _) = matrix_balance(a, permute=False, separate=True)
     return np.asarray(even, float), np.asarray(units, float)
+
+
+@partial(jax.jit, static_argnums=0)
+def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
+    """(states,) what each signal of the drive takes of each state."""
+    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
+    states = jnp.ones(len(kind._fields))
+    rows: dict[str, Any] = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(states)
+    return rows
 
 
 @partial(jax.jit, static_argnums=0)

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from carts import CART, Cart, driven, forced, recorded
+from carts import recorded
 from shaken import shaken
 from wording import refused
 
 from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.checks import Check, strangers
-from hfc_design.identify.free import free
 from hfc_design.identify.recording import recording
-from hfc_design.identify.search import bandwidths, by_command
+from hfc_design.identify.search import bandwidths
 from hfc_design.logs.signals import Signals
 from plants.positioning_stage import POSITIONING_STAGE
 
@@ -78,17 +77,3 @@ def test_an_axis_that_stands_begins_at_rest(place):
     found = Signals(WAVE, 0.001, {"place": values}, WAVE < 2.0, ())
     drive = replace(POSITIONING_STAGE, feedback=("place", "velocity"))
     assert recording(found, drive).rate == 0.0
-
-
-def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
-    """Without noise each leaves nothing but rounding, of which one has less by chance."""
-    force, rng, found = forced(4000), np.random.default_rng(0), []
-    place = driven(Cart(2.4, 7.0, 1.0, 0.6), force)
-    wanted = free(CART, {}, ("mass", "viscous_friction", "pull"))
-    for size in (0.0, 1e-15, 1e-12):
-        told = recorded(place * (1.0 + size * rng.uniform(-1.0, 1.0, place.shape)), force)
-        tried = [50.0, 20.0, 5.0]
-        found.append(by_command(wanted, told, 1, tried, 0, lambda line: None, near=True))
-    assert [one.bandwidth for one in found] == [50.0] * 3
-    for one in found:
-        np.testing.assert_allclose(wanted.values(one.fit.numbers), [2.4, 7.0, 0.6], rtol=1e-6)
