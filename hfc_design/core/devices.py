@@ -3,6 +3,7 @@
 Import this before anything starts JAX; afterwards it still works, only slower, and says so.
 """
 
+import itertools
 import os
 import warnings
 from functools import cache
@@ -47,6 +48,33 @@ def configure() -> None:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"  # the user's
         config.update("jax_compilation_cache_dir", str(Path(base) / "hfc-design" / "xla"))
         config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+
+#: Linux kills a process that maps more pieces of memory than the second file says.
+MAPPED, MOST_MAPPED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
+#: A simulation in so many looks whether there is room.
+SELDOM = 32
+_SIMULATIONS = itertools.count()
+
+
+def make_room() -> None:
+    """Forget compiled programs now and then, should a process have hundreds of them.
+
+    Each is 100 to 200 pieces of memory, of 65,530 where nobody has changed that; a program that is
+    wanted again comes from the disk.
+    """
+    if next(_SIMULATIONS) % SELDOM == 0 and crowded():
+        jax.clear_caches()
+
+
+def crowded() -> bool:
+    """Whether half of what a process may map is mapped; never on systems that count nothing."""
+    try:
+        most = int(MOST_MAPPED.read_text())
+        with MAPPED.open() as lines:
+            return sum(1 for _ in lines) > most // 2
+    except OSError:
+        return False
 
 
 def compiler_options() -> dict[str, int]:

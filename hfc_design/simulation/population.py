@@ -13,6 +13,7 @@ import jax
 import numpy as np
 from jax.typing import DTypeLike
 
+from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
@@ -248,6 +249,7 @@ def _own_code(loop: Loop) -> AbstractContextManager[None]:
     parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
     parts += [("fitness", objective.name) for objective in loop.judge.objectives]
     no_memory = jax.errors.JaxRuntimeError  # for one
+    devices.make_room()
     return own_code(" cannot be simulated", *parts, passing=(no_memory,))
 
 
