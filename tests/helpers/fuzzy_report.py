@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from report_pages import write
 
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report.page import write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluating import evaluate
@@ -23,7 +23,7 @@ ADAPTATION = {
 
 
 def reported(kind, folder):
-    """The arguments of ``write_page`` for a kind of design, and its page."""
+    """The arguments of ``write`` for a kind of design, and its page."""
     changes = ["simulation.duration_s=4.0", f"controller.kind={kind}"]
     scenario = new_run(load_scenario("feed-drive-circle", changes), folder)
     record = load_design(f"jee-koren-2004-{kind}").model_dump()
@@ -37,7 +37,7 @@ def reported(kind, folder):
     )
     rivals = {name: evaluate(load_design(name), scenario) for name in ("jee-koren-2004-pid",)}
     arguments = scenario, result, folder, rivals
-    write_page(*arguments)
+    write(*arguments)
     return arguments, (folder / "report.html").read_text()
 
 

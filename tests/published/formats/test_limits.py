@@ -15,7 +15,7 @@ from hfc_design.runtime import Controller
         ("lin-lee-1999-table-1", "c-axis-step"),
         ("hierarchy on a linear part", "c-axis-step"),
         ("adapting hierarchy on a linear part", "c-axis-step"),
-        ("jee-koren-2004-aflc", "feed-drive-line"),
+        ("jee-koren-2004-flc", "feed-drive-line"),
     ],
 )
 def test_the_simulator_keeps_a_limit_by_the_design_alone(name, scenario):

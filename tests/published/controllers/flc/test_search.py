@@ -1,6 +1,7 @@
 """The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
 
 import jax
+import numpy as np
 import pytest
 from feed_genomes import CIRCLE, bred, genome
 from resuming import whole_and_in_parts
@@ -11,38 +12,31 @@ from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.runs import individuals
 from hfc_design.runs import run as design
 from hfc_design.simulation import compiled
-from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluating import evaluate
 
-KINDS = ("flc", "aflc")
-#: Of one length, the tests here and of other files share programs that take long to compile.
-SECONDS = "simulation.duration_s=4.0"
 
-
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["flc", "aflc"])
 def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)
     found = bred(own, count=3)
-    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS])
-    one = individuals.design_of(taken(own.empty(), slice(1)), scenario)
-    loop = closed_loop(scenario, controller_of(one, scenario)[0])
-    machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
+    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}"])
     for k in range(3):
-        gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
-        judged, _ = simulate.trajectory(loop, machines, samples, gains)
+        gains = jax.tree.leaves(jax.tree.map(lambda leaf, k=k: leaf[..., k], own.gains(found)))
         file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
-        assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
+        read = jax.tree.leaves(controller_of(file, scenario)[1])
+        assert sum(leaf.size for leaf in read) == sum(leaf.size for leaf in gains) > 90
+        for one, other in zip(read, gains, strict=True):
+            np.testing.assert_allclose(np.squeeze(one), other, rtol=1e-12)
 
 
 SMALL = ["simulation.duration_s=4.0", "search.population=16", "search.generations=5"]
 
 
-@pytest.fixture(scope="module", params=KINDS)
-def run(request, tmp_path_factory):
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
-    folder = tmp_path_factory.mktemp("runs") / request.param
-    scenario = load_scenario(CIRCLE, [f"controller.kind={request.param}", *SMALL])
+    folder = tmp_path_factory.mktemp("runs") / "flc"
+    scenario = load_scenario(CIRCLE, ["controller.kind=flc", *SMALL])
     programs = (compiled.scores_needed, compiled.trajectories)
     for program in programs:
         program.clear_cache()

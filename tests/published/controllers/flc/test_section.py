@@ -6,11 +6,11 @@ import pytest
 from feed_oracle import verdict_jk04
 from fuzzy_report import holds_the_design, reported
 from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from report_pages import write
 
 from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.machine import SensorSettings
-from hfc_design.report.page import write_page
 from hfc_design.report.parts import sections
 
 
@@ -25,7 +25,7 @@ def test_page_holds_the_design(report):
 
 def test_same_run_gives_the_same_bytes(report):
     arguments, page = report
-    write_page(*arguments)
+    write(*arguments)
     assert (arguments[2] / "report.html").read_text() == page
 
 
