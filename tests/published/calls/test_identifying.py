@@ -60,3 +60,13 @@ def test_a_script_finds_what_the_command_finds():
     words = ["identify", "log.csv", "--plant", "mine:SLEDGE", "--json", "--out", "again"]
     done = CliRunner().invoke(main, words)
     assert json.loads(done.stdout) == numbers
+
+
+def test_a_command_that_acts_later_is_told_in_seconds():
+    """The place is that of three samples of 1 ms ago."""
+    time, place, force = np.loadtxt("log.csv", delimiter=",", skiprows=1).T
+    rows = np.stack([time, np.r_[[place[0]] * 3, place[:-3]], force], axis=1)
+    np.savetxt("late.csv", rows, "%.12g", ",", header="time_s,place_m,command_N", comments="")
+    late = hfc.identify("late.csv", "mine:SLEDGE").numbers()["command_late_s"]
+    assert late["value"] == pytest.approx(3e-3, abs=1e-4)
+    assert late["low"] < 3e-3 < late["high"]

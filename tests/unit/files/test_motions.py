@@ -23,6 +23,15 @@ def test_what_a_motion_leaves_out_is_the_scenarios():
     assert ramp.each_motion() == (ramp,)
 
 
+@pytest.mark.parametrize(("duration", "gone"), [(3.0, 0.03), (0.5, 0.03 * 0.499)])
+def test_a_copy_begins_off_by_a_hundredth_of_the_way_of_a_second_at_most(duration, gone):
+    changes = {"reference.velocity": 0.03, "simulation.duration_s": duration}
+    samples = load_scenario("c-axis-ramp", changes).samples()
+    (start,), (beside,) = samples.start, samples.beside
+    assert beside.spindle_angle - start.spindle_angle == pytest.approx(0.01 * gone)
+    assert beside.rotor_angle - start.rotor_angle == pytest.approx(0.01 * gone)
+
+
 def test_one_motion_at_least_is_for_all_machines():
     some = [{**motion, "machines": "nominal"} for motion in MOTIONS]
     found = load_scenario({**SEVERAL, "motions": [*some[:3], MOTIONS[3]]})

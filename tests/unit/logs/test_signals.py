@@ -132,6 +132,15 @@ def test_samples_that_are_missing_are_filled_in_and_not_used():
     assert one.notes == ("3 of 400 samples are missing",)
 
 
+def test_five_samples_in_a_row_are_filled_in_and_with_six_missing_the_log_is_cut():
+    for missing, steps, filled in ((5, 400, 5), (6, 300, 0)):
+        kept = np.ones(400, bool)
+        kept[300 : 300 + missing] = False
+        one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
+        assert len(one.usable) == steps
+        assert (~one.usable).sum() == filled
+
+
 def test_a_long_gap_cuts_the_log():
     kept = (TIME < 0.1) | (TIME > 0.15)
     one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})

@@ -68,6 +68,12 @@ def test_spread_out_keeps_the_ends_and_drops_who_counts_least_one_by_one():
     assert fronts.spread_out(costs, 9).tolist() == [0, 1, 2, 3, 4]
 
 
+def test_a_share_of_two_costs_is_the_area_that_a_point_alone_dominates():
+    """Of a front that bends: (3 - 1)(10 - 6) and (10 - 3)(6 - 2), in shares of 10 x 10."""
+    costs = np.array([[3.0, 2.0], [10.0, 0.0], [0.0, 10.0], [1.0, 6.0]])
+    assert fronts.share(costs) == pytest.approx([0.28, np.inf, np.inf, 0.08])
+
+
 @pytest.mark.parametrize("objectives", [2, 3])
 def test_who_counts_least_lies_between_two_that_are_near(objectives):
     rng = np.random.default_rng(objectives)

@@ -114,6 +114,16 @@ def test_at_its_margins_a_loop_swings(seed, unstable):
     assert min(np.abs(1.0 + turned).min(), np.abs(1.0 + back).min()) < 1e-3
 
 
+def test_a_lead_that_is_missing_less_than_a_lag_is_the_phase_margin():
+    """L = -1.2 / (z + 0.5) has the size 1 where cos w = 0.19; led by arg(z + 0.5) it is -1."""
+    found = margins(OpenLoop(np.array([[-0.5]]), np.ones(1), np.array([1.2])))
+    angle = np.arccos(0.19)
+    lead = np.degrees(np.arctan2(np.sin(angle), np.cos(angle) + 0.5))
+    assert found.stable  # its pole is 0.7
+    assert found.phase == pytest.approx(lead)
+    assert found.delay == pytest.approx(np.radians(360.0 - lead) / angle)
+
+
 @pytest.mark.parametrize(("integrators", "start"), [(0, 0.0), (1, -90.0), (2, -180.0), (3, -270.0)])
 def test_the_phase_is_drawn_as_a_lag_from_its_integrators_on(integrators, start):
     """By hand: 1 / s^n with a zero at 1 rad/s, which lifts it by 45 degrees there."""

@@ -81,6 +81,17 @@ def test_it_pushes_where_the_contour_error_falls_fastest(curvature):
     assert off <= 1.01 * 0.5 * np.hypot(*errors) * abs(curvature) + 1e-8
 
 
+@pytest.mark.parametrize("radius", [40.0, -40.0])
+def test_the_normal_is_that_of_koren_and_lo(radius):
+    """C_x = sin t - e_x / (2 R), C_y = cos t + e_y / (2 R) of Koren & Lo (1991), t from x to y."""
+    inner = {"kind": "pid", "pid": {"k_p": 0.0, "k_i": 0.0, "k_d": 0.0}}
+    for angle in (0.0, radians(30.0), radians(200.0)):
+        path, (x, y) = (cos(angle), sin(angle), 1.0 / radius), (0.4, 0.3)
+        off, found = step(Machine(design(inner=inner)), path, (x, y))
+        c_x, c_y = sin(angle) - x / (2.0 * radius), cos(angle) + y / (2.0 * radius)
+        assert list(found.values()) == pytest.approx([6.0 * off * c_x, -6.0 * off * c_y], rel=1e-12)
+
+
 def test_its_integral_does_not_wind_up_beyond_a_limit():
     machine = Machine(design(20.0, contour={"k_p": 1.0, "k_i": 10.0}))
     for _ in range(1000):  # 8 on the left of a path along x, y pushed down: 32 + 8 + integral
