@@ -32,24 +32,23 @@ design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
-	$(PYTEST) -m "not slow" tests/unit tests/loop
+	$(PYTEST) tests/unit tests/loop
 
 # What make test leaves out, programs from outside PyPI apart: whole published experiments, processes
 # that are killed again and again, clusters of workers. Files stay whole: tests of one file share
 # what is dear.
 published: $(VENV)/installed
 	$(PYTEST) --dist loadfile tests/published
-	$(PYTEST) -m slow tests/unit tests/loop
 
 # The numeric tests of make test with code for other processors, AVX, AVX2 or AVX512, and a cache of
 # its own: make test-isa ISA=AVX2
 test-isa: $(VENV)/installed
 	XLA_FLAGS=--xla_cpu_max_isa=$(ISA) XDG_CACHE_HOME=$${XDG_CACHE_HOME:-$(CURDIR)/.cache}/$(ISA) \
-		$(PYTEST) -m "not slow" $(NUMERIC)
+		$(PYTEST) $(NUMERIC)
 
 # Writes tests/wording.txt, all that users read where something is refused; look at its difference.
 wording: $(VENV)/installed
-	HFC_WORDING=write $(PYTEST) -m "not slow" tests/unit tests/loop
+	HFC_WORDING=write $(PYTEST) tests/unit tests/loop
 
 interop: $(VENV)/installed
 	tests/interop/install.sh
@@ -91,12 +90,12 @@ bench-accelerator: $(VENV)/installed
 
 # With the oldest packages that pyproject.toml admits on the oldest Python. Old packages on new ones that they use warn; that is not for this project to mend.
 test-lowest: .venv-lowest/installed
-	.venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning -m "not slow" $(SMOKE)
+	.venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning $(SMOKE)
 
 # The same with the packages of make test on another Python: make test-python VERSION=3.13, or the
 # path of an interpreter. A version that is not here is fetched by uv.
 test-python: $(OTHER)/installed
-	$(OTHER)/bin/pytest $(PARALLEL) -m "not slow" $(SMOKE)
+	$(OTHER)/bin/pytest $(PARALLEL) $(SMOKE)
 
 # The wheel, the source archive and a list of what an install of it holds (CycloneDX), in dist/; the
 # wheel works outside this folder.
