@@ -78,8 +78,8 @@ def test_published_figures_of_2004_on_one_plant(one):
         ("line: largest contour error in 1 s, PID / AFLC", 3.0, 0.4),
     ):
         assert values[quantity] == pytest.approx(printed, rel=close), quantity
-    zone = {row[1]: float(row[3]) for row in one.published() if row[5] == "dead zone"}
-    assert zone["PID: contour RMS without friction [BLU]"] == pytest.approx(1.65, abs=0.02)
+    zone = {row[1]: row[3] for row in one.published() if row[5] == "dead zone"}
+    assert float(zone["PID: contour RMS without friction [BLU]"]) == pytest.approx(1.65, abs=0.02)
     first, second, third = (values[f"base {b}: integral of the error's magnitude [BLU s]"]
                             for b in ("I", "II", "III"))  # fmt: skip
     assert first < second < third  # fig. 18, in the order of the paper
