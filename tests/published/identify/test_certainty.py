@@ -16,7 +16,7 @@ from hfc_design.identify.words import NOTHING, _untold
 from plants import PLANTS
 
 
-def cart_found(names, true, start=None, noise=1e-4):
+def cart_found(names, true, start=None, noise=1e-5):
     """The fit of a log of a cart, its delay looked for too, and the log."""
     force = forced(400)
     place = noisy(driven(true, force), noise, 3)

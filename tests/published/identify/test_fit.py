@@ -59,7 +59,7 @@ def test_bad_starts_end_at_the_same_place():
     """A mass that is begun with at a twentieth."""
     force = forced(FEW)
     wanted = free(CART, TRUE._asdict() | {"mass": 0.13}, ["mass", "viscous_friction"])
-    told = recorded(noisy(driven(TRUE, force), NOISE, 3), force)
+    told = recorded(noisy(driven(TRUE, force), 0.1 * NOISE, 3), force)
     one = by_command(wanted, told, 1, [0.0], 0, lambda line: None)
     assert wanted.values(one.fit.numbers)[0] == pytest.approx(2.6, rel=1e-3)
 
