@@ -4,17 +4,14 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
-from scipy.signal import cont2discrete, dlsim
+from moved_masses import FORCE, moved, write
 from sledge import MODULE
 
 import hfc_design.api as hfc
 from hfc_design.cli import main
 
-TIME = 1e-3 * np.arange(2000)
-FORCE = 40.0 * np.sin(5.0 * TIME) + 25.0 * np.sin(23.0 * TIME + 1.0)  # [N]
 TRUE = {"mass": 5.0, "friction": 9.0}
 
 
@@ -24,17 +21,7 @@ def log(own_plugins, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sys.path.insert(0, str(tmp_path))
     (tmp_path / "mine.py").write_text(MODULE)
-    rates = np.array([[0.0, 1.0], [0.0, -TRUE["friction"] / TRUE["mass"]]])
-    parts = (
-        rates,
-        np.array([[0.0], [1.0 / TRUE["mass"]]]),
-        np.array([[1.0, 0.0]]),
-        np.zeros((1, 1)),
-    )
-    place = dlsim(cont2discrete(parts, 1e-3), FORCE)[1][:, 0]
-    place += np.random.default_rng(0).normal(0.0, 2e-6, len(TIME))
-    head, columns = "time_s,place_m,command_N", np.stack([TIME, place, FORCE], axis=1)
-    np.savetxt("log.csv", columns, "%.12g", ",", header=head, comments="")
+    write("log.csv", "time_s,place_m,command_N", moved(*TRUE.values()), FORCE)
 
 
 def test_a_script_finds_what_the_command_finds():

@@ -7,6 +7,7 @@ import re
 import shlex
 
 import numpy as np
+from places import ROOT
 from run_folders import hfc
 from sledge import BUDGET
 
@@ -15,6 +16,7 @@ from hfc_design.core.plugins import know
 SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
 PARAMETERS = "backlash", "table_mass"
 TWO = ["lin-lee-1999-table-1", "pd-only"]
+PIDS = ["huang-pid", ROOT / "experiments/designed_contours/table-expert-pid.json"]
 
 
 def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
@@ -47,7 +49,7 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     table = tmp_path / "machines.csv"
     single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]
     few = ["--set", "simulation.duration_s=0.3", "--machines", "20"]
-    found = hfc("compare", "huang-pid", "huang-soc", *few, *single, "--csv", table)
+    found = hfc("compare", *PIDS, *few, *single, "--csv", table)
     assert found.exit_code == 0, found.output
     assert "20 machines within ±1 %, backlash ±50 %" in " ".join(found.stdout.split())
     with table.open(newline="") as file:
@@ -58,7 +60,7 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     assert 0.55 < backlash.max() <= 0.6
     assert 99.0 <= mass.min() < mass.max() <= 101.0
     for told in ("backlash=2", "backlash=x", "gap=0.5"):
-        found = hfc("compare", "huang-pid", "huang-soc", *few, "--tolerance", told)
+        found = hfc("compare", *PIDS, *few, "--tolerance", told)
         assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
 
 

@@ -48,7 +48,9 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
     monkeypatch.setattr(page, "used", unknown)  # what it does on other machines, at length
     text = (EXAMPLES / f"{name}.py").read_text()
     (line,) = re.findall(r"^    hfc (design .*)$", text, re.MULTILINE)
-    small = ["--population", "6", "--generations", "1", "--set", "simulation.duration_s=0.5"]
+    # Of as many as the script searches: one program serves both.
+    many = re.findall(r'"search.population": (\d+)', text)
+    small = ["--generations", "1", *(["--population", *many] if many else [])]
     done = CliRunner().invoke(main, [*line.split(), *small, "--out", str(tmp_path / "run")])
     assert done.exit_code == 0, done.output
 

@@ -5,6 +5,7 @@ from places import ROOT
 
 import hfc_design.api as hfc
 from experiments.designed_contours.table_page import METRICS, sides, tables
+from hfc_design.runs import run
 
 FOLDER = ROOT / "experiments" / "designed_contours"
 SMALL = "milling-table-small-circle"
@@ -33,8 +34,9 @@ def test_the_best_figures_of_the_paper_are_beaten_too(designed):
     assert impulse < 0.02
 
 
-def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid():
-    few = {"first": 2, "machines": 2, "elite": 2, "final": 8, "unseen": 20}
+def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid(monkeypatch):
+    monkeypatch.setattr(run, "used", lambda *_: dict.fromkeys(run.KEPT))  # nobody asks
+    few = {"first": 2, "machines": 2, "elite": 2, "final": 8}
     changes = {f"robust.{key}": count for key, count in few.items()}
     changes |= {"search.generations": 24, "search.trees": 1}
     changes |= {"simulation.duration_s": 18.0, "constraints": {"limit_share": 0.05}}

@@ -45,8 +45,8 @@ def test_lin_lee_at_a_reduced_budget(tmp_path):
 
 
 def test_designed_tables_at_a_reduced_budget(tmp_path, monkeypatch):
-    """Already a fourteenth of the search beats both tables of 2004, as the page says."""
-    sizes = "[set]\nsearch.population = 64\nsearch.generations = 30\n"
+    """Already a fourteenth of the search, on its first 20 s, beats both tables of 2004."""
+    sizes = "[set]\nsearch.population = 64\nsearch.generations = 30\nsimulation.duration_s = 20\n"
     cells = '[[cells]]\nscenario = "feed-drive-contour"\n'
     file = tmp_path / "small.toml"
     file.write_text(sizes + cells)

@@ -46,7 +46,7 @@ def test_a_machine_that_cannot_be_is_not_found():
         p = Cart(**changes)
         return "too little friction" if p.viscous_friction < 2.5 * p.mass else CART.fault(changes)
 
-    force = forced(STEPS)
+    force = forced(400)
     place = noisy(driven(true, force), NOISE, 4)
     start = {"mass": 2.0, "viscous_friction": 8.0}
     one = cart_fit(

@@ -16,8 +16,9 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
         np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("scale", [None, 500.0])
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
+@pytest.mark.parametrize(
+    ("name", "scale"), [("lin-lee-1999-table-1", None), ("lin-lee-1999-table-2", 500.0)]
+)
 def test_equals_the_loop_where_the_root_adapts(name, scale):
     design = load_design(name)
     record = Adaptation(k_c=1e-3, largest_move=0.5, error_scale=scale)
