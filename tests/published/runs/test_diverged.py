@@ -17,6 +17,7 @@ from hfc_design.runs import champion, run
 #: Gains so large that no individual stays finite, in float64 either, of those that are drawn.
 ALL = """
 simulation = { duration_s = 0.1, sample_time_s = 0.005 }
+controller = { kind = "pd" }
 [search]
 population = 12
 generations = 2
@@ -71,7 +72,8 @@ def test_a_champion_that_diverges_in_float64_alone_is_none(tmp_path, monkeypatch
         return evaluate(design, scenario)._replace(diverged=True, merit=-np.inf, fitness=-np.inf)
 
     monkeypatch.setattr(champion, "evaluate", failed)
-    small = {"simulation.duration_s": 0.1, "search.population": 24, "search.generations": 2}
+    small = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 2}
+    small["controller"] = {"kind": "pd"}
     with pytest.raises(RunError, match=r"no design: the best \d+ diverge in float64; try"):
         api.design(api.load_scenario("c-axis-ramp", small), tmp_path / "run")
     assert not (tmp_path / "run" / "design.json").exists()

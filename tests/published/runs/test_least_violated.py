@@ -12,7 +12,12 @@ from hfc_design.runs.problem import final_problem
 from hfc_design.runs.run import finished_run
 
 SMALL = [
-    *("search.population=16", "search.generations=2", "simulation.duration_s=0.3"),
+    *(
+        "controller={kind='pd'}",
+        "search.population=16",
+        "search.generations=2",
+        "simulation.duration_s=0.3",
+    ),
     *("fitness.settled_after_s=0.2", "robust.unseen=8", "robust.final=4"),
     *(f"robust.{key}=2" for key in ("first", "machines", "elite")),
 ]
