@@ -20,7 +20,7 @@ GRID = """
 [set]
 controller.kind = "pd"
 search.population = 16
-search.generations = 300
+search.generations = 200
 simulation.duration_s = 0.1
 [grid]
 scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]

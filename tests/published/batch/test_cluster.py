@@ -95,7 +95,7 @@ def test_ctrl_c_and_called_again(tmp_path, undisturbed, started, cluster, shared
 
 
 def test_ctrl_c_ends_our_own_workers(tmp_path, undisturbed, started):
-    process = started("--workers", "2")
+    process = started("--workers", "1")
     first_finished(tmp_path / "out")
     children = psutil.Process(process.pid).children()
     os.killpg(process.pid, signal.SIGINT)  # a terminal tells the whole group

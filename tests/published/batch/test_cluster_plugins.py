@@ -76,7 +76,9 @@ def asked(tmp_path, cluster, own_plugins, monkeypatch):
     def call(*options):
         found = batch("mine.toml", "--out", "out", "--scheduler", cluster.up(), *options)
         lines = found.stderr.splitlines()
-        return found.exit_code, [line for line in lines if line.split()[0] != "cell"]
+        return found.exit_code, [
+            line for line in lines if line.split()[0] not in ("cell", "waiting")
+        ]
 
     return call
 

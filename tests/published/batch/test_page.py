@@ -12,8 +12,7 @@ search.generations = 3
 simulation.duration_s = 0.1
 controller.inputs = [{name = "error", scale = 50.0}, {name = "deflection", scale = 80.0}]
 [grid]
-search.preset = ["race", "lin-lee-1999"]
-run.seed = [0]
+run.seed = [0, 1]
 """
 
 
