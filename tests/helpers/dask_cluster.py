@@ -14,21 +14,27 @@ import hfc_design
 pytest.importorskip("distributed", reason="batches on a cluster need the package distributed")
 psutil = pytest.importorskip("psutil", reason="comes with the package distributed")
 
-#: Long enough that something can happen to a cell; the last one only scores a design.
+#: Long enough that something can happen to a cell; the last one only scores a design. Gains are
+#: searched, as each process makes its programs anew.
 GRID = """
 [set]
+controller.kind = "pd"
 search.population = 16
-search.generations = 60
+search.generations = 200
 simulation.duration_s = 0.1
 [grid]
 scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
 run.seed = [0, 1]
 [[cells]]
+"""
+SCORED = """
 [[cells]]
 scenario = "c-axis-ramp"
 design = "pd-only"
+simulation.duration_s = 0.1
 change.controller.pd.kp = 700.0
 """
+GRID += SCORED
 PATIENCE = 120.0
 #: The package that is tested, also for processes in other folders.
 ROOT = str(Path(hfc_design.__file__).parents[1])
@@ -59,13 +65,13 @@ def alive(process):
 
 
 class Cluster:
-    """A scheduler and two workers, which are put back when they have gone.
+    """A scheduler and its workers, which are put back when they have gone.
 
-    ``path`` is the current folder of all three; with ``tls`` options they hear only who has a key.
+    ``path`` is their current folder; with ``tls`` options they hear only who has a key.
     """
 
-    def __init__(self, path, *tls):
-        self.path, self.tls = path, tls
+    def __init__(self, path, *tls, count=2):
+        self.path, self.tls, self.count = path, tls, count
         self._scheduler = None
         self.workers = []
 
@@ -86,7 +92,7 @@ class Cluster:
         said = r"Scheduler at:\s*(\w+://\S+)"
         address = until(lambda: self._said("scheduler", said), what="it")
         self.workers = [worker for worker in self.workers if worker.poll() is None]
-        while len(self.workers) < 2:
+        while len(self.workers) < self.count:
             self.workers.append(self._begun("worker", address, "--nthreads=1", "--no-nanny"))
         return address
 

@@ -7,21 +7,25 @@ import sys
 import time
 
 import pytest
-from batches import GRID, batch, files, left_behind, written
+from batches import QUICK, batch, files, left_behind, written
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
+def path(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("batch"), QUICK)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(path):
     """What the grid leaves behind when nothing happens."""
-    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
+    return left_behind(path.parent, QUICK)
 
 
-def test_a_batch_fills_run_folders_and_skips_them_later(tmp_path, undisturbed):
-    path, out = written(tmp_path, GRID), tmp_path / "out"
-    assert "4 finished, 0 failed" in batch(path, "--out", out).output
-    assert files(out) == undisturbed
+def test_a_batch_fills_run_folders_and_skips_them_later(path, undisturbed):
+    out = path.parent / "out"
+    assert len([name for name in undisturbed if name.endswith("design.json")]) == 4
     stamps = {name: (out / name).stat().st_mtime_ns for name in undisturbed}
-    assert batch(path, "--out", out).exit_code == 0
+    assert "4 finished, 0 failed" in batch(path, "--out", out).output
     assert stamps == {name: (out / name).stat().st_mtime_ns for name in undisturbed}
     assert "4 finished" in batch("--status", out).output
 
@@ -34,42 +38,35 @@ def started(path, out):
     )
 
 
-@pytest.mark.parametrize(
-    ("blow", "moments"),
-    [
-        (signal.SIGKILL, [2]),
-        (signal.SIGINT, [1, 2, 3]),
-    ],
-)
-def test_stopped_at_any_moment_and_called_again(tmp_path, undisturbed, blow, moments):
-    """As soon as there are checkpoints of so many cells."""
-    path, out = written(tmp_path, GRID), tmp_path / "out"
-    for cells in moments:
+def test_stopped_at_any_moment_and_called_again(tmp_path, path, undisturbed):
+    """As soon as there are checkpoints of so many cells; ``attack/test_kills.py`` kills it."""
+    out = tmp_path / "out"
+    for cells in (1, 3):
         process = started(path, out)
         while process.poll() is None and len(list(out.glob("*/checkpoint.npz"))) < cells:
             time.sleep(0.01)
-        process.send_signal(blow)
+        process.send_signal(signal.SIGINT)
         process.wait(timeout=60)
     assert batch(path, "--out", out).exit_code == 0
     assert files(out) == undisturbed
 
 
-def test_two_batches_on_one_folder_share_the_work(tmp_path, undisturbed):
-    path, out = written(tmp_path, GRID), tmp_path / "out"
+def test_two_batches_on_one_folder_share_the_work(tmp_path, path, undisturbed):
+    out = tmp_path / "out"
     both = [started(path, out) for _ in range(2)]
     assert [process.wait(timeout=120) for process in both] == [0, 0]
     assert files(out) == undisturbed
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can mount a small disk")
-def test_a_full_disk_loses_nothing(tmp_path, undisturbed):
-    path, disk = written(tmp_path, GRID), tmp_path / "disk"
+def test_a_full_disk_loses_nothing(tmp_path, path, undisturbed):
+    disk = tmp_path / "disk"
     disk.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=700k", "none", str(disk)]
     if subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("no disk can be mounted here")
     try:
-        (disk / "filler").write_bytes(b"0" * 400_000)
+        (disk / "filler").write_bytes(b"0" * 640_000)
         found = batch(path, "--out", disk / "out")
         assert found.exit_code == 1
         assert "No space left" in found.output

@@ -2,10 +2,13 @@
 
 import os
 import signal
+import subprocess
 
 import pytest
 from batches import batch, files, left_behind, written
 from dask_cluster import GRID, alive, ended, first_finished, killed, psutil, until
+from distributed import Client
+from distributed.security import Security
 
 from hfc_design.batch.plan import read_batch
 
@@ -16,13 +19,48 @@ def undisturbed(tmp_path_factory):
     return left_behind(tmp_path_factory.mktemp("batch"), GRID)
 
 
-def test_a_worker_of_our_own_is_killed(tmp_path, undisturbed, started):
+def pid():
+    return os.getpid()
+
+
+def heard(address, **options):
+    """Whether somebody there does what a stranger asks for."""
+    try:
+        with Client(address, timeout="1s", **options) as client:
+            return bool(client.run(pid) or client.run_on_scheduler(pid))
+    except Exception:  # of many kinds
+        return False
+
+
+def page(port):
+    """What a browser of another user is shown."""
+    command = ["curl", "-s", "-m", "1", "-o", os.devnull, "-w", "%{http_code}"]
+    return subprocess.run(
+        [*command, f"http://127.0.0.1:{port}/json/counts.json"], capture_output=True, check=False
+    ).stdout.decode()
+
+
+@pytest.mark.filterwarnings("ignore")  # of connections that are refused
+def test_a_worker_of_our_own_is_killed_and_none_hears_anybody_else(tmp_path, undisturbed, started):
     process = started("--workers", "2")
     first_finished(tmp_path / "out")
-    children = psutil.Process(process.pid).children()
-    workers = [child for child in children if "spawn_main" in " ".join(child.cmdline())]
+    own = psutil.Process(process.pid)
+    workers = [child for child in own.children() if "spawn_main" in " ".join(child.cmdline())]
     assert len(workers) == 2
     workers[0].kill()
+    process.send_signal(signal.SIGSTOP)  # time stands still for the batch, its worker goes on
+    ports = {
+        connection.laddr.port
+        for found in (own, workers[1])
+        for connection in found.net_connections()
+        if connection.status == psutil.CONN_LISTEN
+    }
+    process.send_signal(signal.SIGCONT)
+    assert len(ports) >= 4  # scheduler, two nannies, worker
+    for port in ports:
+        assert not heard(f"tcp://127.0.0.1:{port}")
+        assert not heard(f"tls://127.0.0.1:{port}", security=Security.temporary())
+        assert page(port) in ("000", "404")
     assert ended(process) == (0, [])
     assert files(tmp_path / "out") == undisturbed
 
@@ -57,7 +95,7 @@ def test_ctrl_c_and_called_again(tmp_path, undisturbed, started, cluster, shared
 
 
 def test_ctrl_c_ends_our_own_workers(tmp_path, undisturbed, started):
-    process = started("--workers", "2")
+    process = started("--workers", "1")
     first_finished(tmp_path / "out")
     children = psutil.Process(process.pid).children()
     os.killpg(process.pid, signal.SIGINT)  # a terminal tells the whole group
@@ -88,7 +126,7 @@ def test_failing_cells_stop_nothing(tmp_path, undisturbed, started, cluster):
     (out / second / "checkpoint.npz").unlink()
     done = {name: content for name, content in files(out).items() if name[:16] in others}
     assert done == {name: old for name, old in undisturbed.items() if name[:16] in others}
-    assert ended(started("--scheduler", cluster.up())) == (0, [])
+    assert batch(tmp_path / "mine.toml", "--out", out).exit_code == 0
     assert files(out) == undisturbed
 
 
@@ -98,5 +136,5 @@ def test_the_scheduler_is_lost(tmp_path, undisturbed, started, cluster):
     cluster.lose_scheduler()
     code, said = ended(process)
     assert (code, len(said), "scheduler is lost" in said[0]) == (1, 1, True), said
-    assert ended(started("--scheduler", cluster.up())) == (0, [])
+    assert batch(tmp_path / "mine.toml", "--out", tmp_path / "out").exit_code == 0
     assert files(tmp_path / "out") == undisturbed

@@ -6,9 +6,9 @@ import subprocess
 import sys
 
 import pytest
-from batches import files, written
+from batches import batch, files, written
 from dask_cluster import ENVIRONMENT, ended
-from sledge import MODULE, SCENARIO, package
+from sledge import MODULE, SCENARIO, installed, package
 
 #: A plant, a fitness and a law of the user's own, by their names only.
 SLEDGE = f"""{SCENARIO}
@@ -64,14 +64,29 @@ def apart(found, module):
 
 def test_workers_of_our_own_know_a_module_of_the_current_folder(tmp_path, plain, started):
     assert len([name for name in plain if name.endswith("design.json")]) == 2
-    assert ended(started("--workers", "2", *sledges(tmp_path, "here"))) == (0, [])
+    assert ended(started("--workers", "1", *sledges(tmp_path, "here"))) == (0, [])
     assert apart(files(tmp_path / "out"), "here") == apart(plain, "mine")
 
 
-def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
+@pytest.fixture
+def asked(tmp_path, cluster, own_plugins, monkeypatch):
+    """Call ``hfc batch`` on the grid for workers elsewhere: (exit code, what it says)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*options):
+        found = batch("mine.toml", "--out", "out", "--scheduler", cluster.up(), *options)
+        lines = found.stderr.splitlines()
+        return found.exit_code, [
+            line for line in lines if line.split()[0] not in ("cell", "waiting")
+        ]
+
+    return call
+
+
+def test_workers_elsewhere_need_the_module(tmp_path, plain, asked, cluster):
     """Only its name is sent to them."""
-    options, address = sledges(tmp_path, "there"), cluster.up()
-    code, said = ended(started("--scheduler", address, *options))
+    options = sledges(tmp_path, "there")
+    code, said = asked(*options)
     assert (code, len(said)) == (1, 3), said
     for line in said[:2]:
         assert re.search(r"the worker tcp://127\.0\.0\.1:\d+ on \S", line)
@@ -79,11 +94,11 @@ def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
         for part in ("No module named 'there'", "install the module"):
             assert part in line
     (cluster.path / "there.py").write_text(MODULE)
-    assert ended(started("--scheduler", address, *options, "--shared")) == (0, [])
+    assert asked(*options, "--shared") == (0, [])
     assert apart(files(tmp_path / "out"), "there") == apart(plain, "mine")
 
 
-def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
+def test_workers_elsewhere_need_the_package(tmp_path, plain, asked, cluster):
     """Without its entry points they import no module, even if it is there."""
     sledges(tmp_path, "packaged")
     (cluster.path / "packaged.py").write_text(MODULE)
@@ -95,12 +110,11 @@ def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
         "[hfc_design.controllers]",
         "only-p = packaged:P",
     )
-    package(tmp_path, *points)
-    address = cluster.up()
-    code, said = ended(started("--scheduler", address))
+    installed(tmp_path, *points)
+    code, said = asked()
     assert (code, len(said)) == (1, 3), said
     for part in ("the worker tcp://", "plant.name = 'sledge'", "is no plant known here"):
         assert part in said[0]
     package(cluster.path, *points)
-    assert ended(started("--scheduler", address)) == (0, [])
+    assert asked() == (0, [])
     assert apart(files(tmp_path / "out"), "packaged") == apart(plain, "mine")

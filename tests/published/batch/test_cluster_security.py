@@ -1,17 +1,13 @@
 """Who may send cells to workers, and what may come back from them."""
 
 import json
-import os
 import re
 import shutil
-import signal
 import subprocess
 
 import pytest
-from batches import files, left_behind
-from dask_cluster import GRID, Cluster, ended, first_finished, psutil
-from distributed import Client
-from distributed.security import Security
+from batches import batch, files, left_behind, written
+from dask_cluster import SCORED, Cluster
 from places import ROOT
 
 from hfc_design.batch.cluster import connected
@@ -22,63 +18,17 @@ DASK_TLS = ["--tls-ca-file=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"
 TLS = ["--tls-ca=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"]
 
 
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
-    """What the grid leaves behind without any workers."""
-    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
-
-
-def pid():
-    return os.getpid()
-
-
-def heard(address, **options):
-    """Whether somebody there does what a stranger asks for."""
-    try:
-        with Client(address, timeout="1s", **options) as client:
-            return bool(client.run(pid) or client.run_on_scheduler(pid))
-    except Exception:  # of many kinds
-        return False
-
-
-def page(port):
-    """What a browser of another user is shown."""
-    command = ["curl", "-s", "-m", "1", "-o", os.devnull, "-w", "%{http_code}"]
-    return subprocess.run(
-        [*command, f"http://127.0.0.1:{port}/json/counts.json"], capture_output=True, check=False
-    ).stdout.decode()
-
-
-@pytest.mark.filterwarnings("ignore")  # of connections that are refused
-def test_workers_of_our_own_hear_nobody_else(tmp_path, undisturbed, started):
-    process = started("--workers", "1")
-    first_finished(tmp_path / "out")
-    process.send_signal(signal.SIGSTOP)  # time stands still for the batch, its workers go on
-    own = psutil.Process(process.pid)
-    ports = {
-        connection.laddr.port
-        for found in (own, *own.children(recursive=True))
-        for connection in found.net_connections()
-        if connection.status == psutil.CONN_LISTEN
-    }
-    process.send_signal(signal.SIGCONT)
-    assert len(ports) >= 3  # scheduler, nanny, worker
-    for port in ports:
-        assert not heard(f"tcp://127.0.0.1:{port}")
-        assert not heard(f"tls://127.0.0.1:{port}", security=Security.temporary())
-        assert page(port) in ("000", "404")
-    assert ended(process) == (0, [])
-    assert files(tmp_path / "out") == undisturbed
-
-
 @pytest.mark.skipif(not shutil.which("openssl"), reason="makes the certificates")
-def test_a_scheduler_with_certificates(tmp_path, undisturbed, started, tmp_path_factory):
+@pytest.mark.filterwarnings("ignore")  # of connections that are refused
+def test_a_scheduler_with_certificates(tmp_path, tmp_path_factory, monkeypatch):
     """Made as the page on clusters says."""
     (command,) = re.findall(r"^openssl req .*$", DOCS.read_text(), re.MULTILINE)
-    other = tmp_path_factory.mktemp("other")
+    other, alone = tmp_path_factory.mktemp("other"), tmp_path_factory.mktemp("alone")
     for place in (tmp_path, other):
         subprocess.run(command, shell=True, check=True, cwd=place, capture_output=True)
-    with Cluster(tmp_path, *DASK_TLS) as cluster:
+    monkeypatch.chdir(tmp_path)
+    asked = (written(tmp_path, SCORED), "--out", tmp_path / "out", "--scheduler")
+    with Cluster(tmp_path, *DASK_TLS, count=1) as cluster:
         address = cluster.up()
         assert address.startswith("tls://")
         bare = address.removeprefix("tls://")
@@ -93,11 +43,13 @@ def test_a_scheduler_with_certificates(tmp_path, undisturbed, started, tmp_path_
             (["here:there", *TLS], 2, "is no address"),
             ([address, TLS[0], TLS[1], foreign[2]], 2, "KEY_VALUES_MISMATCH"),
         ):
-            found, said = ended(started("--scheduler", *options))
-            assert (found, len(said)) == (code, 1), said
-            assert words in said[0]
-        assert ended(started("--scheduler", bare, *TLS)) == (0, [])
-        assert files(tmp_path / "out") == undisturbed
+            with monkeypatch.context() as patch:
+                patch.setattr("hfc_design.batch.cluster.ANSWER_WITHIN", "2s")
+                found = batch(*asked, *options)
+            assert (found.exit_code, found.stderr.count("\n")) == (code, 1), found.output
+            assert words in found.stderr
+        assert batch(*asked, bare, *TLS).exit_code == 0
+        assert files(tmp_path / "out") == left_behind(alone, SCORED)
 
 
 EVIL = "type('Evil', (), {'__reduce__': lambda self: (__import__('os').mkdir, (%r,))})()"

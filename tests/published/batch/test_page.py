@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from run_folders import hfc, table
 
 TINY = """
@@ -9,12 +10,13 @@ TINY = """
 search.population = 16
 search.generations = 3
 simulation.duration_s = 0.1
+controller.inputs = [{name = "error", scale = 50.0}, {name = "deflection", scale = 80.0}]
 [grid]
-search.preset = ["race", "lin-lee-1999"]
-run.seed = [0]
+run.seed = [0, 1]
 """
 
 
+@pytest.mark.usefixtures("no_baselines")
 def test_the_page_of_a_run_is_that_of_hfc_design(tmp_path):
     """A cell of a batch has none; what is written later is what hfc design writes at once."""
     (tmp_path / "mine.toml").write_text(TINY)

@@ -41,25 +41,21 @@ def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
     assert api.design(scenario).design.controller.kind == "mine"
 
 
-@pytest.mark.parametrize(
-    ("group", "options"),
-    [
-        ("plant", ("--fitness", "mine:LAST", "--controller", "mine:P")),
-        ("fitness", ("--plant", "mine:SLEDGE", "--controller", "mine:P")),
-        ("controller", ("--plant", "mine:SLEDGE", "--fitness", "mine:LAST")),
-    ],
-)
-def test_what_a_design_needs_is_told_of_every_group(group, options, own):
+@pytest.mark.usefixtures("own")
+def test_what_a_design_needs_is_told_of_every_group():
     names = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}
     whole = [text for key, x in names.items() for text in (f"--{key}", f"mine:{x}")]
     assert hfc("design", "sledge.toml", *whole, "--out", "run", *BUDGET).exit_code == 0
-    for known in (ALL_PLANTS.known, KINDS.known, OBJECTIVES.known):
-        for name in ("sledge", "only-p", "last-error"):
-            known.pop(name, None)
-    used = [text if ":" in text else "--use" for text in options]
-    for command in ("score", "report"):
-        line = refused(command, "run", *used)
-        assert f"; its provenance names --use mine:{names[group]}" in line
+    for group, lacked in names.items():
+        for known in (ALL_PLANTS.known, KINDS.known, OBJECTIVES.known):
+            for name in ("sledge", "only-p", "last-error"):
+                known.pop(name, None)
+        used = [
+            x for other in names.values() if other != lacked for x in ("--use", f"mine:{other}")
+        ]
+        for command in ("score", "report"):
+            line = refused(command, "run", *used)
+            assert f"; its provenance names --use mine:{lacked}" in line, group
 
 
 def test_a_search_in_which_everybody_failed_says_so(own):

@@ -36,10 +36,10 @@ def whole(request, wholes):
     return request.param, *wholes(*request.param)
 
 
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory):
+@pytest.fixture
+def alone(tmp_path, no_baselines):
     """A run on one machine as the command line makes it."""
-    folder = tmp_path_factory.mktemp("fronts") / "run"
+    folder = tmp_path / "run"
     small = ("--population", 24, "--generations", 9, "--set", "simulation.duration_s=0.1")
     done = hfc("design", "c-axis-ramp", *PID, *small, "--out", folder)
     assert done.exit_code == 0, done.output

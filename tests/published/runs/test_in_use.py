@@ -14,11 +14,19 @@ from hfc_design.core.lock import LOCK, alone
 from hfc_design.core.records import RunError
 
 SMALL = """
+controller = {kind = 'pd'}
 search.population = 16
 search.generations = 3
 simulation.duration_s = 0.1
 """
 OPTIONS = [text for line in SMALL.split("\n") if line for text in ("--set", line.replace(" ", ""))]
+#: The program, whose pages have no rivals: those would have to be compiled.
+ALONE = """
+from hfc_design.cli import main
+from hfc_design.report import verdict
+verdict.BASELINES.clear()
+main()
+"""
 GRID = f"[set]\n{SMALL}[grid]\nrun.seed = [0, 1]\n"
 
 
@@ -53,7 +61,7 @@ def test_a_folder_in_use_is_left_alone(tmp_path):
 
 def test_two_designs_at_once(tmp_path):
     """On one folder the second is refused; without --out each has a folder of its own."""
-    command = [sys.executable, "-m", "hfc_design", "design", "c-axis-ramp", "--quiet", *OPTIONS]
+    command = [sys.executable, "-c", ALONE, "design", "c-axis-ramp", "--quiet", *OPTIONS]
     for out, codes in ((["--out", "run"], [0, 1]), ([], [0, 0])):
         pipes = {"cwd": tmp_path, "stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
         both = [subprocess.Popen([*command, *out], text=True, **pipes) for _ in range(2)]

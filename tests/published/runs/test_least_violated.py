@@ -12,7 +12,12 @@ from hfc_design.runs.problem import final_problem
 from hfc_design.runs.run import finished_run
 
 SMALL = [
-    *("search.population=16", "search.generations=2", "simulation.duration_s=0.3"),
+    *(
+        "controller={kind='pd'}",
+        "search.population=16",
+        "search.generations=2",
+        "simulation.duration_s=0.3",
+    ),
     *("fitness.settled_after_s=0.2", "robust.unseen=8", "robust.final=4"),
     *(f"robust.{key}=2" for key in ("first", "machines", "elite")),
 ]
@@ -63,7 +68,8 @@ def test_constraints_that_can_be_kept_are_not_called_violated(tmp_path):
 @pytest.mark.usefixtures("no_baselines")
 def test_a_spread_that_no_machine_survives(tmp_path):
     """Where all diverge there is no design: code 1, and the hint names the spread."""
-    wild = ["search.kp_range=[1e9,1e9]", "search.kd_range=[1e9,1e9]", "robust.spread=0.5"]
+    ranges = "{kp=[1e9,1.001e9],kd=[1e9,1.001e9]}"
+    wild = [f"controller.ranges={ranges}", "robust.spread=0.5"]
     wild += ["search.informed=0"]  # else laws would begin it
     done = designed(tmp_path / "run", *wild)
     assert done.exit_code == 1, done.output

@@ -8,34 +8,38 @@ import time
 import pytest
 from short_runs import contents, once, resumed, started, stopping
 
-from hfc_design.runs import run as design
 from hfc_design.simulation import compiled
 
 #: All structures of five inputs.
 WIDE = ["simulation.duration_s=0.1", "search.population=24", "search.generations=9"]
-SEARCHES = pytest.mark.parametrize(
-    "changes", [[], ["search.preset=lin-lee-1999"]], ids=["race", "lin-lee"]
-)
+PROGRAMS = (compiled.scores_needed, compiled.jacobians, compiled.trajectories)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    return once(tmp_path_factory.mktemp("runs"), WIDE)
+def race(tmp_path_factory):
+    """(folder of a race that nobody disturbed, its result, how many programs it compiled)."""
+    for program in PROGRAMS:
+        program.clear_cache()
+    found = once(tmp_path_factory.mktemp("runs"), WIDE)()
+    return *found, [program._cache_size() for program in PROGRAMS]
 
 
-@SEARCHES
 @pytest.mark.parametrize("stop", [1, 4, 9])
-def test_interrupted_and_resumed_equals_uninterrupted(whole, tmp_path, stop, changes):
+def test_interrupted_and_resumed_equals_uninterrupted(race, tmp_path, stop):
     part = tmp_path / "part"
-    stopping(started(part, changes, WIDE), part, stop)
+    stopping(started(part, small=WIDE), part, stop)
     resumed(part)
-    assert contents(part) == contents(whole(*changes)[0])
+    assert contents(part) == contents(race[0])
 
 
-@SEARCHES
-def test_killed_again_and_again_and_resumed_equals_uninterrupted(whole, tmp_path, changes):
-    """SIGKILL as soon as a checkpoint has moved on, twice, then let it finish."""
-    folder, _ = whole(*changes)
+@pytest.mark.usefixtures("race")  # which compiles for it too
+def test_killed_again_and_again_and_resumed_equals_uninterrupted(tmp_path):
+    """SIGKILL as soon as a checkpoint has moved on, twice, then let it finish.
+
+    Races are killed in ``attack/test_kills.py``.
+    """
+    changes = ["search.preset=lin-lee-1999"]
+    folder, _ = once(tmp_path, WIDE)(*changes)
     part = tmp_path / "part"
     started(part, changes, WIDE)
     code = (
@@ -56,11 +60,8 @@ def test_killed_again_and_again_and_resumed_equals_uninterrupted(whole, tmp_path
     assert contents(part) == contents(folder)  # what a kill left half written is gone
 
 
-def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
+def test_a_whole_run_compiles_the_evaluator_once(race):
     """Of each program one: scores, derivatives and the float64 check of the finalists."""
-    programs = (compiled.scores_needed, compiled.jacobians, compiled.trajectories)
-    for program in programs:
-        program.clear_cache()
-    found = design.run(started(tmp_path / "run", small=WIDE), tmp_path / "run")
+    _, found, compilations = race
     assert found.search.history.structures[0] > 10
-    assert [program._cache_size() for program in programs] == [1, 1, 1]
+    assert compilations == [1, 1, 1]

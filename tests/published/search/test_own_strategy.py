@@ -24,8 +24,7 @@ def searching(own):
     return own
 
 
-@pytest.mark.parametrize("name", ["random", "climb"])
-@pytest.mark.parametrize("kind", ["pd", "pd+hierarchical-fuzzy"])
+@pytest.mark.parametrize(("name", "kind"), [("random", "pd"), ("climb", "pd+hierarchical-fuzzy")])
 def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
     option = ("--strategy", f"hunt:{name.upper()}")
     small = SMALL if kind == "pd" else (*SMALL, "--set", f"controller.inputs=[{TWO_TOLD}]")
@@ -43,6 +42,7 @@ def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines
     assert again["merit"] == design["score"]["merit"]
 
 
+@pytest.mark.usefixtures("no_baselines")
 def test_stopped_and_resumed_equals_uninterrupted(searching):
     strategies = imported("hunt")
     for strategy in (strategies.RANDOM, strategies.CLIMB):
