@@ -120,7 +120,7 @@ LOOPS = {
     "slow": load_design("pd-only", {"limits": {"command": 30.0, "command_rate": 200.0}}),
     "jee-koren-2004-flc": load_design("jee-koren-2004-flc"),
     "huang-cross-coupled": load_design("huang-cross-coupled"),
-    "compensated": load_design("lin-gai-2009-fuzzy-sliding-compensated"),
+    "lin-gai-2009-pid": load_design("lin-gai-2009-pid"),
 }
 #: Where the table's stiff spring and its friction, which grips, make more of rounding.
 STIFF = ("huang-cross-coupled",)

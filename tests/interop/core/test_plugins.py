@@ -29,7 +29,7 @@ def test_formats_take_an_own_kind_or_refuse_it_in_a_line(own, target):
 def hierarchy():
     """The file of a hierarchy for the sledge, which has to be known."""
     controller = made_up.hierarchy(1, 2).controller.model_dump_json()
-    own = json.loads(controller.replace("deflection", "speed"))
+    own = json.loads(controller.replace("spindle_velocity", "speed"))
     return design_json(design_with(own, api.load_scenario("sledge.toml")))
 
 
