@@ -74,7 +74,7 @@ def volume(costs):
 
 def test_the_front_is_at_least_as_good_as_that_of_pymoo():
     own, other = [], []
-    for seed in range(5):
+    for seed in range(3):
         genome = PointGenome(seed)
         settings = Nsga2Settings(**SIZE, front=100, blend=0.9)
         *_, last = generations(
@@ -112,7 +112,7 @@ def test_the_front_of_a_drive_is_at_least_as_good_as_that_of_pymoo():
     scenario = load_scenario("c-axis-ramp", changes)
     problem = Scenario(scenario)
     own, theirs = [], []
-    for seed in range(5):
+    for seed in range(3):
         parts = searcher(scenario.search, problem.task), problem.genome, 120, seed
         *_, last = generations(*parts, problem.scored)
         own.append(last.state.front.costs)
