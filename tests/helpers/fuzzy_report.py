@@ -22,8 +22,8 @@ ADAPTATION = {
 }
 
 
-def reported(kind, folder):
-    """The arguments of ``write`` for a kind of design, and its page."""
+def reported(kind, folder, rival="jee-koren-2004-pid"):
+    """The arguments of ``write`` for a kind of design, beside a rival, and its page."""
     changes = ["simulation.duration_s=4.0", f"controller.kind={kind}"]
     scenario = new_run(load_scenario("feed-drive-circle", changes), folder)
     record = load_design(f"jee-koren-2004-{kind}").model_dump()
@@ -35,7 +35,7 @@ def reported(kind, folder):
     result = Result(
         design, evaluate(design, scenario), Search(1, None, Archive(None, None), history)
     )
-    rivals = {name: evaluate(load_design(name), scenario) for name in ("jee-koren-2004-pid",)}
+    rivals = {rival: evaluate(load_design(rival), scenario)}
     arguments = scenario, result, folder, rivals
     write(*arguments)
     return arguments, (folder / "report.html").read_text()

@@ -28,6 +28,8 @@ DESIGNS = [
     "random-3-on-linear-resonating",
     "random-4-on-linear-scheduled-resonating",
 ]
+#: One of each sort of units; beside a linear part they are as without.
+UNITS = [*DESIGNS[:1], *DESIGNS[2:7]]
 
 
 def design(name):

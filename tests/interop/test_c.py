@@ -27,19 +27,20 @@ ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 DESIGNS = {name: load_design(name) for name in builtin_designs()}
 DESIGNS = {name: design for name, design in DESIGNS.items() if design.kind.law}
 BUILT_IN = list(DESIGNS)
-DESIGNS |= {f"hierarchy of {n} inputs": made_up.hierarchy(n, n) for n in range(2, 7)}
+EACH_KIND = {design.controller.kind: name for name, design in DESIGNS.items()}.values()
+DESIGNS |= {f"hierarchy of {n} inputs": made_up.hierarchy(n, n) for n in (2, 3, 6)}
 DESIGNS |= {
     f"adapting hierarchy of {n} inputs": made_up.hierarchy(n + 9, n, adaptation=ADAPTING)
     for n in (2, 5)
 }
-DESIGNS |= {f"linear part under {n} inputs": made_up.hierarchy_on_linear(n, n) for n in (2, 4, 6)}
+DESIGNS |= {f"linear part under {n} inputs": made_up.hierarchy_on_linear(n, n) for n in (2, 4)}
 DESIGNS |= {
     "linear part within a limit": made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
     "linear part under what adapts": made_up.limited(
         made_up.hierarchy_on_linear(9, adaptation=ADAPTING), 300.0
     ),
 }
-DESIGNS |= {f"scheduling by {n} inputs": made_up.scheduling(n, n) for n in (2, 4, 6)}
+DESIGNS |= {f"scheduling by {n} inputs": made_up.scheduling(n, n) for n in (2, 4)}
 DESIGNS |= {
     "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
     "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
@@ -59,18 +60,16 @@ ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
 DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc of {n} x {m}": made_up.named(2, n, m) for n, m in ((5, 3), (2, 11), (11, 2))}
-DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
+DESIGNS["flc 2"] = made_up.fuzzy("flc", 2)
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
     "flc", 4, low_velocity=made_up.LOW_VELOCITY | {"blu_mm": 0.002}
 )
-DESIGNS |= {
-    f"{kind} {k}": made_up.linear(kind, k) for k, kind in enumerate(("pid+ff", "lqi", "lqi"))
-}
+DESIGNS |= {f"{kind} {k}": made_up.linear(kind, k) for k, kind in enumerate(("pid+ff", "lqi"))}
 DESIGNS["pid+ff within a limit"] = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
-DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
+DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(2)}
 DESIGNS |= {f"{k} with options": made_up.with_options(k, 5) for k in ("flc", "aflc", "soflc")}
 DESIGNS["pid with a dead zone"] = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
-DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
+DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(2)}
 DESIGNS |= {f"network of {n} units": made_up.network(n, n) for n in (1, 25)}
 DESIGNS["network within a limit"] = made_up.limited(made_up.network(3), 8.0)
 DESIGNS |= {f"fuzzy sliding {name}": design for name, design in EVERY.items()}
@@ -101,24 +100,31 @@ def expectations(name):
     return [(x, of_the_runtime(design, x)) for x in (wandering(design), corners(design))]
 
 
+@cache
+def far(name):
+    """So many random samples that they find where a table is worst, and their commands."""
+    samples = wandering(DESIGNS[name], 5, 20_000)
+    return samples, of_the_runtime(DESIGNS[name], samples)
+
+
 @pytest.fixture(params=["gcc", "clang"])
 def compiler(program, request):
     return program(request.param)
 
 
-@pytest.mark.parametrize(
-    ("compiler", "name"),
-    [*(("gcc", name) for name in DESIGNS), *(("clang", name) for name in BUILT_IN)],
-)
-def test_equals_the_runtime(program, compiler, name, tmp_path):
-    """All by one compiler; another one finds the forms that it could take otherwise in few."""
-    design = DESIGNS[name]
-    found = built(program(compiler), design, tmp_path / "c")
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_equals_the_runtime(compiler, name, tmp_path):
+    """The others beside a sanitizer."""
+    found = built(compiler, DESIGNS[name], tmp_path / "c")
     for samples, expected in expectations(name):
         np.testing.assert_allclose(commands(found, samples), expected, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
+#: Of others: in LinuxCNC and as FMUs.
+SEEN = ("lin-lee-1999-table-1", "huang-soc")
+
+
+@pytest.mark.parametrize("name", SEEN)
 def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
     design = DESIGNS[name]
     plant = design.plant.name
@@ -155,7 +161,7 @@ def test_float_is_single_precision(compiler, name, tmp_path):
 
 @pytest.mark.parametrize(
     ("flags", "name"),
-    [*(((), name) for name in DESIGNS), *((("-DHFC_FLOAT",), name) for name in BUILT_IN)],
+    [*(((), name) for name in DESIGNS), *((("-DHFC_FLOAT",), name) for name in EACH_KIND)],
 )
 def test_no_sanitizer_complains_whatever_comes(program, name, flags, tmp_path):
     """Infinities and NaN too: the command is NaN and the state as if nothing had been."""
@@ -165,6 +171,8 @@ def test_no_sanitizer_complains_whatever_comes(program, name, flags, tmp_path):
     samples = np.concatenate([wandering(design, 1, 300), corners(design)])
     samples = np.clip(samples, -1e38, 1e38).astype(real)
     expected = commands(checked, samples, real)
+    for told, wanted in () if flags else expectations(name):
+        np.testing.assert_allclose(commands(checked, told), wanted, rtol=1e-12, atol=1e-12)
     for odd in (np.nan, np.inf, -np.inf):
         rows = np.repeat(samples[:1], samples.shape[1], axis=0)
         np.fill_diagonal(rows, odd)
@@ -199,13 +207,13 @@ def test_no_globals_no_library(program, name, tmp_path):
         "scheduling one volt",
     ],
 )
-def test_the_lookup_error_that_is_named_is_true(compiler, name, points, tmp_path):
+def test_the_lookup_error_that_is_named_is_true(program, name, points, tmp_path):
     """Of what schedules it is that of the factor: of a law of 1 V the command's as well."""
     design = DESIGNS[name]
     named = lookup(design.controller, points).deviation
-    found = built(compiler, design, tmp_path / "c", lookup=points)
-    samples = wandering(design, 5, 20_000)
-    off = np.abs(commands(found, samples) - of_the_runtime(design, samples)).max()
+    found = built(program("gcc"), design, tmp_path / "c", lookup=points)
+    samples, expected = far(name)
+    off = np.abs(commands(found, samples) - expected).max()
     assert off <= named * (1.0 + 1e-9)  # the two sum in another order
     assert off > 0.2 * named or "3" in name  # there it is a peak that random values miss
 

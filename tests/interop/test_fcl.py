@@ -13,7 +13,7 @@ import re
 
 import pytest
 from fuzzylite_tool import in_tool
-from wiring import DESIGNS, controller_error, design, unit_error
+from wiring import UNITS, controller_error, design, unit_error
 
 from hfc_design.formats import FORMATS
 
@@ -30,7 +30,7 @@ def run(program, tmp_path):
     return evaluate
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("name", UNITS)
 def test_every_unit_and_the_controller_read_back(name, run, tmp_path):
     record, folder = design(name), tmp_path / "out"
     FORMATS["fcl"].write(record, folder)

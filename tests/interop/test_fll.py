@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fuzzylite_tool import in_tool
 from places import TESTS
-from wiring import DESIGNS, controller_error, design, silent, unit_error
+from wiring import UNITS, controller_error, design, silent, unit_error
 
 from hfc_design.formats import FORMATS
 
@@ -38,7 +38,7 @@ def in_python(file, row, column, points):
     return np.array(json.loads(done.stdout))
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("name", UNITS)
 def test_every_unit_and_the_controller_read_back(name, reader, tmp_path):
     evaluate, least = reader
     record, folder = design(name), tmp_path / "out"

@@ -12,7 +12,7 @@ from sliding import EVERY
 from wandering import wandering
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.pairing import axes_of, load_design, own_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.formats.fmu.machine import loop
 from hfc_design.runtime import Controller
@@ -20,7 +20,7 @@ from hfc_design.simulation.evaluating import evaluate
 
 HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fmpy" / "bin" / "python"
-COUNT = 10_000
+COUNT = 2_000
 LEARNT = ("both learn", "compensated", "nested", "slow and learns")
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 BUILTIN = ("pd-only", "emps-cascade", "lin-lee-1999-table-1", "jee-koren-2004-pid")
@@ -69,7 +69,7 @@ def simulated(jobs):
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_a_controller_does_what_the_runtime_does(name, tmp_path):
-    """Over 10,000 samples; FMI 2.0 and 3.0, by their own binary and by FMPy's build."""
+    """FMI 2.0 and 3.0, by their own binary and by FMPy's build."""
     design = DESIGNS[name]
     FORMATS["fmu"].write(design, tmp_path / "fmu")
     table, expected = table_of(design)
@@ -114,19 +114,16 @@ SENSED = (
     *("simulation.substeps=3", "load.constant=3"),
 )
 LOOPS = {
-    "pd-only": load_design("pd-only"),
     "emps-cascade": load_design("emps-cascade"),
-    "lin-lee-1999-table-1": load_design("lin-lee-1999-table-1"),
     "observer": with_scenario("lin-lee-1999-table-1", "c-axis-practical"),
     "converter": with_scenario("lin-lee-1999-table-1", "c-axis-sine", *SENSED),
     "slow": load_design("pd-only", {"limits": {"command": 30.0, "command_rate": 200.0}}),
-    "jee-koren-2004-aflc": load_design("jee-koren-2004-aflc"),
-    "huang-soc": load_design("huang-soc"),
+    "jee-koren-2004-flc": load_design("jee-koren-2004-flc"),
     "huang-cross-coupled": load_design("huang-cross-coupled"),
-    "compensated": load_design("lin-gai-2009-fuzzy-sliding-compensated"),
+    "lin-gai-2009-pid": load_design("lin-gai-2009-pid"),
 }
 #: Where the table's stiff spring and its friction, which grips, make more of rounding.
-STIFF = ("huang-soc", "huang-cross-coupled")
+STIFF = ("huang-cross-coupled",)
 
 
 @pytest.mark.parametrize("name", LOOPS)
@@ -163,7 +160,7 @@ def test_plants_are_valid(tmp_path):
     for name in ("lin-lee-1999-table-1", "huang-pid", "jee-koren-2004-pid", "lin-gai-2009-pid"):
         design = load_design(name)
         FORMATS["fmu-plant"].write(design, tmp_path / name)
-        axes = len(evaluate(design, own_scenario(design, name)).axes)
+        axes = len(axes_of(design))
         jobs += [
             (fmu, np.tile([9.0, 1.0], (50, axes)), design.controller.sample_time_s, "")
             for fmu in sorted((tmp_path / name).iterdir())

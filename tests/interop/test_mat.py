@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from wiring import DESIGNS, design, units
+from wiring import UNITS, design, units
 
 from hfc_design.formats import FORMATS
 
-HIERARCHIES = [name for name in DESIGNS if hasattr(design(name).controller, "inputs")]
+HIERARCHIES = [name for name in UNITS if hasattr(design(name).controller, "inputs")]
 
 
 @pytest.mark.parametrize("name", HIERARCHIES)
