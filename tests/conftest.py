@@ -45,7 +45,7 @@ def pytest_testnodedown(node):
 def pytest_sessionfinish(session):
     if hasattr(session.config, "workeroutput"):
         session.config.workeroutput["said"] = dict(wording.SAID)
-    elif wording.WRITE in os.environ:
+    elif wording.ASKED == "write":
         wording.write(wording.SAID)
 
 
