@@ -137,9 +137,10 @@ def fault(changes: dict[str, float]) -> str | None:
     if found := _sign_fault(changes):
         return found
     p = FeedDriveParameters(**changes)
-    c = coefficients(p)
+    with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
+        c = coefficients(p)
     for direction, name, curve in ((1.0, "positive", c.positive), (-1.0, "negative", c.negative)):
-        with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
+        with np.errstate(all="ignore"):
             speeds = c.low_speed * np.arange(1000) / 1000
             braking = c.coulomb + at_low_speed(curve, speeds) + speeds / p.gain
         if not braking.min() >= 0:
