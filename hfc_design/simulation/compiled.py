@@ -35,6 +35,8 @@ CHUNK = 64
 LANES = 16
 #: Motions are filled up to a multiple of so many samples, at least; nobody simulates those.
 FEWEST_STEPS = 256
+#: So many samples are recorded at least, of all individuals together: a few MB.
+RECORDED = 2**14
 
 
 def filled(lanes: int) -> int:
@@ -50,10 +52,14 @@ def together(count: int) -> int:
     return min(CHUNK, share)
 
 
-def filled_up_steps(steps: int) -> int:
-    """So many samples, or up to a quarter more: motions of similar length share a program."""
+def filled_up_steps(steps: int, recorded: int = 0) -> int:
+    """So many samples, or up to a quarter more: motions of similar length share a program.
+
+    Where so few are ``recorded`` that it does not matter, motions of nearly all lengths share it.
+    """
     part = max(FEWEST_STEPS, 2 ** (steps.bit_length() - 3))
-    return steps + -steps % part
+    least = RECORDED // recorded if recorded else 0
+    return max(steps + -steps % part, least)
 
 
 def finely(count: int) -> int:

@@ -161,11 +161,11 @@ def motions_and_memories(
 
     In float64 as numpy; all on the only one of ``machines``, or each on a machine of its own. With
     ``recorded`` all are judged, and the motions are those of the first so many. One program
-    serves motions of all lengths, as long as they have as many samples together.
+    serves motions of all lengths that ``compiled.filled_up_steps`` makes the same.
     """
     recorded = trailing(gains) if recorded is None else recorded
     own, (code, data) = machines.size > 1, loop.apart
-    samples, bounds = _joined(motions)
+    samples, bounds = _joined(motions, recorded)
     inputs = Inputs(data, *(machines if own else machines.take(0)), samples, gains, bounds)
     with _own_code(loop), jax.enable_x64(True):
         found, moved, memory = jax.tree.map(
@@ -177,7 +177,12 @@ def motions_and_memories(
 
 
 def _at(tree: Any, index: int | slice) -> Any:
-    return jax.tree.map(lambda leaf: leaf[index], tree)
+    """Of each leaf; of one that was filled up far without the rest, which nobody needs."""
+
+    def own(leaf: Floats) -> Floats:
+        return leaf[index].copy() if leaf.size <= compiled.RECORDED else leaf[index]
+
+    return jax.tree.map(own, tree)
 
 
 def largest_signals(
@@ -253,11 +258,11 @@ def _own_code(loop: Loop) -> AbstractContextManager[None]:
     return own_code(" cannot be simulated", *parts, passing=(no_memory,))
 
 
-def _joined(motions: Sequence[Samples]) -> tuple[Samples, Integers]:
+def _joined(motions: Sequence[Samples], recorded: int = 0) -> tuple[Samples, Integers]:
     """Motions one after the other, filled up behind the last one, and the columns of each."""
     columns = [own._replace(sample_time=None, start=(), beside=()) for own in motions]
     ends = np.cumsum([0, *(len(own.time) for own in motions)])
-    behind = np.full(compiled.filled_up_steps(int(ends[-1])) - ends[-1], -1)
+    behind = np.full(compiled.filled_up_steps(int(ends[-1]), recorded) - ends[-1], -1)
 
     def joined(*parts: Floats) -> Floats:
         return np.concatenate([*parts, parts[-1][..., behind]], axis=-1)

@@ -1,5 +1,8 @@
 """Pages that several tests look at."""
 
+import json
+from types import SimpleNamespace
+
 import pytest
 
 # What these import draws, so that it is imported late.
@@ -19,3 +22,14 @@ def lone(tmp_path_factory):
     from report_pages import lone_page
 
     return lone_page(tmp_path_factory.mktemp("lone"))
+
+
+@pytest.fixture
+def known_use(monkeypatch):
+    """Runs need not simulate whether their design can be used: that takes three programs."""
+    from report_pages import USED
+
+    from hfc_design.runs import run
+
+    told = SimpleNamespace(numbers=lambda: json.loads(json.dumps(USED)))
+    monkeypatch.setattr(run, "usable", lambda *_: told)

@@ -8,7 +8,7 @@ from sledge import BUDGET
 
 
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_a_metric_that_overflows_is_null_and_keeps_its_report(own):
+def test_a_metric_that_overflows_is_null_and_keeps_its_report(own, known_use):
     """The machine is linear, so that its error stays finite and the error's square does not."""
     step = "reference={kind='step',height=1e200}"
     use = ("--fitness", "mine:LAST", "--controller", "mine:P")

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.runs.attained import attained_told, kept_attained
 
-SHORT = ["--set", "simulation.duration_s=0.3", "--set", "limits.command=250"]
+SHORT = ["--set", "simulation.duration_s=0.15", "--set", "limits.command=250"]
 
 
 SLOW = ["--set", "limits.command_rate=500"]
@@ -27,7 +27,7 @@ def test_a_limit_of_the_rate_is_said_to_be_left_out():
     assert slow == free | {"left_out": "limits.command_rate"}
 
 
-def test_a_run_with_a_limit_tells_it_and_its_folder_keeps_it(tmp_path):
+def test_a_run_with_a_limit_tells_it_and_its_folder_keeps_it(tmp_path, known_use):
     folder = tmp_path / "run"
     few = ["--generations", "2", "--population", "840", "--quiet"]
     done = hfc("design", "c-axis-ramp", *SHORT, *few, "--out", str(folder))

@@ -46,7 +46,7 @@ def _interrupted(self, search):
     raise KeyboardInterrupt
 
 
-def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
+def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines, known_use):
     know([])  # nothing of other tests
     with monkeypatch.context() as patched:
         patched.setattr(shown.Watch, "generation", _interrupted)

@@ -64,7 +64,7 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
         assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
 
 
-def test_the_command_on_the_page_names_own_parts(own):
+def test_the_command_on_the_page_names_own_parts(own, known_use):
     """What stands there repeats the comparison in a process that knows nothing else."""
     made = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", *BUDGET, "--out", "run")
     assert made.exit_code == 0, made.output

@@ -42,7 +42,7 @@ def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
 
 
 @pytest.mark.usefixtures("own")
-def test_what_a_design_needs_is_told_of_every_group():
+def test_what_a_design_needs_is_told_of_every_group(known_use):
     names = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}
     whole = [text for key, x in names.items() for text in (f"--{key}", f"mine:{x}")]
     assert hfc("design", "sledge.toml", *whole, "--out", "run", *BUDGET).exit_code == 0

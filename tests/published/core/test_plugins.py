@@ -40,7 +40,7 @@ def refused_without(*arguments):
     return line
 
 
-def test_own_fitness_and_controller_by_reference(own):
+def test_own_fitness_and_controller_by_reference(own, known_use):
     options = ("--plant", "mine:SLEDGE", "--fitness", "mine:LAST", "--controller", "mine:P")
     done = hfc("design", "sledge.toml", *options, "--out", "run", *BUDGET)
     assert done.exit_code == 0, done.output

@@ -30,7 +30,7 @@ def test_every_example_is_run():
 
 
 @pytest.mark.parametrize("name", PRINTS)
-def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
+def test_example(name, tmp_path, monkeypatch, capsys, own_plugins, known_use):
     monkeypatch.chdir(tmp_path)
     more = ["out"] if name.startswith("01") else []
     monkeypatch.setattr(sys, "argv", [name, "2", *more])
@@ -56,7 +56,7 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
 
 
 @pytest.mark.parametrize(("name", "count"), [("python", 15), ("researcher", 1)])
-def test_page_with_python(name, count, tmp_path, monkeypatch, own_plugins):
+def test_page_with_python(name, count, tmp_path, monkeypatch, own_plugins, known_use):
     """Every block runs after the others, on a small budget, without tables that adapt."""
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "docs" / f"{name}.md").read_text()

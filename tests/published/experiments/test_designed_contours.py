@@ -34,7 +34,7 @@ def test_the_best_figures_of_the_paper_are_beaten_too(designed):
     assert impulse < 0.02
 
 
-def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid(monkeypatch):
+def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid(monkeypatch, known_use):
     monkeypatch.setattr(run, "used", lambda *_: dict.fromkeys(run.KEPT))  # nobody asks
     few = {"first": 2, "machines": 2, "elite": 2, "final": 8}
     changes = {f"robust.{key}": count for key, count in few.items()}

@@ -52,7 +52,9 @@ def test_its_loops_have_margins_beside_the_delay_that_they_have():
         assert own["delay"] > 0.7
 
 
-def test_a_small_search_is_far_ahead_of_the_published_ones_too(kept, on_the_blade, monkeypatch):
+def test_a_small_search_is_far_ahead_of_the_published_ones_too(
+    kept, on_the_blade, monkeypatch, known_use
+):
     """Ten generations on two machines; nothing of it comes from the kept design."""
     monkeypatch.setattr(run, "used", lambda *_: dict.fromkeys(run.KEPT))  # nobody asks
     sizes = dict.fromkeys(("first", "machines", "elite"), 2) | {"final": 8}

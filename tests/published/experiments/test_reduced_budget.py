@@ -9,16 +9,16 @@ from hfc_design.cli import main
 
 
 def test_lin_lee_at_a_reduced_budget(tmp_path):
-    """The tables score what an independent program found; whatever the seed, searches beat them.
+    """The tables score what an independent program found; searches beat them.
 
-    The paper's algorithm after 15 of its small generations, the default search after 5; two of the
-    five seeds of the page.
+    The paper's algorithm after 15 of its small generations, the default search after 5; the first
+    of the five seeds of the page.
     """
     file = "lin_lee_1999/batch.toml"
 
     def wanted(preset):
         return lambda cell: (
-            cell.scenario.search.preset == preset and cell.scenario.run.seed < 2
+            cell.scenario.search.preset == preset and cell.scenario.run.seed < 1
             if cell.design is None
             else preset != "race"
         )
@@ -27,21 +27,20 @@ def test_lin_lee_at_a_reduced_budget(tmp_path):
     printed = ran(tmp_path / "paper", file, wanted("lin-lee-1999"), [few])
     ours = ran(tmp_path / "ours", file, wanted("race"), [fewer])
 
-    def fitness(batch, label, runs=2):
-        found = [run.score["fitness"] for run in batch.runs if run.settings["label"] == label]
-        assert len(found) == runs
+    def fitness(batch, label):
+        (found,) = (run.score["fitness"] for run in batch.runs if run.settings["label"] == label)
         return found
 
-    (table_1,), (pd_1,) = (fitness(printed, name, 1) for name in ("Table I", "PD of Table I"))
-    (table_2,), (pd_2,) = (fitness(printed, name, 1) for name in ("Table II", "PD of Table II"))
+    table_1, pd_1 = (fitness(printed, name) for name in ("Table I", "PD of Table I"))
+    table_2, pd_2 = (fitness(printed, name) for name in ("Table II", "PD of Table II"))
     assert table_1 == pytest.approx(380.5715, rel=1e-6)
     assert pd_1 == pytest.approx(80.0197, rel=1e-6)
     assert table_2 == pytest.approx(22.0256, rel=1e-5)
     assert pd_2 == pytest.approx(10.4647, rel=1e-5)
-    assert min(fitness(printed, "the paper's algorithm")) > 2 * table_1
-    assert min(fitness(ours, "the default search")) > 5 * table_1
-    assert min(fitness(printed, "the paper's algorithm, cutting")) > table_2
-    assert min(fitness(ours, "the default search, cutting")) > 5 * table_2
+    assert fitness(printed, "the paper's algorithm") > 2 * table_1
+    assert fitness(ours, "the default search") > 5 * table_1
+    assert fitness(printed, "the paper's algorithm, cutting") > table_2
+    assert fitness(ours, "the default search, cutting") > 5 * table_2
 
 
 def test_designed_tables_at_a_reduced_budget(tmp_path, monkeypatch):

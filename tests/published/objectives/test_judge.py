@@ -34,7 +34,9 @@ def test_an_x_y_machine_is_chosen_by_what_was_searched():
 
 
 @pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
-def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins, no_baselines):
+def test_a_fitness_below_zero_improves_and_resumes(
+    preset, tmp_path, own_plugins, no_baselines, known_use
+):
     api.register(CALM)
     changes = {**SMALL, "fitness": {"kind": "calm"}, "search.preset": preset}
     if preset != "race":  # which searches hierarchies
@@ -70,7 +72,7 @@ def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, 
     assert not (tmp_path / "run" / "design.json").exists()
 
 
-def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baselines):
+def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baselines, known_use):
     small = ("--set", "simulation.duration_s=0.3", "--population", 8, "--generations", 2)
     done = hfc("design", "c-axis-ramp", "--controller", "pd", *small, "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output

@@ -8,7 +8,7 @@ from run_folders import ran
 from toy_run import OWN, SCENARIO
 
 
-def test_it_is_reported_and_who_lacks_it_is_told_what_to_add(tmp_path, own_plugins):
+def test_it_is_reported_and_who_lacks_it_is_told_what_to_add(tmp_path, own_plugins, known_use):
     sys.path.insert(0, str(OWN_PARTS))
     (tmp_path / "toy.toml").write_text(SCENARIO)
     ran("design", tmp_path / "toy.toml", *OWN, "--out", tmp_path / "run", "--quiet")

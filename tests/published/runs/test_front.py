@@ -106,7 +106,7 @@ def test_a_point_costs_what_its_design_costs_by_the_metrics(alone, tmp_path):
         assert found.merit == pytest.approx(float(row["merit"]), rel=1e-9)
 
 
-def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baselines):
+def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baselines, known_use):
     small = ("--population", 8, "--generations", 2, "--set", "simulation.duration_s=0.1")
     never = ("--set", "constraints={rms_command='0 V'}")
     done = hfc("design", "c-axis-ramp", *PID, *small, *never, "--out", tmp_path / "r")

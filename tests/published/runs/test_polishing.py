@@ -36,7 +36,7 @@ def whole(tmp_path_factory):
     return folder, result
 
 
-def test_a_polish_is_told_and_ends_better_than_the_search(whole, tmp_path):
+def test_a_polish_is_told_and_ends_better_than_the_search(whole, tmp_path, known_use):
     folder, result = whole
     plain = run.run(started(tmp_path / "plain", SMALL), tmp_path / "plain")
     assert result.evaluation.merit > plain.evaluation.merit

@@ -25,7 +25,7 @@ def searching(own):
 
 
 @pytest.mark.parametrize(("name", "kind"), [("random", "pd"), ("climb", "pd+hierarchical-fuzzy")])
-def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
+def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines, known_use):
     option = ("--strategy", f"hunt:{name.upper()}")
     small = SMALL if kind == "pd" else (*SMALL, "--set", f"controller.inputs=[{TWO_TOLD}]")
     asked = ("--preset", name, "--controller", kind, "--out", "run", *small)
@@ -43,7 +43,7 @@ def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines
 
 
 @pytest.mark.usefixtures("no_baselines")
-def test_stopped_and_resumed_equals_uninterrupted(searching):
+def test_stopped_and_resumed_equals_uninterrupted(searching, known_use):
     strategies = imported("hunt")
     for strategy in (strategies.RANDOM, strategies.CLIMB):
         api.register(strategy)

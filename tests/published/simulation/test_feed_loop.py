@@ -71,7 +71,7 @@ def test_trajectory_csv_names_axes_and_units(tmp_path):
     assert "contour_error_BLU" in rows[0]
 
 
-def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines):
+def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines, known_use):
     # As in test_judge.py, so that both have the same compiled programs.
     alike = ["--set", "simulation.duration_s=3.0", "--set", "search.stick_penalty=300"]
     sizes = ["--population", "24", "--generations", "2", *alike]

@@ -13,7 +13,6 @@ from hfc_design.simulation.monte_carlo import robustness
 @pytest.mark.parametrize(
     ("design", "name"),
     [
-        ("lin-lee-1999-table-1", "c-axis-ramp"),
         ("lin-lee-1999-table-2", "c-axis-ramp-cutting"),
         ("pd-only", "c-axis-ramp"),
     ],

@@ -3,7 +3,7 @@
 from run_folders import hfc
 
 
-def test_a_report_says_what_a_window_is(tmp_path):
+def test_a_report_says_what_a_window_is(tmp_path, known_use):
     windows = 'windows=[{name="late", from_s=0.05}]'
     small = ("--set", "simulation.duration_s=0.1", "--population", 16, "--generations", 2)
     out = tmp_path / "run"

@@ -58,7 +58,7 @@ def test_the_run_folder_holds_the_design(run):
     assert again.fitness == found.evaluation.fitness
 
 
-def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path, no_baselines, known_use):
     whole_and_in_parts(load_scenario(CIRCLE, ["controller.kind=flc", *SMALL]), tmp_path, 3)
 
 
@@ -75,24 +75,19 @@ def adaptive(tmp_path_factory):
 
 
 UNSEEN = {
-    "circle": ["reference.radius_mm=25.0", "reference.feed_mm_min=500.0"],
-    "circle, other way": [
-        "reference.radius_mm=15.0",
-        "reference.feed_mm_min=300.0",
-        "reference.direction=cw",
-    ],
-    "line": ["reference={kind='line', length_mm=100.0, angle_deg=26.6, feed_mm_min=600.0}"],
-    "line to and fro": [
-        "reference={kind='polyline', points_mm=[[0.0, 0.0], [60.0, -40.0], [0.0, 0.0]], "
-        "feed_mm_min=600.0}"
-    ],
+    "circle": "{kind='circle', radius_mm=25.0, feed_mm_min=500.0}",
+    "circle, other way": "{kind='circle', radius_mm=15.0, feed_mm_min=300.0, direction='cw'}",
+    "line": "{kind='line', length_mm=100.0, angle_deg=26.6, feed_mm_min=600.0}",
+    "line to and fro": "{kind='polyline', points_mm=[[0.0, 0.0], [60.0, -40.0], [0.0, 0.0]], "
+    "feed_mm_min=600.0}",
 }
 
 
 @pytest.mark.parametrize("name", UNSEEN)
 def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
     """From the first 10 s on, which are less than a cycle; both adapt."""
-    scenario = load_scenario(CIRCLE, [*UNSEEN[name], "simulation.duration_s=10.0"])
+    short = "simulation.duration_s=10.0"
+    scenario = load_scenario("feed-drive-contour", [f"reference={UNSEEN[name]}", short])
     published = evaluate(load_design("jee-koren-2004-aflc"), scenario).metrics
     for found in adaptive:
         own = evaluate(found, scenario).metrics

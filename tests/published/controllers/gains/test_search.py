@@ -14,7 +14,7 @@ from hfc_design.cli import main
     ("name", "kind", "seconds"), [("c-axis-ramp", "pd", 0.5), ("feed-drive-line", "pid", 1.0)]
 )
 def test_design_of_gains_ends_with_a_report_and_resumes(
-    name, kind, seconds, tmp_path, no_baselines
+    name, kind, seconds, tmp_path, no_baselines, known_use
 ):
     scenario = api.load_scenario(
         name,
@@ -37,7 +37,7 @@ def test_design_of_gains_ends_with_a_report_and_resumes(
         api.design(scenario.model_copy(update={"description": "other"}), tmp_path / "parts")
 
 
-def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path):
+def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path, known_use):
     """The run folder holds a copy of the table, under another path."""
     table = tmp_path / "way.csv"
     table.write_text("time_s,reference\n0,0\n1,0.01\n")

@@ -31,10 +31,8 @@ def test_without_tables_it_is_the_linear_loop():
     assert found.phase == pytest.approx(expected.phase)
 
 
-@pytest.mark.parametrize("preset", ["cma", "race"])
-def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
-    scenario = on_linear(**{"search.preset": preset})
-    whole = whole_and_in_parts(scenario, tmp_path, 4)
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path, no_baselines, known_use):
+    whole = whole_and_in_parts(on_linear(**{"search.preset": "race"}), tmp_path, 4)
     page = (tmp_path / "whole" / "report.html").read_text()
     assert "Gains of the linear part" in page
     assert "feed-forward of Coulomb friction" in page

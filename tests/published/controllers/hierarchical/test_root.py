@@ -31,7 +31,7 @@ def test_without_steps_it_is_the_design_itself(name):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
-def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
+def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines, known_use):
     small = ["simulation.duration_s=0.2", "search.population=16", "search.generations=2"]
     small.append("search.newton_islands=0")  # their derivatives take long to compile
     inputs = "controller.inputs=[{name='error',scale=50.0},{name='deflection',scale=80.0}]"

@@ -22,7 +22,7 @@ from hfc_design.simulation.evaluating import evaluate
 
 
 @pytest.mark.parametrize("preset", ["cma", "race"])
-def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
+def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path, no_baselines, known_use):
     """Stopped in the stage of two laws; cma ends with a law that is scheduled."""
     own = of_two_laws().controller.model_dump(mode="json")
     small = {"search.preset": preset, **SMALL, "search.generations": 12}
@@ -51,7 +51,7 @@ def test_six_inputs_have_4374990_valid_genes():
     assert good == 4_374_990
 
 
-def test_the_page_shows_both_laws(tmp_path):
+def test_the_page_shows_both_laws(tmp_path, known_use):
     small = {"simulation.duration_s": 0.2, "search.population": 6, "search.generations": 4}
     inputs = [{"name": "reference_rate", "scale": 50.0}, {"name": "error", "scale": 3000.0}]
     own = {"inputs": inputs, "linear": {}, "schedules": True, "output_scale": 1.0}
@@ -67,7 +67,7 @@ def test_the_page_shows_both_laws(tmp_path):
     assert "The factor on the scheduled law against each scaled input" in page
 
 
-def test_a_search_moves_them(tmp_path, no_baselines):
+def test_a_search_moves_them(tmp_path, no_baselines, known_use):
     """All stages of cma of two laws, and the page at its end."""
     own = {
         "inputs": [{"name": name, "scale": 50.0} for name in ("reference_rate", "error")],
