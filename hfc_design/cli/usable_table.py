@@ -19,7 +19,10 @@ from hfc_design.simulation.monte_carlo import Robustness
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
 #: Measure of tracking -> what it is called, over two columns.
-HEADS = {"settled_rms_error": ("error once", "settled"), "rms_contour_error": ("contour", "error")}
+HEADS = {
+    "settled_rms_error": ("error once", "settled"),
+    "estimated_rms_contour_error": ("estimated", "contour error"),
+}
 #: The measure that asks a design to settle.
 UNSETTLED = "unsettled"
 

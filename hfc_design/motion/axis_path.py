@@ -71,6 +71,20 @@ class AxisPath(NamedTuple):
         k = self.block(way)
         return self.on(k, np.clip(way - self.knots[k], 0.0, self.length[k]))
 
+    def tip_at(self, way: Floats) -> Places:
+        """As ``at``, but on blocks that only turn, where the linear axes moved last.
+
+        That is the end of the last block that moves them, or else the start of the first.
+        """
+        k, moving = self.block(way), np.flatnonzero(self.linear)
+        if not len(moving):
+            return self.at(way)
+        last = np.searchsorted(moving, k, side="right") - 1
+        moved = moving[np.maximum(last, 0)]
+        s = np.clip(way - self.knots[k], 0.0, self.length[k])
+        stopped = np.where(last < 0, 0.0, self.length[moved])
+        return self.on(moved, np.where(self.linear[k], s, stopped))
+
     def block(self, way: Floats) -> Indices:
         """(points,) the block in which the ``way`` (points,) ends."""
         last = len(self.length) - 1

@@ -50,20 +50,19 @@ def off_path(path: PathFrame, off: Sequence[Scalar]) -> Off:
     """Errors of a machine that is ``off`` the commanded place of each axis by so much.
 
     The contour error in X-Y is ``local_error``; of other axes the distance in X-Y-Z to the parabola
-    that touches the path there. The orientation is compared with that where the machine is along
-    the path. Lengths and angles are in the units of the axes.
+    that touches the path there; where only rotary axes move, that touched the last motion of the
+    others. The orientation is compared with that where the machine is along the path. Lengths and
+    angles are in the units of the axes.
     """
     rows = [*zip(off, path.tangent, path.bend or (0.0,) * len(off), strict=True)]
     linear = [row for row in rows if row[2] is not None]
     rotary = [(a, t) for a, t, bend in rows if bend is None]
-    along = sum(a * t for a, t, _ in linear)
+    ahead = sum(a * t for a, t, _ in linear)
     if len(off) == 2 and not rotary:
         (x, tx, _), (y, ty, _) = linear
-        return Off(local_error(x, y, tx, ty, path.curvature), None, along)
-    if rotary:  # where only these move the tangent of the others is 0, else 1 long
-        share = 1.0 - sum(t * t for _, t, _ in linear)
-        along = along + share * sum(a * t for a, t in rotary)
-    away = [a - along * t - 0.5 * along * along * bend for a, t, bend in linear]
+        return Off(local_error(x, y, tx, ty, path.curvature), None, ahead)
+    along = ahead + path.only_turning * (sum(a * t for a, t in rotary) - ahead) if rotary else ahead
+    away = [a - ahead * t - 0.5 * ahead * ahead * bend for a, t, bend in linear]
     turned = _length([a - along * t for a, t in rotary]) if rotary else None
     return Off(_length(away), turned, along)
 

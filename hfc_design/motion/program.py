@@ -56,13 +56,19 @@ class Program(NamedTuple):
         block = self.path.block(way)
         feed = np.where(np.isinf(self.path.feed), self.motion.peak, self.path.feed)[block]
         unit = next((axis.unit for axis in self.axes if not axis.rotary), units[0])
-        tangents = tuple(t * unit / u for t, u in zip(found.tangent, units, strict=True))
-        each = zip(self.axes, self.path.at(way).bend * unit, strict=True)
+        tip = self.path.tip_at(way)
+        tangents = np.where(self.linear[:, None], tip.direction, found.tangent)
+        each = zip(self.axes, tip.bend * unit, strict=True)
         bends = tuple(None if axis.rotary else bend for axis, bend in each)
         marks = undisturbed(time, found.velocity), reversing(time, found.velocity[self.linear])
-        quiet, turning = (np.where(mark, 1.0, 0.0) for mark in marks)
+        only_turning = ~self.path.linear[block]
         return axes, PathFrame(
-            tangents, found.curvature, speed / unit, feed / unit, bends, quiet, turning
+            tuple(t * unit / u for t, u in zip(tangents, units, strict=True)),
+            found.curvature,
+            speed / unit,
+            feed / unit,
+            bends,
+            *(np.where(mark, 1.0, 0.0) for mark in (*marks, only_turning)),
         )
 
 

@@ -36,6 +36,7 @@ class PathFrame(NamedTuple):
     """
 
     #: (steps,) each: change of every axis along the path; a unit vector of those it counts in.
+    #: Where only rotary axes move, that of the others is as in their last motion.
     tangent: tuple[Series, ...]
     curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
     speed: Series  # (steps,) commanded along the path [unit/s]
@@ -45,6 +46,7 @@ class PathFrame(NamedTuple):
     bend: tuple[Series | None, ...] = ()
     undisturbed: Series = None  # (steps,) 1 but soon after an axis starts or reverses, there 0
     reversing: Series = None  # (steps,) 1 soon after a linear axis reverses, else 0
+    only_turning: Series = None  # (steps,) 1 where rotary axes move alone, else 0
 
 
 class PathSamples(NamedTuple):

@@ -1,33 +1,43 @@
 """How far a machine of any axes is off the path of its program.
 
 The contour error is the distance of the tool tip from the path in X-Y-Z, as if the rotary axes
-moved neither tip nor workpiece; the error of the orientation how far these are from where they
-should be at the nearest point of the path.
+moved neither tip nor workpiece. The error of the orientation is how far the rotary axes are from
+where they should be at the point of the path that is nearest in all axes.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices
+from hfc_design.core.numbers import Floats, Indices, Mask
 from hfc_design.motion.axis_path import AxisPath
 from hfc_design.motion.contour import REACH, Contour
 from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.motion.samples import PathSamples
 
-#: A degree counts as so many mm in what is near: where the tool tip hardly moves, tables decide.
+#: A degree counts as so many mm in what is nearest in all axes.
 DEGREE = 0.05
 #: Newton's steps to the nearest point of a helix.
 NEWTON = 4
 
 
 class Nearest(NamedTuple):
-    """The points of the path that the machine is nearest to."""
+    """How far the machine is off the path."""
 
-    position: Floats  # (axes, steps) [mm, deg]
     contour_error: Floats  # (steps,) [mm]
     turned: Floats | None  # (steps,) error of the orientation [deg]; None: no rotary axis
+
+
+class _Window(NamedTuple):
+    """Where on some blocks, lined up without the others, the nearest point is looked for."""
+
+    blocks: Indices
+    starts: Floats  # (blocks,) way along these up to each of them
+    first: Indices  # (steps,) place in ``blocks`` of the first that counts
+    final: Indices  # (steps,)
+    begin: Floats  # (steps,) way along these blocks
+    end: Floats  # (steps,)
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a diverged motion
@@ -35,31 +45,61 @@ def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
     """Of the actual places (axes, steps) [mm, deg] of a machine that should be at ``samples``.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
-    branch that passes by is not taken for the one being cut.
+    branch that passes by is not taken for the one being cut: of the linear axes on blocks that move
+    the tip, of the rotary axes on blocks that only turn. These take nothing from the reach of the
+    others: a tip that lags behind when the tables begin to turn may be on the path still.
     """
     path, linear = program.path, program.linear
-    squares = np.where(linear, 1.0, DEGREE**2)[:, None]
-    in_mm = path.linear[path.block(samples.distance)]
-    off = (actual - samples.position) ** 2
-    off = np.where(in_mm | ~linear[:, None], off, 0.0)
-    reach = REACH * np.sqrt(np.where(in_mm, off[linear].sum(axis=0), off.sum(axis=0)))
-    begin = np.clip(samples.distance - reach, 0.0, path.knots[-1])
-    end = np.clip(samples.distance + reach, 0.0, path.knots[-1])
-    first, final = path.block(begin), path.block(end)
-    best, point = np.full(len(begin), np.inf), np.full_like(actual, np.nan)
-    for turn in range(int((final - first).max(initial=0)) + 1):
-        now = np.flatnonzero(first + turn <= final)
-        k, here = first[now] + turn, actual[:, now]
-        lowest = np.maximum(begin[now] - path.knots[k], 0.0)
-        highest = np.minimum(end[now] - path.knots[k], path.length[k])
-        place = path.on(k, _nearest_on(path, k, here, lowest, highest, squares)).position
-        gap = (squares * (here - place) ** 2).sum(axis=0)
-        nearer = ~(gap >= best[now])  # nan stays nan
-        best[now] = np.where(nearer, gap, best[now])
-        point[:, now] = np.where(nearer, place, point[:, now])
-    away = (actual - point) ** 2
-    turned = None if linear.all() else np.sqrt(away[~linear].sum(axis=0))
-    return Nearest(point, np.sqrt(away[linear].sum(axis=0)), turned)
+    squares = (actual - samples.position) ** 2
+    windows = [
+        _window(path, some, samples.distance, REACH * np.sqrt(squares[axes].sum(axis=0)))
+        for some, axes in ((path.linear, linear), (~path.linear, ~linear))
+        if some.any()
+    ]
+    # The tip stands on blocks that only turn, at an end of one that moves it.
+    tip = _closest(path, windows[:1], actual, np.where(linear, 1.0, 0.0)[:, None])
+    turned = None
+    if not linear.all():
+        point = _closest(path, windows, actual, np.where(linear, 1.0, DEGREE**2)[:, None])
+        turned = _distance((actual - point)[~linear])
+    return Nearest(_distance((actual - tip)[linear]), turned)
+
+
+def _distance(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt((vectors**2).sum(axis=0)))
+
+
+def _window(path: AxisPath, some: Mask, distance: Floats, reach: Floats) -> _Window:
+    """On ``some`` of the blocks; ``distance`` and ``reach`` (steps,) along the path."""
+    knots = np.concatenate([[0.0], np.cumsum(np.where(some, path.length, 0.0))])
+    now = path.block(distance)
+    here = knots[now] + np.where(some[now], distance - path.knots[now], 0.0)
+    begin, end = (np.clip(here + far, 0.0, knots[-1]) for far in (-reach, reach))
+    blocks = np.flatnonzero(some)
+    first = np.searchsorted(knots[blocks + 1], begin)
+    final = np.searchsorted(knots[blocks], end, side="right") - 1
+    last = len(blocks) - 1
+    return _Window(
+        blocks, knots[blocks], np.minimum(first, last), np.clip(final, 0, last), begin, end
+    )
+
+
+def _closest(path: AxisPath, windows: list[_Window], actual: Floats, squares: Floats) -> Floats:
+    """(axes, steps) the point in the windows nearest to ``actual``, by ``squares`` of each axis."""
+    best, point = np.full(actual.shape[1], np.inf), np.full_like(actual, np.nan)
+    for window in windows:
+        for turn in range(int((window.final - window.first).max(initial=0)) + 1):
+            now = np.flatnonzero(window.first + turn <= window.final)
+            which = window.first[now] + turn
+            k, here, start = window.blocks[which], actual[:, now], window.starts[which]
+            lowest = np.maximum(window.begin[now] - start, 0.0)
+            highest = np.minimum(window.end[now] - start, path.length[k])
+            place = path.on(k, _nearest_on(path, k, here, lowest, highest, squares)).position
+            gap = (squares * (here - place) ** 2).sum(axis=0)
+            nearer = ~(gap >= best[now])  # nan stays nan
+            best[now] = np.where(nearer, gap, best[now])
+            point[:, now] = np.where(nearer, place, point[:, now])
+    return point
 
 
 def _nearest_on(

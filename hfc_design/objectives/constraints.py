@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 from pydantic import AfterValidator
 
 from hfc_design.core.quantities import Quantity
-from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure
+from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure, named
 
 #: In a table of constraints the width that ``band_time`` is about.
 BAND = "band"
@@ -21,8 +21,8 @@ class Constraint(NamedTuple):
 def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
     for name in most:
         if name != BAND:
-            measure(name)
-    return most
+            measure(named(name))
+    return {named(name): quantity for name, quantity in most.items()}
 
 
 #: The ``[constraints]`` of a scenario: measures by name, each with the most that is allowed.

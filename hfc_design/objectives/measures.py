@@ -213,7 +213,10 @@ def _limited(moment: Moment) -> Truth:
     return moment.limited
 
 
-_OFF = "contour error"
+_OFF = "estimated contour error"
+#: Before the names of the four measures of it: what tables have without it is found afterwards, by
+#: a search for the nearest point of the path.
+ESTIMATED = "estimated_"
 #: What a scenario can name; ``band_time`` is made of its band.
 MEASURES: dict[str, Measure] = {
     one.name: one
@@ -223,16 +226,28 @@ MEASURES: dict[str, Measure] = {
         rms("settled_rms_error", "error", "rms of the error once settled", _error, _settled),
         largest("settled_max_error", "error", "largest error once settled", _error, _settled),
         _integral("iae", "error s", "integral of the error's magnitude", _error),
-        _contour(rms("rms_contour_error", "error", f"root mean square of the {_OFF}", _error)),
-        _contour(largest("max_contour_error", "error", f"largest {_OFF}", _error)),
+        _contour(
+            rms(f"{ESTIMATED}rms_contour_error", "error", f"root mean square of the {_OFF}", _error)
+        ),
+        _contour(
+            largest(f"{ESTIMATED}max_contour_error", "error", f"largest {_OFF}", _error),
+        ),
         _contour(
             largest(
-                "path_error", "error", f"largest {_OFF} away from starts and reversals", _error
+                f"{ESTIMATED}path_error",
+                "error",
+                f"largest {_OFF} away from starts and reversals",
+                _error,
             ),
             lambda path: path.undisturbed,
         ),
         _contour(
-            largest("worst_glitch", "error", f"largest {_OFF} after an axis reverses", _error),
+            largest(
+                f"{ESTIMATED}worst_glitch",
+                "error",
+                f"largest {_OFF} after an axis reverses",
+                _error,
+            ),
             lambda path: path.reversing,
         ),
         largest("overshoot", "error", "how far the axis goes beyond its goal", lambda x: x.beyond),
@@ -257,6 +272,11 @@ MEASURES: dict[str, Measure] = {
         _unsettled(),
     )
 }
+
+
+def named(name: str) -> str:
+    """The name of a measure; files of version 0.1 have some without what says "estimated"."""
+    return ESTIMATED + name if ESTIMATED + name in MEASURES else name
 
 
 @cache

@@ -11,7 +11,15 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.quantities import Quantity
 from hfc_design.core.records import Positive, Record
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure, path_fault
+from hfc_design.objectives.measures import (
+    BAND_TIME,
+    Measure,
+    Units,
+    in_units,
+    measure,
+    named,
+    path_fault,
+)
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 
@@ -39,8 +47,8 @@ class TolerancesSettings(ObjectiveSettings):
     @classmethod
     def _known(cls, tolerances: Tolerances) -> Tolerances:
         for name in tolerances:
-            measure(name)
-        return tolerances
+            measure(named(name))
+        return {named(name): tolerated for name, tolerated in tolerances.items()}
 
     def on(self, units: Units) -> "TolerancesSettings":
         """The same with plain numbers in the units of a machine.

@@ -73,4 +73,4 @@ def _measured(name: str, fitness: Any, path: bool) -> str:
     for own in getattr(fitness, "tolerances", {}):
         if measure(own).unit == "error":
             return str(own)
-    return "rms_contour_error" if path else "rms_error"
+    return "estimated_rms_contour_error" if path else "rms_error"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from hfc_design.core.numbers import Json
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import NONE, short
+from hfc_design.report.usable_plots import TITLES
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import measured, merit_told
 from hfc_design.simulation.missed import missed_told
@@ -21,7 +22,8 @@ def in_use(found: Json) -> Json:
     sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
     told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]
     factors = [*(factor for factor, _ in told), 1.0]
-    named = zip(("error once settled", "chatter", "peak command"), told, strict=True)
+    titles = (TITLES[next(iter(found["units"]))], "chatter", "peak command")
+    named = zip(titles, told, strict=True)
     heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
     return found | {
         "heads": [*heads, "share at a limit [1]"],

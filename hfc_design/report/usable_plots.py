@@ -10,7 +10,10 @@ from hfc_design.simulation.in_use import Usable
 
 #: Share of the machines that a panel shows: a few that run away would make the others a line.
 SHOWN = 0.99
-TITLES = {"settled_rms_error": "error once settled", "rms_contour_error": "contour error"}
+TITLES = {
+    "settled_rms_error": "error once settled",
+    "estimated_rms_contour_error": "estimated contour error",
+}
 
 
 def distributions(found: Usable, title: str) -> Figure:

@@ -38,7 +38,7 @@ def units(scenario: Scenario) -> dict[str, str]:
 
 
 def _measures(scenario: Scenario) -> tuple[Measure, ...]:
-    tracking = "rms_contour_error" if scenario.follows_path else "settled_rms_error"
+    tracking = "estimated_rms_contour_error" if scenario.follows_path else "settled_rms_error"
     return tuple(MEASURES[name] for name in (tracking, "chatter", "peak_command"))
 
 

@@ -17,6 +17,7 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Positive
+from hfc_design.objectives.measures import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
 from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
@@ -41,8 +42,8 @@ FINE = 0.01
 
 
 def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
-    check_names(names)
-    return names
+    check_names(found := tuple(named(name) for name in names))
+    return found
 
 
 class Nsga2Settings(StrategySettings):

@@ -120,7 +120,7 @@ def test_tracking_is_what_the_scenario_tolerates_of_an_error():
         ("tracking", "rad", "settled_rms_error"),
     ]
     assert told("feed-drive-circle", "tracking", "effort", "iae") == [
-        ("tracking", "BLU", "rms_contour_error"),
+        ("tracking", "BLU", "estimated_rms_contour_error"),
         ("effort", "unit", "rms_command"),
         ("iae", "BLU s", "iae"),
     ]

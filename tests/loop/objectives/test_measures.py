@@ -50,8 +50,13 @@ def test_what_decays_counts_by_what_is_left_of_it(phase):
 def test_contour_error_and_vectors_of_two_axes():
     """A circle: the errors of the page's metrics, which are read off the recorded motion."""
     circle = load_scenario("feed-drive-circle", FAST)
-    names = ("rms_contour_error", "max_contour_error", "rms_error", "peak_command")
-    names += ("path_error", "worst_glitch")
+    names = (
+        "estimated_rms_contour_error",
+        "estimated_max_contour_error",
+        "rms_error",
+        "peak_command",
+    )
+    names += ("estimated_path_error", "estimated_worst_glitch")
     found = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
     rms, most, vector, peak, quiet, glitch = found
     evaluation = evaluate("jee-koren-2004-pid", circle)

@@ -90,7 +90,7 @@ CHANGES = [
     ["constraints.limit_share=nan"],
     ["constraints.late_error='1 kg'"],
     ["constraints.band_time=1"],
-    ["constraints.rms_contour_error=1"],
+    ["constraints.estimated_rms_contour_error=1"],
     ["fitness.kind=fun"],
     ["fitness.kind=tolerances", "fitness.tolerances={fast=1}"],
     ["fitness.kind=tolerances", "fitness.tolerances={rms_error='1 kg'}"],

@@ -3,12 +3,21 @@
 import numpy as np
 import pytest
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.motion import gcode
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.limits import AxisLimits, MovedAxis
 from hfc_design.motion.program import program
 from hfc_design.motion.samples import PathFrame
 from hfc_design.motion.tool_path import nearest, program_errors
+
+
+def take(part, k):
+    """Sample ``k`` of a field of a path."""
+    if isinstance(part, tuple):
+        return tuple(None if one is None else one[k] for one in part)
+    return part[k]
+
 
 AXES = tuple(MovedAxis(axis, 1.0, axis in "ac", 500.0) for axis in "xyzac")
 LIMITS = {axis.name: AxisLimits(acceleration_per_s2=800.0) for axis in AXES}
@@ -36,18 +45,69 @@ def moved(part):
     return time, part.samples(time), behind + 0.1 * swing
 
 
-def test_nearest_point_is_that_of_a_fine_comb(part, moved):
+def of_chords(program, samples, actual):
+    """Contour error and error of the orientation by chords of the whole path, sample by sample."""
+    linear, path = program.linear, program.path
+    ways = np.unique(np.concatenate([path.knots, np.arange(0.0, path.knots[-1], 0.02)]))
+    comb = path.at(ways).position
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(comb[linear]), axis=0))])
+    commanded = np.interp(samples.distance, ways, along)
+    reach = 4.0 * np.linalg.norm((actual - samples.position)[linear], axis=0)
+    for k, (place, there, far) in enumerate(zip(actual.T, commanded, reach, strict=True)):
+        low, high = (
+            np.searchsorted(along, there - far),
+            np.searchsorted(along, there + far, "right"),
+        )
+        near = comb[:, max(low - 1, 0) : high + 1]
+        found = []
+        for squares in (np.where(linear, 1.0, 0.0), np.where(linear, 1.0, 0.05**2)):
+            start, chord = near[:, :-1], np.diff(near)
+            long = np.maximum(squares @ chord**2, 1e-300)
+            share = np.clip(squares @ (chord * (place[:, None] - start)) / long, 0.0, 1.0)
+            off = place[:, None] - start - share * chord
+            found.append(off[:, (squares @ off**2).argmin()])
+        yield k, np.linalg.norm(found[0][linear]), np.linalg.norm(found[1][~linear])
+
+
+def test_errors_are_those_of_a_fine_comb(part, moved):
     _, samples, actual = moved
     found = nearest(part, samples, actual)
-    ways = np.linspace(0.0, part.path.knots[-1], 200_001)
-    comb = part.path.at(ways).position
-    in_mm = part.path.linear[part.path.block(samples.distance)]
-    for k in np.flatnonzero(in_mm)[::17]:
-        off = comb[:, np.abs(ways - samples.distance[k]) < 10.0] - actual[:, k : k + 1]
-        weights = np.array([[1.0], [1.0], [1.0], [0.05], [0.05]])  # a degree as 0.05 mm
-        there = off[:, ((weights * off) ** 2).sum(axis=0).argmin()]
-        assert found.contour_error[k] == pytest.approx(np.linalg.norm(there[:3]), abs=1e-5)
-        assert found.turned[k] == pytest.approx(np.hypot(*there[3:]), abs=1e-3)
+    assert not part.path.linear[part.path.block(samples.distance)].all()
+    for k, contour_error, turned in of_chords(part, samples, actual):
+        assert found.contour_error[k] == pytest.approx(contour_error, rel=1e-3, abs=1e-6)
+        assert found.turned[k] == pytest.approx(turned, rel=1e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["five-axis-blade", "five-axis-program", "five-axis-robust"])
+def test_errors_in_the_built_in_programs_are_those_of_a_fine_comb(name):
+    scenario = load_scenario(name)
+    program, time = scenario.path, scenario.simulation.time[::8]
+    samples = program.samples(time)
+    late = program.samples(np.maximum(time - 0.03, 0.0)).position
+    # Axes lag as those of the published PID do, each by a time of its own, and swing.
+    lag = np.array([[0.9], [0.4], [0.9], [0.2], [0.3]])
+    swing = 0.02 * np.sin(np.outer([7.0, 11.0, 13.0, 17.0, 19.0], time))
+    actual = samples.position + lag * (late - samples.position) + swing
+    found = nearest(program, samples, actual)
+    for k, contour_error, _ in of_chords(program, samples, actual):
+        assert found.contour_error[k] == pytest.approx(contour_error, rel=1e-3, abs=1e-6)
+
+
+def test_a_tip_that_lags_on_the_path_is_on_it_while_tables_turn():
+    """X is 3 mm behind on its line and 0.2 mm beside it; A is where it should be, or 1 deg off."""
+    turning = program(gcode.blocks("G1 F6000 X50\nA30 F600\nX60 Y10"), AXES, LIMITS, 0.002)
+    time = np.arange(0.0, turning.duration_s, 0.01)
+    samples = turning.samples(time)
+    middle = np.abs(samples.position[3] - 15.0).argmin()
+    off = np.array([-3.0, 0.0, 0.2, 0.0, 0.0])
+    actual = samples.position + off[:, None]
+    assert nearest(turning, samples, actual).contour_error[middle] == pytest.approx(0.2)
+    _, frame = turning.axis_samples(time)
+    now = PathFrame(*(take(part, middle) for part in frame))
+    assert off_path(now, off) == pytest.approx((0.2, 0.0, 0.0))
+    assert off_path(now, off + np.array([0.0, 0.0, 0.0, -1.0, 0.5])) == pytest.approx(
+        (0.2, 0.5, -1.0)
+    )
 
 
 def test_where_only_tables_turn_their_lag_is_no_error():
@@ -80,7 +140,7 @@ def test_the_control_knows_the_same_near_the_path(part, moved):
 def test_errors_known_by_hand():
     """Along (3, 4, 0)/5 with 2 deg a mm: 1 mm behind, 2 to the side and 3 up, 5 deg turned."""
     t = (0.6, 0.8, 0.0, 2.0)
-    frame = PathFrame(t, 0.0, 1.0, 1.0, bend=(0.0, 0.0, 0.0, None))
+    frame = PathFrame(t, 0.0, 1.0, 1.0, bend=(0.0, 0.0, 0.0, None), only_turning=0.0)
     off = (-0.6 + 2 * -0.8, -0.8 + 2 * 0.6, 3.0, 5.0 - 2.0)
     assert off_path(frame, off) == pytest.approx((np.sqrt(13.0), 5.0, -1.0))
     flat = PathFrame((1.0, 0.0), 0.1, 1.0, 1.0)  # 8 mm from the centre of a circle of 10

@@ -91,7 +91,7 @@ def test_units_are_no_measure():
         ["tracking", "speed"],
         ["iae", "iae"],
         ["tracking", "rms_error"],
-        ["tracking", "rms_contour_error"],
+        ["tracking", "estimated_rms_contour_error"],
         ["tracking", "band_time"],
     ],
 )

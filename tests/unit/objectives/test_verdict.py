@@ -109,7 +109,7 @@ def test_what_fails_breaks_everything_and_only_what_always_fails_is_lost():
 
 @pytest.mark.parametrize(
     ("name", "most"),
-    [("stick", 0), ("late_error", "2 V"), ("chatter", -1), ("max_contour_error", 1)],
+    [("stick", 0), ("late_error", "2 V"), ("chatter", -1), ("estimated_max_contour_error", 1)],
 )
 def test_constraints_that_cannot_be(name, most):
     with refused() as found:
