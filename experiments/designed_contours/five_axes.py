@@ -48,6 +48,7 @@ PROGRAMS: dict[str, tuple[str, tuple[str, ...], dict[str, str]]] = {
 MEASURED = {
     "rms_contour_error_mm": "contour, rms [µm]",
     "max_contour_error_mm": "largest [µm]",
+    "cutting_max_contour_error_mm": "without rapids [µm]",
     "worst_glitch_mm": "at reversals [µm]",
     "rms_orientation_error_deg": "orientation, rms [mdeg]",
     "max_orientation_error_deg": "largest [mdeg]",

@@ -23,6 +23,7 @@ PROGRAMS = ("corrected", "printed", "blade")
 WHOLE = {
     "contour, rms [mm]": "rms_contour_error_mm",
     "largest [mm]": "max_contour_error_mm",
+    "without rapids [mm]": "cutting_max_contour_error_mm",
     "orientation, rms [deg]": "rms_orientation_error_deg",
     "largest [deg]": "max_orientation_error_deg",
     "largest velocity, of its limit": "velocity_share",

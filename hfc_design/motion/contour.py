@@ -240,6 +240,8 @@ def during(found: Contour, time: Floats, part: slice) -> Contour:
         return [glitch for glitch in all_of_them if own[0] <= glitch.time_s <= own[-1]]
 
     return found._replace(
+        samples=PathSamples(*(column[..., part] for column in found.samples)),
+        actual=found.actual[:, part],
         error=found.error[part],
         glitches=inside(found.glitches),
         undisturbed=found.undisturbed[part],

@@ -39,6 +39,10 @@ class Program(NamedTuple):
         """(axes,) which are in mm."""
         return np.array([not axis.rotary for axis in self.axes])
 
+    def cutting(self, way: Floats) -> Mask:
+        """(points,) whether the path has a feed there, and is no rapid."""
+        return np.isfinite(self.path.feed[self.path.block(way)])
+
     def samples(self, time: Floats) -> PathSamples:
         """The motion at ``time`` (steps,) [s], in mm and deg."""
         way, speed, change = self.motion.at(time)

@@ -39,6 +39,7 @@ def program_meanings(machine: Machine) -> dict[str, str]:
         found |= {
             f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
             f"max_contour_error_{own}": f"largest contour error [{unit}]",
+            f"cutting_max_contour_error_{own}": f"the same without rapids, G0 [{unit}]",
             f"worst_glitch_{own}": f"largest contour error after a linear axis reverses [{unit}]",
             f"path_error_{own}": f"largest contour error but for the {GLITCH_TIME:g} s after an "
             f"axis starts or reverses [{unit}]",
@@ -88,7 +89,9 @@ def program_metrics(
         return dict.fromkeys(keys)
     values: list[float | None] = []
     if program.linear.any():
-        values += [_rms(off.error), float(off.error.max()), _worst(off.glitches)]
+        cutting = off.error[program.cutting(off.samples.distance)]
+        values += [_rms(off.error), float(off.error.max())]
+        values += [float(cutting.max()) if len(cutting) else None, _worst(off.glitches)]
         quiet = off.error[off.undisturbed]
         values.append(float(quiet.max()) if len(quiet) else None)
     if off.turned is not None:
