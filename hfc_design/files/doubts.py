@@ -1,4 +1,5 @@
-"""What of a scenario can be simulated and yet is hardly meant, often a wrong unit.
+"""What of a scenario can be simulated and yet is hardly meant, often a wrong unit; and how
+its program is read where a machine may do otherwise.
 
 Each rule compares numbers of the scenario with one another; none says how large a machine is.
 """
@@ -11,8 +12,9 @@ import numpy as np
 from hfc_design.files.following import reference_of
 from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.scenario import Scenario
+from hfc_design.motion.gcode import notes, text_of
 from hfc_design.motion.references import Trapezoidal
-from hfc_design.motion.trajectories import Trajectory
+from hfc_design.motion.trajectories import GCode, Trajectory
 from hfc_design.objectives.measures import SWING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 
@@ -29,7 +31,7 @@ def doubts(scenario: Scenario) -> list[str]:
     """A line each, with the key and its value; no line of a scenario that makes sense."""
     found = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():
-        each = [*_timed(motion), *_coarse(motion)]
+        each = [*_noted(motion), *_timed(motion), *_coarse(motion)]
         found += [f"{motion.name}: {line}" if scenario.motions else line for line in each]
     return list(dict.fromkeys(found))
 
@@ -60,6 +62,12 @@ def _read(scenario: Scenario) -> Iterator[str]:
                 f"error of {ROUNDING * step:.2g} {unit} rms, where fitness.tolerances.{name} is "
                 f"{most:g} {unit}"
             )
+
+
+def _noted(motion: Scenario) -> Iterator[str]:
+    """What its program has that a machine may do otherwise."""
+    if isinstance(own := motion.reference, GCode):
+        yield from (f"{own.file.name}: {line}" for line in notes(text_of(own.file)))
 
 
 def _timed(motion: Scenario) -> Iterator[str]:

@@ -1,13 +1,13 @@
 """Reads the motion of any axes out of a G-code program.
 
-The language is the part of RS274/NGC that moves X, Y, Z [mm], A, B, C [deg]: G0 to G3, arcs in X-Y
-by their centre (I, J) or their radius (R) with any motion of the others beside it, G90/G91
-positions, G93/G94 F. What moves no axis is passed over: N, O, S and T words, the M codes of
-``IDLE_M``, the G codes of ``IDLE_G``. Everything else is refused: a program that is understood in
-part would be simulated wrongly.
+The language is the part of RS274/NGC that moves X, Y, Z [mm or inch], A, B, C [deg]: G0 to G3, arcs
+in X-Y by their centre (I, J) or their radius (R) with any motion of the others beside it, G20/G21
+units, G90/G91 positions, G93/G94 F. What moves no axis is passed over (``codes``): N, O, S and T
+words, ``IDLE_M``, ``IDLE_G``; ``notes`` says what a machine may do otherwise. Everything else is
+refused: a program that is understood in part would be simulated wrongly.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import atan2, dist, hypot, pi, sqrt
@@ -15,22 +15,26 @@ from typing import Any, NamedTuple
 
 from hfc_design.core.carried import AnyFile, content_of
 from hfc_design.core.texts import about, decoded
+from hfc_design.motion.codes import (
+    ENDS,
+    IDLE_G,
+    IDLE_M,
+    NOTED_BLOCK,
+    NOTED_G,
+    OTHER_G,
+    OTHER_M,
+    PARAMETERS,
+    PLANES,
+    UNITS,
+)
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
-from hfc_design.motion.words import words_of
+from hfc_design.motion.words import SKIPPED, words_of
 
 AXES = "XYZABC"
-#: Units, plane and modes that are so anyway: exact path, look-ahead; no offsets, no compensation.
-IDLE_G = frozenset({5.1, 17, 21, 40, 49, 54, 61, 80, 90, 91, 93, 94})
-IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9})  # stops, spindle, tool, coolant
-#: Codes that are refused, and why.
-OTHER_G = {
-    20: "inches are not read, only millimetres (G21)",
-    61.1: "a stop after every block is not simulated, only the exact path (G61)",
-    64: "corners are not rounded here, the path is exact (G61)",
-}
-ENDS = frozenset({2, 30})
+#: Words that count in the unit of length.
+LENGTHS = frozenset("XYZIJR")
 IDLE_LETTERS = frozenset("NOST")
-LETTERS = "ABCFGIJMRXYZ"
+LETTERS = "ABCFGIJKMRXYZ"
 #: By how much the radii at both ends of an arc may differ [mm].
 ROUNDING = 0.01
 #: Numbers that no machine has a use for; larger ones would overflow when squared.
@@ -89,16 +93,42 @@ def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
     Raises:
         ValueError: it cannot be used; the message starts with the line number.
     """
-    machine, lines = _Machine(start, start[:2]), text.split("\n")
-    if len(lines) > MOST_LINES:
-        raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
-    for number, code in enumerate(lines, 1):
+    machine = _Machine(start, start[:2])
+    for number, code in _lines(text):
         try:
             if machine.ended_by(number, *_sorted(words_of(code))):
                 break
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
     return tuple(machine.done)
+
+
+def notes(text: str) -> list[str]:
+    """What the program ``text`` has that a machine may do otherwise, a line each with its first."""
+    found: dict[str, str] = {}
+    for number, code in _lines(text):
+        if code.lstrip().startswith(SKIPPED):
+            found.setdefault(SKIPPED, f"line {number}: {NOTED_BLOCK}")
+        for letter, value in words_of(code):
+            if letter == "G" and value in NOTED_G:
+                told = f"line {number}: G{value:g}: {NOTED_G[int(value)]}"
+                found.setdefault(f"G{value:g}", told)
+    return [*found.values()]
+
+
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """Numbers and texts of the lines up to the ``%`` that ends a program."""
+    lines = text.split("\n")
+    if len(lines) > MOST_LINES:
+        raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
+    begun = False
+    for number, code in enumerate(lines, 1):
+        if code.strip() == "%":
+            if begun:
+                return
+        else:
+            yield number, code
+        begun = begun or bool(code.strip())
 
 
 def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
@@ -143,23 +173,23 @@ def _sorted(found: list[tuple[str, float]]) -> tuple[list[float], list[float], W
     """The G codes, the M codes and the other words of a block."""
     codes: dict[str, list[float]] = {"G": [], "M": []}
     words: Words = {}
-    look_ahead = ("G", 5.1) in found
+    for letter, code in found:
+        if why := {"G": OTHER_G, "M": OTHER_M}.get(letter, {}).get(code):
+            raise ValueError(f"{letter}{code:g}: {why}")
+    own = {letter for kind, code in found if kind == "G" for letter in PARAMETERS.get(code, "")}
     for letter, value in found:
-        if letter in IDLE_LETTERS:
-            continue
-        if look_ahead and letter == "Q":
-            if value != 1.0:
+        if letter in own:
+            if ("G", 5.1) in found and value != 1.0:
                 raise ValueError(f"G5.1 Q{value:g}: look-ahead is always on here (Q1)")
-            continue
-        if letter not in LETTERS:
+        elif letter not in IDLE_LETTERS | set(LETTERS):
             raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
-        if abs(value) > LARGEST:
+        elif abs(value) > LARGEST:
             raise ValueError(f"{letter}{value:g}: more than {LARGEST:g} is no machine's")
-        if letter in codes:
+        elif letter in codes:
             codes[letter].append(value)
         elif letter in words:
             raise ValueError(f"{letter} stands there twice")
-        else:
+        elif letter not in IDLE_LETTERS:
             words[letter] = value
     return codes["G"], codes["M"], words
 
@@ -171,9 +201,12 @@ class _Machine:
     place: Places  # as programmed [mm, deg]
     reached: Places  # X and Y, off it by the rounding of an arc's radii [mm]
     absolute: bool = True
+    centres: bool = False  # G90.1: I and J are places
+    plane: int = 17
+    unit: float = 1.0  # [mm]
     inverse: bool = False  # G93: F is blocks a minute
     mode: int | None = None  # of motion: G0 to G3
-    feed: float | None = None  # [mm/min, deg/min]
+    feed: float | None = None  # [units of length/min, deg/min]
     done: list[Block] = field(default_factory=list)
 
     def ended_by(
@@ -189,8 +222,9 @@ class _Machine:
                 unit = "per minute" if self.inverse else "mm/min"
                 raise ValueError(f"F{words['F']:g}: a feed has to be more than 0 {unit}")
             self.feed = words["F"]
-        if words.keys() & {*AXES, *"IJR"}:
-            self._move(number, words)
+        if words.keys() & {*AXES, *"IJKR"}:
+            own = {k: self.unit * x if k in LENGTHS else x for k, x in words.items()}
+            self._move(number, own)
         return any(code in ENDS for code in m_codes)
 
     def _set_modes(self, codes: list[float]) -> None:
@@ -201,11 +235,15 @@ class _Machine:
         for code in codes:
             if code in (90, 91):
                 self.absolute = code == 90
+            elif code in (90.1, 91.1):
+                self.centres = code == 90.1
+            elif code in PLANES:
+                self.plane = int(code)
+            elif code in UNITS and self.unit != UNITS[int(code)]:
+                self.unit, self.feed = UNITS[int(code)], None  # so is one in another unit
             elif code in (93, 94) and self.inverse != (code == 93):
                 self.inverse, self.feed = code == 93, None  # a feed in the other sense is none
-            elif code in OTHER_G:
-                raise ValueError(f"G{code:g}: {OTHER_G[code]}")
-            elif code not in IDLE_G and code not in (0, 1, 2, 3):
+            elif code not in IDLE_G and code not in NOTED_G and code not in (0, 1, 2, 3):
                 raise ValueError(f"G{code:g}: unknown code")
 
     def _move(self, number: int, words: Words) -> None:
@@ -222,8 +260,8 @@ class _Machine:
         if self.mode > 0 and self.feed is None:
             raise ValueError(f"G{self.mode} before any F")
         if self.mode < 2 or words.keys() <= set("ZF"):
-            if words.keys() & set("IJR"):
-                raise ValueError(f"I, J or R with G{self.mode}; they belong to G2 and G3")
+            if words.keys() & set("IJKR"):
+                raise ValueError(f"I, J, K or R with G{self.mode}; they belong to G2 and G3")
             if dist(self.reached, end[:2]) >= SAME_PLACE:
                 self._add(number, end, end[:2])
             elif _apart(self.place[2:], end[2:]):
@@ -234,7 +272,17 @@ class _Machine:
 
     def _turn(self, number: int, to: Places, words: Words) -> None:
         """An arc to there, and straight on in Z, A, B, C."""
+        if self.plane != 17:
+            raise ValueError(
+                f"an arc in {PLANES[self.plane]} (G{self.plane}); read are those in X-Y"
+            )
+        if words.get("K"):
+            raise ValueError(f"K{words['K']:g}: arcs are read in X-Y (G17), where K must be 0")
         start, end, ccw = (self.place[0], self.place[1]), (to[0], to[1]), self.mode == 3
+        if self.centres:
+            words = words | {
+                k: words[k] - at for k, at in zip("IJ", start, strict=True) if k in words
+            }
         centre = _centre(start, end, words, ccw)
         if dist(self.reached, centre) < SAME_PLACE:
             raise ValueError("an arc smaller than the rounding of the one before")
@@ -247,8 +295,9 @@ class _Machine:
         """Note a motion that ends in X-Y at ``reached``; of an arc with its centre and sweep."""
         ends = (*self.reached, *self.place[2:]), (*reached, *end[2:])
         block = Block(number, *ends, self.feed if self.mode else None, *turning)
-        if self.inverse and block.feed is not None:
-            block = block._replace(feed=block.feed * block.length)
+        if block.feed is not None:
+            unit = block.length if self.inverse else self.unit if block.linear else 1.0
+            block = block._replace(feed=block.feed * unit)
         self.done.append(block)
         self.reached = reached
 

@@ -9,8 +9,19 @@ import re
 PIECE = re.compile(
     r"(?P<comment>\([^()\n]*\)|;[^\n]*|%)"
     r"|(?P<letter>[A-Za-z])\s*(?P<number>[+-]?\s*(?:\d[\d\s]*(?:\.[\d\s]*)?|\.\s*\d[\d\s]*))?"
-    r"|(?P<blank>\s+)"
+    r"|(?P<blank>\s+)",
+    re.ASCII,
 )
+#: What a block begins with that a machine may be told to skip.
+SKIPPED = "/"
+#: O words that are more than the number of a program.
+FLOW = re.compile(
+    r"\s*(o\s*(?:<[^<>]*>|\d+)\s*(?:sub|endsub|call|return|if|elseif|else|endif|while|endwhile|do"
+    r"|repeat|endrepeat|break|continue)\b)",
+    re.ASCII | re.IGNORECASE,
+)
+#: Beginnings of what has no fixed number -> what that is.
+CALCULATED = {"#": "parameters", "[": "expressions"}
 #: Characters that are shown of what is not understood.
 SHOWN = 20
 
@@ -21,10 +32,16 @@ def words_of(block: str) -> list[tuple[str, float]]:
     Raises:
         ValueError: a letter has no number, or something is neither word nor comment.
     """
+    if flow := FLOW.match(block):
+        raise ValueError(f"{flow[1]}: subprograms and loops are not read; write their moves out")
     found: list[tuple[str, str | None]] = []
-    place = 0
+    place = len(block) - len(block.lstrip().removeprefix(SKIPPED))
     while place < len(block):
         piece = PIECE.match(block, place)
+        if piece is None or (piece["letter"] and piece["number"] is None):
+            after = block[place + (piece is not None) :].lstrip()[:1]
+            if after in CALCULATED:
+                raise ValueError(f"{after}: {CALCULATED[after]} are not read; write the numbers")
         if piece is None:
             there = block[max(place - SHOWN, 0) : place + SHOWN].strip()
             raise ValueError(f"cannot be understood at column {place + 1}: {there!r}")

@@ -182,6 +182,42 @@ def test_any_points_come_back(tmp_path_factory, points):
         np.testing.assert_allclose(ends(path)[-1], corners[-1], atol=2e-5)
 
 
+#: What many programs begin with -> the same moves without it, and the first words of the notes.
+READ = {
+    "G21 G90 G91.1\nG1 F60 X1\n": ("G1 F60 X1\n", []),
+    "G17 G40 G49 G80 G94 M48\n/ G1 F60 X1\n": ("G1 F60 X1\n", ["line 2: blocks"]),
+    "%\nO0001 (part)\nG1 F60 X1\n%\nX9 Q7 (outside)\n": ("G1 F60 X1\n", []),
+    "G1 F60 X1\n%\nX9\n": ("G1 F60 X1\n", []),
+    "G1 F60 X1\nG4 P0.5\nX5\n": ("G1 F60 X1\nX5\n", ["line 2: G4"]),
+    "G64 P0.01 Q0.02\nG1 F60 X1\nG64\n": ("G1 F60 X1\n", ["line 1: G64"]),
+    "G43 H1 Z10 F60\nG1 X5\n": ("F60 G1 Z10\nX5\n", ["line 1: G43"]),
+    "F60 G18\nG1 X1 Z2\nG17\nG2 X3 I1 K0\n": ("F60\nG1 X1 Z2\nG2 X3 I1\n", []),
+    "F60 G90.1\nG1 X1 Y1\nG3 X3 I2 J1\n": ("F60\nG1 X1 Y1\nG3 X3 I1 J0\n", []),
+    # An inch is 25.4 mm; where only tables move F is in deg/min.
+    "G20 F10\nG1 X1 Y-.5\nG2 X2 I.5\nG1 A90\n": (
+        "F254\nG1 X25.4 Y-12.7\nG2 X50.8 I12.7\nG1 F10 A90\n",
+        [],
+    ),
+    "G20 G93\nG1 X1 F2\n": ("G93\nG1 X25.4 F2\n", []),
+    "G20\nG1 X1 F1\nG21 F60 X0\n": ("G1 X25.4 F25.4\nX0 F60\n", []),
+}
+
+
+@pytest.mark.parametrize("text", READ)
+def test_what_changes_nothing_or_has_one_meaning_is_read(text):
+    plain, told = READ[text]
+    found, expected = gcode.blocks(text), gcode.blocks(plain)
+    assert len(found) == len(expected)
+    for one, other in zip(found, expected, strict=True):
+        assert one.end == pytest.approx(other.end)
+        assert one.feed == pytest.approx(other.feed)
+        assert (one.centre or ()) == pytest.approx(other.centre or ())
+        assert one.sweep == pytest.approx(other.sweep)
+    noted = gcode.notes(text)
+    assert all(map(str.startswith, noted, told))
+    assert len(noted) == len(told)
+
+
 #: Programs, by the line that is at fault; by 0 what has nothing that moves.
 BAD = {
     0: [
@@ -199,17 +235,22 @@ BAD = {
         "G1 F60 X1 X2\n",
         "G1 F60 X1,5\n",
         "(never closed\nG1 F60 X1\n",
-        "/G1 F60 X1\n",
         "G1 F60 X1. .5\n",
         "G1 F60 X1 Q1\n",
         "G5.1 Q0\nG1 F60 X1\n",
-        "G64\nG1 F60 X1\n",
         "G61.1\nG1 F60 X1\n",
         "G93 G1 X1 F0\n",
-        "G20\nG1 F60 X1\n",
-        "G18\nG1 F60 X1\n",
-        "G91.1\nG1 F60 X1\n",
-        "M98\nG1 F60 X1\n",
+        "M98 P100\nG1 F60 X1\n",
+        "G42 D1\nG1 F60 X1\n",
+        "G55\nG1 F60 X1\n",
+        "G28 Z0\nG1 F60 X1\n",
+        "G81 R2 Z-5 L3\nG1 F60 X1\n",
+        "G95\nG1 F60 X1\n",
+        "o100 sub\nG1 F60 X1\n",
+        "O<part> call [1]\nG1 F60 X1\n",
+        "G1 F60 X[1+2]\n",
+        "G1 F60 X\uff11\n",
+        "G1 F60 X1 P1\n",
         "F0\nG1 X2\n",
         "G1 F-5 X2\n",
         "X1\n",
@@ -232,6 +273,9 @@ BAD = {
         "F60\nG2 X0 R1\n",
         "F60\nG2 X3 R1.48\n",
         "F60\nG2 X2.02 I1\n",
+        "F60 G18\nG2 X2 Z2 I1 K0\n",
+        "F60\nG2 X2 I1 K1\n",
+        "G1 F60 X1\nG20 X1\n",
     ],
     3: [
         "G1 F60 X1\n\nX\n",
