@@ -1,6 +1,8 @@
 """What the pages of the experiments share: runs of a batch by their settings, tables, curves."""
 
+import json
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.batch.plan import LABEL, matches
-from hfc_design.batch.published import figure_row, reproduced
-from hfc_design.batch.runs import Run, runs_below
+from experiments.steps import FILE, WINDOWED, Ranged, Ranges
+from hfc_design.batch.folder import told as noted
+from hfc_design.batch.plan import LABEL, Published, matches
+from hfc_design.batch.published import Reproduced, figure_row, reproduced
+from hfc_design.batch.runs import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
@@ -36,14 +40,21 @@ class Batch:
         except UserError as error:
             raise click.UsageError(f"{error}; run its batch first, with hfc batch") from None
 
+        file = folder / FILE
+        self.steps: dict[str, Ranges] = json.loads(file.read_text()) if file.exists() else {}
+
     def run(self, label: str = "", **settings: Any) -> Run:
         """The first run with a label, or with settings."""
         wanted = {LABEL: label} if label else settings
         return next(run for run in self.runs if matches(wanted, run.settings))
 
     def values(self, label: str, *metrics: str) -> list[float | None]:
-        """Metrics of the run with a label."""
-        return [self.run(label).score[metric] for metric in metrics]
+        """Metrics of the run with a label, ``Ranged`` where its steps were tried."""
+        return [self._value(self.run(label), metric) for metric in metrics]
+
+    def _value(self, run: Run, metric: str) -> float | None:
+        limits = self.steps.get(run.path, {}).get(metric)
+        return run.score[metric] if limits is None else Ranged.of(*limits)
 
     def motion(self, label: str) -> Evaluation:
         """What the run with a label does, simulated again."""
@@ -51,8 +62,33 @@ class Batch:
 
     def published(self) -> list[list[str]]:
         """``HEAD`` of every published figure."""
-        found = (figure_row(item) for item in reproduced(self.folder, self.runs))
-        return [[*cells[:5], cells[6]] for cells in found]
+        listed = (told.published for own in batches_below(self.folder) for told in noted(own))
+        each = zip(reproduced(self.folder, self.runs), chain.from_iterable(listed), strict=True)
+        return [self._row(*pair) for pair in each]
+
+    def _row(self, item: Reproduced, wanted: Published) -> list[str]:
+        """With the range that finer steps give it, where a single run stands behind it."""
+        cells = figure_row(item)
+        sides = [
+            [self._value(run, metric) for run in self.runs if matches(settings, run.settings)]
+            for settings, metric in wanted.sides
+        ]
+        found = [side[0] for side in sides if len(side) == 1 and isinstance(side[0], Ranged)]
+        if len(found) == len(sides):
+            own = found[0].over(found[1]) if len(found) == 2 else found[0]
+            cells[3] = number(own)
+            if item.published:
+                cells[4] = number(own.over(Ranged.of(*[item.published] * 3)), ".2f")
+            if len(found) == 1 and (other := self._windows(wanted)):
+                cells[6] = "; ".join(filter(None, (cells[6], other)))
+        return [*cells[:5], cells[6]]
+
+    def _windows(self, wanted: Published) -> str:
+        """What other windows make of a path error; "" for any other figure."""
+        (settings, metric), *_ = wanted.sides
+        run = next(run for run in self.runs if matches(settings, run.settings))
+        limits = self.steps[run.path].get(metric + WINDOWED)
+        return "" if limits is None else f"{Ranged.of(*limits):.3g}{WINDOWED}"
 
 
 def chaotic(batch: Batch) -> str:

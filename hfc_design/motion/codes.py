@@ -21,7 +21,9 @@ _DRILLING = "drilling cycles are not read; write their moves with G0 and G1"
 _OFFSET = "of the offsets of a workpiece only G54 is read"
 _MACHINE = "positions of the machine are not known here; write the move in X, Y, Z"
 OTHER_G: dict[float, str] = {
-    **dict.fromkeys((41, 41.1, 42, 42.1), "the tool's radius is not compensated; write its centre's path"),
+    **dict.fromkeys(
+        (41, 41.1, 42, 42.1), "the tool's radius is not compensated; write its centre's path"
+    ),
     **dict.fromkeys((43.1, 43.2), "the length of a tool is not read, only G43 and G49"),
     **dict.fromkeys((55, 56, 57, 58, 59, 59.1, 59.2, 59.3, 10, 52, 92), _OFFSET),
     **dict.fromkeys((28, 28.1, 30, 30.1, 53), _MACHINE),

@@ -71,16 +71,16 @@ def reversing(time: Floats, velocities: Floats) -> Mask:
     return _within(time, velocities, first=1)
 
 
-def undisturbed(time: Floats, velocities: Floats) -> Mask:
-    """(steps,) samples that are not within ``GLITCH_TIME`` of an axis' start or reversal."""
-    return ~_within(time, velocities, first=0)
+def undisturbed(time: Floats, velocities: Floats, window: float = GLITCH_TIME) -> Mask:
+    """(steps,) samples that are not within a ``window`` [s] of an axis' start or reversal."""
+    return ~_within(time, velocities, 0, window)
 
 
-def _within(time: Floats, velocities: Floats, first: int) -> Mask:
+def _within(time: Floats, velocities: Floats, first: int, window: float = GLITCH_TIME) -> Mask:
     found, largest = np.zeros(len(time), bool), _largest(velocities)
     for velocity in velocities:
         for index in _reversals(velocity, largest)[first:]:
-            found[_soon_after(time, index)] = True
+            found[_soon_after(time, index, window)] = True
     return found
 
 
@@ -94,5 +94,5 @@ def _reversals(velocity: Floats, largest: float) -> Indices:
     return moving[np.diff(np.sign(velocity[moving]), prepend=0.0) != 0]
 
 
-def _soon_after(time: Floats, index: int) -> slice:
-    return slice(index, first_at(time, time[index] + GLITCH_TIME))
+def _soon_after(time: Floats, index: int, window: float = GLITCH_TIME) -> slice:
+    return slice(index, first_at(time, time[index] + window))
