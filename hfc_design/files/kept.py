@@ -47,11 +47,19 @@ def _machine(design: Design, scenario: Scenario) -> str:
     own, here, alone = map(
         _parameters, (machine(design, plain), machine(design, scenario), scenario.plant)
     )
+    if own != here and not states_machine(design):
+        return UNKNOWN
     if changes := _changes(own, here):
         return f"{KEPT}, but for {', '.join(changes)}"
     differ = (key for key, x in here.items() if x != alone[key])
     kept = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
     return f"{KEPT}: {', '.join(kept)}" if kept else KEPT
+
+
+def states_machine(design: Design) -> bool:
+    """Whether a design says for which machine it was made, and not only for which kind of it."""
+    own = design.plant
+    return bool(own.parameters or any(own.axes.values()) or design.provenance.get("scenario"))
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from pydantic import (
 
 from hfc_design.core import devices
 from hfc_design.core.faults import MOST, beside
-from hfc_design.core.numbers import Parameters
+from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.wording import one_of
@@ -127,6 +127,13 @@ class PlantSettings(Record):
     def values(self) -> tuple[Parameters, ...]:
         """The parameter record of each axis."""
         return tuple(axis.parameters for axis in self.each())
+
+    def in_full(self) -> Json:
+        """With every parameter, so that a file does not depend on a program's defaults."""
+        found = {axis.name: axis.parameters._asdict() for axis in self.each()}
+        if len(found) == 1 and not self.axes:
+            return {"name": self.name, "parameters": next(iter(found.values()))}
+        return {"name": self.name, "parameters": {}, "axes": found}
 
 
 def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:

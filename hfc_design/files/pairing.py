@@ -2,6 +2,7 @@
 
 from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from hfc_design.files.design import (
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.scenario import Scenario
+from hfc_design.search.loop import STRATEGIES
 from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 
@@ -126,6 +128,10 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     source, path = f"{name}: provenance.scenario", Path(name)
     if not isinstance(data, dict):
         raise UserError(f"{source}: has to be a name or a scenario")
+    search: Any = data.get("search")
+    if isinstance(search, dict) and search.get("preset") not in [None, *STRATEGIES.names()]:
+        # Nothing is searched here: nobody has to have the strategy that found the design.
+        data = {key: part for key, part in data.items() if key != "search"}
     with naming(design.provenance):
         return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
 

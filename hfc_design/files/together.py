@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.cells import called
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.kept import dotted
+from hfc_design.files.kept import dotted, states_machine
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, machine
@@ -101,10 +101,7 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
     plant = machine(next(iter(designs.values())), scenario)
     for design in designs.values():
         machine(design, scenario)
-    axes = {axis.name: axis.parameters._asdict() for axis in plant.each()}
-    alone = len(axes) == 1 and not plant.axes
-    own: Json = {"parameters": next(iter(axes.values()))} if alone else {"axes": axes}
-    return scenario.model_copy(update={"plant": PlantSettings(name=plant.name, **own)})
+    return scenario.model_copy(update={"plant": PlantSettings(**plant.in_full())})
 
 
 def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
@@ -120,7 +117,8 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     own = dotted(design.limits.model_dump(exclude_none=True))
     if changed := _changed(own, {key: here.get(key) for key in own}, limits):
         yield f"the controller keeps to its own limits: {changed}"
-    for changed in _machines(machine(design, scenario), shared.plant, "here"):
+    other = _machines(machine(design, scenario), shared.plant, "here")
+    for changed in other if states_machine(design) else ():
         yield f"made for another machine: {changed}"
     told: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited

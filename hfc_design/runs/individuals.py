@@ -10,7 +10,6 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import References, sources
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import Design
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation
@@ -45,7 +44,7 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
     movable = renamed(scenario, lambda key, file: carried(file))
     data = {
         "name": scenario.name,
-        "plant": _plant(scenario.plant),
+        "plant": scenario.plant.in_full(),
         "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
         "limits": scenario.limits.model_dump(exclude_none=True),
         "provenance": {
@@ -55,15 +54,6 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
         },
     }
     return checked(Design, data, f"{scenario.name}, kind {controller['kind']!r}", Path())
-
-
-def _plant(settings: PlantSettings) -> dict[str, object]:
-    """The machine in full, so that the design does not depend on a program's defaults."""
-    found = [record._asdict() for record in settings.values()]
-    if len(found) == 1 and not settings.axes:
-        return {"name": settings.name, "parameters": found[0]}
-    axes = dict(zip(settings.machine.axes, found, strict=True))
-    return {"name": settings.name, "parameters": {}, "axes": axes}
 
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:

@@ -12,9 +12,9 @@ from hfc_design.core.dotted import Changes, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.machine import SensorSettings
+from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.files.pairing import load_design, machine
 from hfc_design.simulation.evaluating import evaluate
 
 #: Letters of a name, and what a network's begins with.
@@ -61,14 +61,15 @@ def taught(
     first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)
     found = trained(first, errors, commands, lesson)
     told = {"by": teacher.name, "scenario": scenario.name, "samples": errors.size}
-    design = _design(teacher, found, {**told, **lesson._asdict()})
+    design = _design(teacher, machine(teacher, scenario), found, {**told, **lesson._asdict()})
     return Taught(design, found, errors.size, evaluation.axes[0].drive.units["command"])
 
 
-def _design(teacher: Design, found: Trained, told: Json) -> Design:
-    """The design of a network for the machine of its teacher."""
+def _design(teacher: Design, plant: PlantSettings, found: Trained, told: Json) -> Design:
+    """The design of a network for the machine that its teacher moved."""
     data = teacher.model_dump(mode="json", exclude={"score", "controller", "provenance"})
     data["name"] = (BEGINNING + teacher.name)[:LONGEST]
+    data["plant"] = plant.in_full()
     data["controller"] = found.design.model_dump(mode="json")
     data["provenance"] = {"program": f"hfc-design {__version__}", "taught": told}
     if (scenario := teacher.provenance.get("scenario")) is not None:

@@ -4,6 +4,7 @@ import json
 
 from run_folders import hfc
 
+from hfc_design.files.design import changed_design
 from hfc_design.files.kept import HEAD, kept
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -28,7 +29,9 @@ def test_simulate_says_it_too_beside_its_numbers(tmp_path):
 
 def test_axes_are_told_apart():
     found = told(
-        load_design("jee-koren-2004-pid"), "feed-drive-circle", {"plant.axes.x.gain": 31.0}
+        changed_design(load_design("jee-koren-2004-pid"), {"plant.parameters.gain": 28.3}, "pid"),
+        "feed-drive-circle",
+        {"plant.axes.x.gain": 31.0},
     )
     assert "x.gain 31 (made with 28.3)" in found["machine"]
 

@@ -33,3 +33,12 @@ def test_what_is_too_long_lies_beside_and_is_known_by_its_hash(own_tables, monke
     with refused() as told:
         own_scenario(found, str(own_tables / "mine.json"))
     assert "load.file.name = 'cut.csv': " in told.refusal
+
+
+def test_a_design_of_a_strategy_that_is_not_here_has_its_scenario():
+    """Nothing is searched where it is scored; another preset that there is stays."""
+    for preset, found in (("hunt", "race"), ("l-shade", "l-shade")):
+        told = {"name": "made", "search": {"preset": preset}, "load": {"constant": 5.0}}
+        design = load_design("pd-only").model_copy(update={"provenance": {"scenario": told}})
+        scenario = own_scenario(design, "design.json")
+        assert (scenario.search.preset, scenario.load.constant) == (found, 5.0)

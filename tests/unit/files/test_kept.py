@@ -70,6 +70,8 @@ def test_a_design_that_does_not_say_with_what_it_was_made():
     found = told(design, "c-axis-ramp-cutting")
     assert (found["sensors"], found["load"]) == (UNKNOWN, UNKNOWN)
     assert (found["machine"], found["limits"]) == ("kept", "kept")
+    # A printed controller, of no machine in particular: nothing here is another than it was.
+    assert told(load_design("jee-koren-2004-flc"), "feed-drive-circle")["machine"] == UNKNOWN
 
 
 @pytest.mark.parametrize("load", [5.0, 6.0])

@@ -34,6 +34,7 @@ def test_the_command_writes_a_design_that_goes_on_learning(tmp_path):
     assert told.startswith("800 samples of ")  # two axes at 100 Hz
     design = hfc.load_design(path)
     assert design.name == "neural-jee-koren-2004-pid"
+    assert design.plant.axes["x"]["gain"] == 40.0  # of the machine that was moved, not the default
     taught = design.provenance["taught"]
     assert taught["by"] == "jee-koren-2004-pid"
     assert taught | {"rate": 0.5, "passes": 1, "hidden": 4, "seed": 3} == taught
