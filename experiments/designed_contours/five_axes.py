@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from experiments.shared import markdown
+from experiments.steps import Ranged, figures
 from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
@@ -18,7 +19,6 @@ from hfc_design.pictures.files import save
 from hfc_design.report.comparison.plots import machines as drawn
 from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
-from hfc_design.simulation.evaluating import evaluate
 
 HERE = Path(__file__).parent
 DESIGNED = "designed"
@@ -69,12 +69,11 @@ def scenario(program: str) -> Scenario:
     return load_scenario(name, changes)
 
 
-def row(program: str, name: str, found: Mapping[str, float | None]) -> list[str]:
+def row(program: str, name: str, found: Mapping[str, Ranged]) -> list[str]:
     """A controller on the nominal machine."""
-    numbers = {key: float("nan") if x is None else x for key, x in found.items()}
-    beyond = max(x for key, x in numbers.items() if OVERSHOOT in key)
-    own = [*(numbers[key] for key in MEASURED), abs(beyond), numbers[CHATTER]]
-    return [program, name, *(f"{1e3 * x:.3g}" for x in own)]
+    beyond = max(x for key, x in found.items() if OVERSHOOT in key)
+    own = [*(found[key] for key in MEASURED), beyond, found[CHATTER]]
+    return [program, name, *(f"{x.over(Ranged.of(1e-3, 1e-3, 1e-3)):.3g}" for x in own)]
 
 
 def paired(program: str, found: Comparison) -> Iterator[list[str]]:
@@ -97,11 +96,10 @@ def main(machines: int, wanted: tuple[str, ...], plot: Path | None) -> None:
     rows, pairs, bouts = [], [], []
     for program in wanted or PROGRAMS:
         where, each = scenario(program), designs(program)
+        rows += [row(program, name, figures(design, where)) for name, design in each.items()]
         if program == WHOLE:
-            rows += [row(program, k, evaluate(x, where).metrics) for k, x in each.items()]
             continue
         found = compare(each, where, SPREAD, machines)
-        rows += [row(program, k, x.nominal) for k, x in found.bouts[0].sides.items()]
         pairs += paired(program, found)
         bouts += [bout._replace(name=program) for bout in found.bouts]
     if plot is not None and bouts:
