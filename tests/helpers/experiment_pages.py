@@ -1,5 +1,6 @@
 """Published experiments: their batches run here, and the pages that show what came out."""
 
+import re
 from pathlib import Path
 
 from experiments import shared
@@ -7,6 +8,7 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 from hfc_design.batch.work import Place, run_cells
 
+NUMBER = re.compile(r"-?[\d.]+(?:e[+-]\d+)?")
 EXPERIMENTS = Path(shared.__file__).parent
 
 
@@ -52,12 +54,17 @@ def remark(line):
     return "; ".join(part for part in line[5].split("; ") if not part.endswith(" s left out"))
 
 
+def alike(row, line):
+    """Whether every cell of a row is what a page shows, or in the range that it shows."""
+    return len(row) == len(line) and all(map(within, row, line))
+
+
 def within(figure, shown, share=0.0):
     """Whether a figure is what a page shows, or in the range that it shows, ``share`` wider."""
-    if figure == shown or " to " not in shown:
-        return figure == shown or (share and abs(float(figure) / float(shown) - 1.0) <= share)
-    low, high = map(float, shown.split(" to "))
-    return low * (1.0 - share) <= float(figure) <= high * (1.0 + share)
+    ends = [float(part) for part in shown.split(" to ") if NUMBER.fullmatch(part)]
+    if figure == shown or not ends or not NUMBER.fullmatch(figure) or (len(ends) < 2 and not share):
+        return figure == shown
+    return ends[0] * (1.0 - share) <= float(figure) <= ends[-1] * (1.0 + share)
 
 
 def simulated(batch):

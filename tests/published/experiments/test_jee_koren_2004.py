@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from experiment_pages import EXPERIMENTS, page_of, ran, simulated, stands_in, table
+from experiment_pages import (
+    EXPERIMENTS,
+    alike,
+    page_of,
+    ran,
+    simulated,
+    stands_in,
+    table,
+    within,
+)
 from jk04 import rule_labels, rule_singletons
 
 from experiments.jee_koren_2004 import calculated, pictures, tables
@@ -106,7 +115,7 @@ def test_the_table_of_readings_is_that_of_the_page(one, two):
     for own, row in zip(page[2:], found[2:], strict=True):
         assert own[:3] == row[:3]
         if "AFLC" not in row[1]:  # which is chaotic; and not all of two plants is run here
-            assert all(y in (x, "–") for x, y in zip(own[3:], row[3:], strict=True))
+            assert all(y == "–" or within(y, x) for x, y in zip(own[3:], row[3:], strict=True))
 
 
 def test_fig_4(tmp_path):
@@ -171,7 +180,7 @@ def test_every_variant_stands_in_its_page(one):
     assert len(circles()) == 14
     assert [name for name in circles() if name not in first] == []
     _, _, fixed, learns = table(tables.variants(one))
-    assert fixed in page
+    assert any(alike(fixed, line) for line in page)
     assert learns[0] == "AFLC"
 
 
@@ -191,7 +200,7 @@ def test_no_friction_gives_all_with_the_printed_singletons(tmp_path):
     assert [float(x) for x in sets[1][3:6]] == pytest.approx([16.2, 3.4, 15.6], rel=0.1)
     assert float(sets[1][-1]) > 2.0  # of the AFLC, 1.5 in the paper
     in_page = [line[:6] for line in table(page_of(jk04))]
-    assert all(line[:6] in in_page for line in sets)
+    assert all(any(alike(line[:6], own) for own in in_page) for line in sets)
 
 
 def test_rule_base_1_is_best_at_other_heights(tmp_path):
@@ -201,7 +210,7 @@ def test_rule_base_1_is_best_at_other_heights(tmp_path):
     assert len(lines) == 8
     for line in lines:
         assert float(line[3]) < min(float(line[4]), float(line[5]))
-        assert line in table(page_of(jk04))
+        assert any(alike(line, own) for own in table(page_of(jk04)))
 
 
 def test_time_of_a_sample_stands_in_the_page():
