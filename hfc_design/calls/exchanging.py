@@ -34,7 +34,8 @@ def import_(path: str | Path, **wish: Any) -> Design:
     """A design of another program's controller file, as ``hfc import`` makes it.
 
     ``wish`` has what ``formats.reading.Wish`` does: ``plant`` and ``like`` by name,
-    ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns).
+    ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns),
+    ``output`` (a name, of several).
 
     Raises:
         UserError: the file cannot be read, or holds what a design cannot.

@@ -87,6 +87,7 @@ SIGNAL_HELP = (
 @force
 @click.option("--terms", metavar="N|NxM", help="Sample FILE with so many terms, 2 to 11 each.")
 @click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
+@click.option("--output", metavar="NAME", help="Which output of FILE, of several.")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
 @named("--plant", kind=PLANT, help="Of the design: feed-drive, c-axis or an own one.")
@@ -122,7 +123,14 @@ def import_(
     from hfc_design.core.records import UserError
     from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import Wish, assumed, deviation_told, imported, left_out_told
+    from hfc_design.formats.reading import (
+        Wish,
+        assumed,
+        deviation_told,
+        imported,
+        left_out_told,
+        told,
+    )
 
     pairs = {}
     for item in (one for text in signals for one in text.split(",")):  # as --at has them
@@ -136,10 +144,12 @@ def import_(
     design = imported(file, wish)
     path = out or free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
-    if isinstance(told := design.provenance.get("sampled"), dict):
-        click.echo(deviation_told(told, chosen=terms is not None))
-        if holes := left_out_told(told):
+    if isinstance(sample := design.provenance.get("sampled"), dict):
+        click.echo(deviation_told(sample, chosen=terms is not None))
+        if holes := left_out_told(sample):
             click.echo(f"hfc: warning: {holes}", err=True)
+    for line in told(design.provenance):
+        click.echo(line)
     if note := assumed(wish, design):
         click.echo(note)
     click.echo(path)

@@ -230,6 +230,7 @@ class Kind:
     #: What whoever connects its signals has to know beside what they are, a line each.
     connecting: Callable[[Own], list[str]] = lambda record: []
     rules: RuleBase | None = None
+    no_rules: str = "no rule tables"  # why there are no ``rules``, for who asks for a file of them
     c: Template | None = None
     st: Template | None = None
     saved: Saved | None = None

@@ -135,7 +135,7 @@ def rule_base(design: Design) -> RuleBase:
     Raises:
         UserError: the design is of a kind without rule tables.
     """
-    found: RuleBase = needed(design.kind.rules, design, "no rule tables")
+    found: RuleBase = needed(design.kind.rules, design, design.kind.no_rules)
     return found
 
 

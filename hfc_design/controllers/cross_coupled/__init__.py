@@ -34,6 +34,7 @@ def _past(record: CrossCoupledDesign) -> list[Member]:
 
 KIND = Kind(
     name="cross-coupled",
+    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
     summary="a PID on the contour error beside axis controllers of any kind (Koren 1980)",
     record=CrossCoupledDesign,
     settings=CrossCoupledSettings,

@@ -34,6 +34,7 @@ def _c(record: CompensationDesign) -> Json:
 
 KIND = Kind(
     name="dynamic-compensation",
+    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
     summary="any controllers, and beside them what the length of all errors asks for (Lin & Gai)",
     record=CompensationDesign,
     settings=CompensationSettings,

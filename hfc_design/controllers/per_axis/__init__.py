@@ -151,6 +151,7 @@ def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
 
 KIND = Kind(
     name="per-axis",
+    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
     summary="a controller of its own for every axis of a machine",
     record=PerAxisDesign,
     settings=PerAxisSettings,

@@ -47,6 +47,7 @@ KIND = Kind(
         changes={"error_change": "previous_error"},
     ),
     saved=SAVED,
+    no_rules="it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do",
     c=Template(
         (Path(__file__).parent / "templates",),
         lambda record: {

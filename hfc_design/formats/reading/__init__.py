@@ -9,6 +9,7 @@ sampled, and the largest deviation told.
 """
 
 import hashlib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from os.path import isdir
 from pathlib import Path
@@ -18,18 +19,18 @@ from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll, learned
-from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of
+from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
 from hfc_design.formats.reading.inference import RuleBase
 from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
 
-__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported", "left_out_told"]
+__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported", "left_out_told", "told"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-READERS: dict[str, Callable[[dict[str, str]], System]] = {
-    ".fll": lambda texts: fll.read(*texts.values()),
-    ".fis": lambda texts: fis.read(*texts.values()),
-    ".csv": csv_tables.read,
+READERS: dict[str, Callable[[dict[str, str], str | None], System]] = {
+    ".fll": lambda texts, output: fll.read(_one(texts), output),
+    ".fis": lambda texts, output: fis.read(_one(texts), output),
+    ".csv": lambda texts, _: csv_tables.read(texts),
 }
 
 #: Ending of a file -> the reader of what is sampled.
@@ -58,19 +59,25 @@ def imported(path: Path, wish: Wish) -> Design:
                 found = content(file)
                 texts[file.name] = _text(found)
             digests[file.name] = hashlib.sha256(found).hexdigest()
-        told: Json = {}
+        sample: Json = {}
         if (base := _rule_base(ending, texts, wish)) is not None:
-            system, told = sampled(base, wish.terms)
+            system, sample = sampled(base, wish.terms)
         else:
-            system = _exact(ending, texts)
-        return design_of(system, wish, path, digests, told)
+            system = _exact(ending, texts, wish.output)
+        return design_of(system, wish, path, digests, sample)
 
 
 def _text(found: bytes) -> str:
     """The text of a file; ValueError: there is none."""
-    text = decoded(found)
+    wide = found.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    text = decoded(found, "utf-16" if wide else "utf-8-sig")
     if not text.strip():
         raise ValueError("is empty")
+    return text
+
+
+def _one(texts: dict[str, str]) -> str:
+    (text,) = texts.values()
     return text
 
 
@@ -80,32 +87,34 @@ def _rule_base(ending: str, texts: dict[str, str], wish: Wish) -> RuleBase | Non
     if reader is None:
         if wish.terms:
             raise UserError("--terms: tables of .csv have as many as they have; it is for others")
+        if wish.output is not None:
+            raise UserError(f"--output {wish.output}: tables of .csv have one output")
         return None
-    (text,) = texts.values()
-    return reader.rule_base(text) if wish.terms or reader.is_mamdani(text) else None
+    text = _one(texts)
+    return reader.rule_base(text, wish.output) if wish.terms or reader.is_mamdani(text) else None
 
 
-def _exact(ending: str, texts: dict[str, str]) -> System:
+def _exact(ending: str, texts: dict[str, str], output: str | None) -> System:
     """The tables as they are; ValueError: they are none, which says if they can be sampled."""
     try:
-        return READERS[ending](texts)
+        return READERS[ending](texts, output)
     except ValueError as fault:
-        if _can_be_sampled(ending, texts):
+        if _can_be_sampled(ending, texts, output):
             told = "with --terms 7 it is sampled into triangles, and how far they are off is told"
             raise ValueError(f"{fault}; {told}") from None
         raise
 
 
-def _can_be_sampled(ending: str, texts: dict[str, str]) -> bool:
+def _can_be_sampled(ending: str, texts: dict[str, str], output: str | None) -> bool:
     """Whether it says one thing of everything; what says two of the same is a mistake."""
     if ending not in SAMPLED:
         return False
     try:
-        base = SAMPLED[ending].rule_base(*texts.values())
+        base = SAMPLED[ending].rule_base(_one(texts), output)
         sampled(base, None)
     except ValueError:
         return False
-    conditions = [(rule.every, sorted(rule.clauses)) for rule in base.rules]
+    conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
     return all(one not in conditions[:k] for k, one in enumerate(conditions))
 
 

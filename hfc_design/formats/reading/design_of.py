@@ -21,6 +21,8 @@ VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.
 PLANT_OF = {"flc": "feed-drive", "aflc": "feed-drive", HIERARCHY: "c-axis"}
+#: So many names that have changed are told.
+NAMED = 3
 SAMPLE_TIMES = {"feed-drive": 0.01, "c-axis": 0.001}  # [s]
 #: What adapts in an aflc without --like.
 ADAPTIVE = "jee-koren-2004-aflc"
@@ -37,6 +39,7 @@ class Wish(NamedTuple):
     signals: dict[str, str] = {}  # name of an input in the file -> the signal that it is
     terms: tuple[int, int] | None = None  # of each input, to sample it
     axis: str | None = None  # of whose state the file is, where it is one
+    output: str | None = None  # name of the one to take of several
 
 
 def design_of(
@@ -92,10 +95,20 @@ def design_of(
             "source": f"imported from {path.name}",
             "sha256": digests,
             "terms": _originals(system),
+            **({"names": names} if (names := {} if gaussian else _renamed(system)) else {}),
+            **({"notes": [*system.notes]} if system.notes else {}),
             **({"sampled": sampled} if sampled else {}),
         },
     }
     return checked(Design, data, path, path.parent)
+
+
+def told(provenance: Json) -> list[str]:
+    """What was made of the file that a user has to know, in lines."""
+    names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
+    more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
+    line = [f"no identifiers, so renamed: {', '.join(names[:NAMED])}{more}"] if names else []
+    return [*provenance.get("notes", []), *line]
 
 
 def assumed(wish: Wish, design: Design) -> str:
@@ -150,6 +163,24 @@ def _originals(system: System) -> Json:
     return found
 
 
+def _variables(system: System) -> list[str]:
+    """What the inputs, in the order of the file, and the output are called in the design."""
+    names = [*(item.name.text for item in system.inputs), system.output.name or USUAL.output]
+    return identifiers(names, "variable", ("input_1", "input_2", "output"))
+
+
+def _renamed(system: System) -> dict[str, str]:
+    """Name in the design, of a term behind its input's, -> that in the file if it is another."""
+    called = _variables(system)
+    names = [*(item.name.text for item in system.inputs), system.output.name or called[2]]
+    pairs = [*zip(called, names, strict=True)]
+    for item, own in zip(system.inputs, called, strict=False):
+        labels = [item.labels[k] for k in item.order]
+        terms = identifiers(labels, "term")
+        pairs += [(f"{own}.{new}", old) for new, old in zip(terms, labels, strict=True)]
+    return {new: old for new, old in pairs if new.rpartition(".")[2] != old}
+
+
 def _table(system: System) -> list[list[Singleton]]:
     """Singletons, rows by the terms of the first input, from the lowest to the highest."""
     first, second = system.inputs
@@ -167,8 +198,10 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     table, (error, change) = _table(system), system.inputs
     if signals[0] != "error":
         table, error, change = [list(column) for column in zip(*table, strict=True)], change, error
-    names = [error.name.text, change.name.text, system.output.name or USUAL.output]
-    called = dict(zip(VARIABLES, identifiers(names, "variable"), strict=True))
+    *inputs, output = _variables(system)
+    if signals[0] != "error":
+        inputs.reverse()
+    called = dict(zip(VARIABLES, (*inputs, output), strict=True))
     (engine,) = identifiers([system.name or called["output"]], "engine")
     if engine != called["output"]:  # which it is called without a name of its own
         called["engine"] = engine

@@ -5,6 +5,8 @@ and of the output by number, the weight, and 1 for "and".
 """
 
 import re
+from collections.abc import Sequence
+from math import inf
 
 from hfc_design.formats.reading.system import (
     ALLOWED,
@@ -17,6 +19,7 @@ from hfc_design.formats.reading.system import (
     System,
     Token,
     check_known,
+    chosen,
     input_of,
     lines,
     shape_of,
@@ -24,18 +27,21 @@ from hfc_design.formats.reading.system import (
 
 SYSTEM = ALLOWED["fis"]["System"]
 SECTIONS = ("System", "Input1", "Input2", "Output1", "Rules")
+OUTPUT = re.compile(r"Output[1-9]\d?")
 #: Shape -> which of its numbers the ends are, see ``shape_of``.
 SHAPES = {"trimf": "abbc", "trapmf": "abcd", "linzmf": "--ab", "linsmf": "ab++"}
 SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
-COMMENT = re.compile(r"^\s*#.*|%.*")
+COMMENT = re.compile(r"""('[^']*'|"[^"]*")|^\s*#.*|%.*""")
 SECTION = re.compile(r"\[(\w+)\]")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*(\[[^][]*\])")
-RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+)")
+RULE = re.compile(r"([^\s,]+)[\s,]+([^\s,]+)\s*,([^,()]+)\(([^()]*)\)\s*:\s*(\d+)")
+#: fuzzylite writes numbers of terms with decimals; Octave's are hedges unless they are 0.
+NUMBER = re.compile(r"(-?\d{1,9})(?:\.0*)?")
 
 
-def read(text: str) -> System:
+def read(text: str, wanted: str | None = None) -> System:
     """The system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
-    head, *inputs, output, rules = checked_sections(text, SYSTEM)
+    head, *inputs, output, rules = checked_sections(text, SYSTEM, wanted)
     first, second = map(_input, inputs)
     singletons = []
     for label, kind, value in terms_in(output):
@@ -45,26 +51,73 @@ def read(text: str) -> System:
     low, high = numbers_of(output.get("Range", "[-inf inf]"), 2, finite=False)
     named = Output(told, low, high, [one.label for one in singletons])
     system = System(unquoted(head.get("Name")).text, (first, second), named, {})
-    check_count(head, "NumRules", len(rules.entries))
     for _, rule in rules.entries:
         _add(system, rule, singletons)
-    return system
+    values = [singleton.value for _, singleton in system.rules.values()]
+    return system._replace(notes=notes_on(head, values))
 
 
-def checked_sections(text: str, system: Allowed) -> list[Block]:
-    """The sections in the order of ``SECTIONS``; ValueError: they say what is not allowed."""
+def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
+    """What to tell of Sugeno rules of which some conclude the same."""
+    method = unquoted(head.get("AggMethod", "sum")).text
+    if method == "sum" or len({*conclusions}) == len(conclusions):
+        return []
+    return [f"AggMethod {method}: rules with one conclusion are added as in MATLAB, not in Octave"]
+
+
+def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Block]:
+    """The sections in the order of ``SECTIONS``, of outputs the ``wanted`` one.
+
+    Of a rule the number of that output's term is left, rules without one are left out.
+
+    Raises:
+        ValueError: they say what is not allowed.
+        UserError: there is no such output.
+    """
     sections = _sections(text)
     for name in SECTIONS:
         if name not in sections:
             needed = ", ".join(SECTIONS)
             raise Token(1, "").fault(f"there is no section [{name}]; needed are {needed}")
     head = sections["System"]
-    for key, value in head.entries:
+    for k, (key, value) in enumerate(head.entries):
+        if key.endswith(("Type", "Method")):
+            head.entries[k] = key, (value := value._replace(text=value.text.lower()))
         check_known(key, unquoted(value), system, "[System]")
     for key, allowed in system.items():
         if allowed and not head.all(key):
             raise head.name.fault(f"[System] has no {key}; needed is {key}='{allowed[0]}'")
-    return [sections[name] for name in SECTIONS]
+    outputs = [sections[name] for name in sections if OUTPUT.fullmatch(name)]
+    check_count(head, "NumOutputs", len(outputs))
+    check_count(head, "NumRules", len(sections["Rules"].entries))
+    k = chosen([unquoted(section.get("Name")) for section in outputs], wanted)
+    rules = [_of_output(rule, len(outputs), k) for _, rule in sections["Rules"].entries]
+    found = Block(sections["Rules"].name, [("", rule) for rule in rules if rule])
+    return [head, sections["Input1"], sections["Input2"], outputs[k], found]
+
+
+def _of_output(rule: Token, count: int, k: int) -> Token | None:
+    """A rule as if there were but output number ``k`` of ``count``; None: it says nothing of it."""
+    if count == 1 or not (found := rule.match(RULE)):
+        return rule
+    first, second, numbers, weight, connection = found
+    terms = numbers.words()
+    if len(terms) != count:
+        raise rule.fault(f"a rule has to name terms of {count} outputs (got {len(terms)})")
+    text = f"{first.text} {second.text}, {terms[k].text} ({weight.text}) : {connection.text}"
+    return rule._replace(text=text) if numbers_in(rule, terms[k : k + 1]) != [0] else None
+
+
+def numbers_in(rule: Token, found: Sequence[Token]) -> list[int]:
+    """The numbers of terms in a rule."""
+    numbers = []
+    for part in found:
+        whole = part._replace(text=part.text.strip()).match(NUMBER)
+        if not whole:
+            told = f"the number of a term has to be whole (got {part.text.strip()[:20]})"
+            raise rule.fault(f"{told}; decimals are hedges, of Octave alone")
+        numbers.append(int(whole[0].text))
+    return numbers
 
 
 def _sections(text: str) -> dict[str, Block]:
@@ -73,7 +126,9 @@ def _sections(text: str) -> dict[str, Block]:
     current, seen = None, set()
     for line in lines(text, COMMENT):
         if title := line.match(SECTION):
-            name = title[0].one_of("section", SECTIONS)
+            name = title[0].text
+            if not OUTPUT.fullmatch(name):
+                title[0].one_of("section", SECTIONS)
             if name in sections:
                 raise line.fault(f"a second section [{name}]")
             current = sections[name] = Block(title[0], [])
@@ -104,7 +159,7 @@ def _input(section: Block) -> Input:
 
 def _shape(label: Token, kind: Token, value: Token) -> Shape:
     letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
-    numbers = numbers_of(value, len(set(letters) - {"-", "+"}))
+    numbers = corners_of(kind.text, value, len(set(letters) - {"-", "+"}))
     return shape_of(label, kind.text, letters, numbers)
 
 
@@ -141,10 +196,19 @@ def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
     return numbers
 
 
+def corners_of(kind: str, value: Token, count: int) -> list[float]:
+    """The numbers of a term; a trapezium may begin or end at infinity, top and flank together."""
+    numbers = numbers_of(value, count, finite=kind != "trapmf")
+    a, b, c, d = numbers if kind == "trapmf" else (0.0, 0.0, 0.0, 0.0)
+    if (a == -inf) != (b == -inf) or (c == inf) != (d == inf):
+        raise value.fault(f"{value.text[:60]}: a flank of infinite length has no slope")
+    return numbers
+
+
 def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
     if not (found := rule.match(RULE)):
         raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
-    first, second, conclusion = (int(part.text) for part in found[:3])
+    first, second, conclusion = numbers_in(rule, found[:3])
     weight = found[3]._replace(text=found[3].text.strip())
     if weight.number() != 1.0:
         raise rule.fault(f"a rule of weight {found[3].text} cannot be imported, only of weight 1")

@@ -18,6 +18,7 @@ from hfc_design.formats.reading.system import (
     System,
     Token,
     check_known,
+    chosen,
     input_of,
     lines,
     shape_of,
@@ -25,20 +26,21 @@ from hfc_design.formats.reading.system import (
 
 KEYS = ALLOWED["fll"]
 #: How many of each block a two-input unit has.
+SUMS = ("none", "UnboundedSum")
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
 #: Shape -> which of its numbers the ends are, see ``shape_of``.
 SHAPES = {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"}
 SHAPES |= {"Gaussian": "baab", "GaussianProduct": "bacd"}
-COMMENT = re.compile("#.*")
+COMMENT = re.compile("()#.*")
 TERM = re.compile(r"(\S*) ?(\S*) ?(.*)")
 SINGLETON = re.compile(r"(\S+) Constant (\S+)")
 RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: with (\S+))?")
 
 
-def read(text: str) -> System:
+def read(text: str, wanted: str | None = None) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
-    head, *inputs, output, rules = engine(text, KEYS)
+    head, *inputs, output, rules = engine(text, KEYS, wanted)
     first, second = map(_input, inputs)
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
@@ -50,18 +52,55 @@ def read(text: str) -> System:
     system = System(head.name.text, (first, second), named, {})
     for rule in rules.all("rule"):
         _add(system, rule, output.name.text, singletons)
+    _check_sums(output, [singleton for _, singleton in system.rules.values()])
     return system
 
 
-def engine(text: str, allowed: dict[str, Allowed]) -> list[Block]:
-    """Head, two inputs, output, rules; ValueError: there are others, or more is said."""
+def _check_sums(output: Block, said: list[Singleton]) -> None:
+    """Refuses what makes of the rules' numbers something else than their average."""
+    lock, norm = output.get("lock-range"), output.get("aggregation", "none")
+    low, high = ends_of(output)
+    if lock.text == "true" and not all(low <= one.value <= high for one in said):
+        raise lock.fault(f"lock-range = true cuts off what lies beyond {low:g} and {high:g}")
+    if norm.text not in SUMS and len({one.label for one in said}) < len(said):
+        raise norm.fault(f"aggregation = {norm.text} of rules that conclude the same")
+
+
+def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[Block]:
+    """Head, two inputs, the ``wanted`` output, rules that conclude something of it.
+
+    Raises:
+        ValueError: there are others, or more is said.
+        UserError: there is no such output.
+    """
     blocks = _blocks(text, allowed)
+    if outputs := blocks["OutputVariable"]:
+        names = [block.name for block in outputs]
+        blocks["OutputVariable"] = [outputs[k := chosen(names, wanted)]]
+        for block in blocks["RuleBlock"] if len(names) > 1 else []:
+            block.entries[:] = _of_output(block, names[k].text)
     for kind, count in COUNTS.items():
         if len(blocks[kind]) != count:
             last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
             raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
     head = (*blocks["Engine"], Block(Token(1, ""), []))[0]
     return [head, *(block for kind in COUNTS for block in blocks[kind])]
+
+
+def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
+    """The entries of a rule block without what they conclude of other outputs."""
+    found = []
+    for key, value in block.entries:
+        condition, then, rest = value.text.partition(" then ")
+        said, by, weight = rest.partition(" with ")
+        parts = said.split(" and ")
+        if len(parts) > 1 and any(len(part.split()) > 3 for part in parts):
+            raise value.fault("a hedge before one of several conclusions cannot be imported")
+        own = [part for part in parts if part.split(" is ")[0].strip() == name]
+        if key != "rule" or own or not then:
+            text = f"{condition}{then}{' and '.join(own)}{by}{weight}"
+            found.append((key, value if key != "rule" else value._replace(text=text)))
+    return found
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:

@@ -6,7 +6,8 @@ for, so that they are its own to rounding.
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from math import inf, isfinite
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,23 +19,28 @@ from hfc_design.formats.reading.system import Token
 AVERAGES = ("wtaver", "WeightedAverage")
 #: Degrees at places of the output that are worked on together.
 AT_ONCE = 2_000_000
+#: Degrees that differ by less are one, and shares of an area: last bits decide nothing.
+TIE, AREA = 1e-14, 1e-12
 
+T = TypeVar("T")
 Norm = Callable[[Floats, Floats], Floats]
 #: Norms under the names of .fis and of FLL.
 NORMS: dict[str, Norm] = {
     **dict.fromkeys(("min", "Minimum"), np.minimum),
     **dict.fromkeys(("prod", "AlgebraicProduct"), np.multiply),
-    "BoundedDifference": lambda a, b: np.maximum(a + b - 1.0, 0.0),
+    "BoundedDifference": lambda a, b: np.where(a + b - 1.0 > TIE, a + b - 1.0, 0.0),
     **dict.fromkeys(("max", "Maximum"), np.maximum),
     **dict.fromkeys(("probor", "algebraic_sum", "AlgebraicSum"), lambda a, b: a + b - a * b),
     "BoundedSum": lambda a, b: np.minimum(a + b, 1.0),
-    **dict.fromkeys(("sum", "UnboundedSum"), np.add),
+    **dict.fromkeys(("sum", "UnboundedSum", "none"), np.add),
 }
-#: What stands before a term in FLL -> the degree of it.
+#: What stands before a term in FLL, "any" instead of one -> the degree of it.
 HEDGES: dict[str, Callable[[Floats], Floats]] = {
     "not": lambda degree: 1.0 - degree,
     "very": np.square,
     "somewhat": np.sqrt,
+    "extremely": lambda x: np.where(x <= 0.5, 2.0 * x**2, 1.0 - 2.0 * (1.0 - x) ** 2),
+    "seldom": lambda x: np.where(x <= 0.5, np.sqrt(0.5 * x), 1.0 - np.sqrt(0.5 * np.abs(1.0 - x))),
     "any": np.ones_like,
 }
 
@@ -54,12 +60,19 @@ def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
     rising = all(a <= b for a, b in pairwise(places)) or curve.falls
     if not rising or not all(widths):
         raise label.fault(f"term {label.text}: its corners have to rise, its widths not to be 0")
+    begin, end = places[(len(places) - 1) // 2], places[len(places) // 2]  # of its top
+    if not (all(map(isfinite, numbers)) or (curve.reaches and begin < inf and end > -inf)):
+        raise label.fault(f"term {label.text}: only straight flanks may reach to -inf or inf")
     return Term(label, lambda x: curve.degree(x, *numbers), places)
 
 
-def plane(a: float, b: float, c: float) -> Callable[[Floats, Floats], Floats]:
+#: (first input, second input, degree) -> number, of a Sugeno term.
+Conclusion = Callable[[Floats, Floats, Floats], Floats]
+
+
+def plane(a: float, b: float, c: float) -> Conclusion:
     """a x + b y + c."""
-    return lambda x, y: a * x + b * y + c
+    return lambda x, y, _: a * x + b * y + c
 
 
 class Variable(NamedTuple):
@@ -79,23 +92,37 @@ class Clause(NamedTuple):
     hedges: Sequence[str] = ()
 
 
-class Rule(NamedTuple):
-    """If all ``clauses`` hold, or one of them, then the output is a term."""
+def folded(
+    condition: Sequence[Clause | str],
+    leaf: Callable[[Clause], T],
+    joins: dict[str, Callable[[T, T], T]],
+) -> T:
+    """What a condition gives, from what its clauses give."""
+    held: list[T] = []
+    for part in condition:
+        joined = joins[part](held.pop(), held.pop()) if isinstance(part, str) else leaf(part)
+        held.append(joined)
+    return held.pop()
 
-    clauses: list[Clause]
-    every: bool
+
+class Rule(NamedTuple):
+    """If a condition holds then the output is a term."""
+
+    condition: Sequence[Clause | str]  # "and" and "or" behind the two that they join
     term: int
     hedges: Sequence[str]
     weight: float
 
     def speaks_of(self, terms: tuple[int, int]) -> bool:
         """Whether it is made for these terms of the inputs, that is fires where they are 1."""
-        holds = (
-            "any" in clause.hedges
-            or (terms[clause.input] == clause.term) != (clause.hedges.count("not") % 2 == 1)
-            for clause in self.clauses
+
+        def holds(clause: Clause) -> bool:
+            met = "any" in clause.hedges or terms[clause.input] == clause.term
+            return met != (clause.hedges.count("not") % 2 == 1)
+
+        return self.weight > 0.0 and folded(
+            self.condition, holds, {"and": bool.__and__, "or": bool.__or__}
         )
-        return self.weight > 0.0 and (all(holds) if self.every else any(holds))
 
 
 class Methods(NamedTuple):
@@ -109,6 +136,7 @@ class Methods(NamedTuple):
     places: Floats  # of the output's range
     shares: Floats  # of each place in an integral
     default: float  # the output where no rule fires; nan: it has none
+    limits: tuple[float, float] = (-inf, inf)  # of the output, which ends there
 
 
 class RuleBase(NamedTuple):
@@ -120,7 +148,8 @@ class RuleBase(NamedTuple):
     rules: list[Rule]
     methods: Methods
     #: Where the output's terms are functions of the inputs, Sugeno's: one a term.
-    conclusions: Sequence[Callable[[Floats, Floats], Floats]] = ()
+    conclusions: Sequence[Conclusion] = ()
+    notes: Sequence[str] = ()  # for the user
 
     def left_out(self) -> list[str]:
         """Pairs of terms for which there is no rule, in words."""
@@ -139,49 +168,51 @@ class RuleBase(NamedTuple):
         return np.concatenate([self._outputs((first[part], second[part])) for part in parts])
 
     def _outputs(self, values: tuple[Floats, Floats]) -> Floats:
-        firing = [self._firing(rule, values) for rule in self.rules]
+        rules = self._grouped([self._firing(rule, values) for rule in self.rules])
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            found = self._averaged(rules, values) if self.conclusions else self._integrated(rules)
+        found = np.where(np.isfinite(found), found, self.methods.default)
+        return np.clip(found, *self.methods.limits)
+
+    def _averaged(self, rules: list[tuple[Rule, Floats]], values: tuple[Floats, Floats]) -> Floats:
+        total = sum((degree for _, degree in rules), np.zeros_like(values[0]))
+        told = [degree * self.conclusions[rule.term](*values, degree) for rule, degree in rules]
+        average = sum(told, np.zeros_like(total)) / total
+        return average if self.methods.defuzzifier in AVERAGES else average * total
+
+    def _integrated(self, rules: list[tuple[Rule, Floats]]) -> Floats:
         methods = self.methods
-        if self.conclusions:
-            told = [self.conclusions[rule.term](*values) for rule in self.rules]
-            return self._averaged(np.stack(firing), np.stack(told))
         norm, implied = NORMS[methods.aggregation], NORMS[methods.implication]
-        whole = np.zeros((len(values[0]), len(methods.places)))
-        for rule, degree in self._grouped(firing):
+        whole = np.zeros((len(rules[0][1]), len(methods.places)))
+        for rule, degree in rules:
             shape = hedged(self.output.terms[rule.term].degree(methods.places), rule.hedges)
             whole = norm(whole, implied(degree[:, None], shape))
-        fires = (whole > 0.0).any(axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found = DEFUZZIFIERS[methods.defuzzifier](whole, methods.places, methods.shares)
-        return np.where(fires, found, methods.default)
-
-    def _averaged(self, firing: Floats, conclusions: Floats) -> Floats:
-        total = firing.sum(axis=0)
-        share = total if self.methods.defuzzifier in AVERAGES else np.ones_like(total)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found = (firing * conclusions).sum(axis=0) / share
-        return np.where(total > 0.0, found, self.methods.default)
+        found = DEFUZZIFIERS[methods.defuzzifier](whole, methods.places, methods.shares)
+        return np.where((whole > 0.0).any(axis=1), found, np.nan)
 
     def _grouped(self, firing: list[Floats]) -> list[tuple[Rule, Floats]]:
-        """Rules with what they fire at; with a maximum, one rule a conclusion is enough."""
-        if self.methods.aggregation not in ("max", "Maximum"):
-            return list(zip(self.rules, firing, strict=True))
+        """Rules with what they fire at, one a conclusion where that does not change the output.
+
+        Those with one Sugeno term are aggregated, as fuzzylite does from version 8 on.
+        """
+        each = zip(self.rules, firing, strict=True)
+        if not (self.conclusions or self.methods.aggregation in ("max", "Maximum")):
+            return list(each)
+        norm = NORMS[self.methods.aggregation]
         found: dict[tuple[int, tuple[str, ...]], tuple[Rule, Floats]] = {}
-        for rule, degree in zip(self.rules, firing, strict=True):
+        for rule, degree in each:
             key = rule.term, tuple(rule.hedges)
-            highest = found[key][1] if key in found else degree
-            found[key] = rule, np.maximum(highest, degree)
+            found[key] = rule, norm(found[key][1], degree) if key in found else degree
         return list(found.values())
 
     def _firing(self, rule: Rule, values: tuple[Floats, Floats]) -> Floats:
-        name = self.methods.conjunction if rule.every else self.methods.disjunction
-        found: Floats | None = None
-        for clause in rule.clauses:
+        def degree(clause: Clause) -> Floats:
             term = self.inputs[clause.input].terms[clause.term]
-            degree = hedged(term.degree(values[clause.input]), clause.hedges)
-            found = degree if found is None else NORMS[name](found, degree)
-        if found is None:
-            raise ValueError("a rule without a clause")
-        return rule.weight * found
+            return hedged(term.degree(values[clause.input]), clause.hedges)
+
+        by = {"and": self.methods.conjunction, "or": self.methods.disjunction}
+        joins = {word: NORMS[norm] for word, norm in by.items() if norm in NORMS}
+        return rule.weight * folded(rule.condition, degree, joins)
 
 
 def hedged(degree: Floats, hedges: Sequence[str]) -> Floats:
@@ -200,7 +231,7 @@ def _bisector(degrees: Floats, places: Floats, shares: Floats) -> Floats:
     """The place up to which the area is nearest to half of it, of several their mean."""
     area = np.cumsum(degrees * shares, axis=1)
     off = np.abs(area / area[:, -1:] - 0.5)
-    return _mean(off == off.min(axis=1, keepdims=True), places)
+    return _mean(off <= off.min(axis=1, keepdims=True) + AREA, places)
 
 
 def _mean(chosen: Mask, places: Floats) -> Floats:
@@ -208,7 +239,7 @@ def _mean(chosen: Mask, places: Floats) -> Floats:
 
 
 def _highest(degrees: Floats) -> Mask:
-    return np.asarray(degrees == degrees.max(axis=1, keepdims=True))
+    return np.asarray(degrees >= (1.0 - TIE) * degrees.max(axis=1, keepdims=True))
 
 
 #: (degrees (n, places), places, their shares) -> (n,) output, under the names of .fis and FLL.

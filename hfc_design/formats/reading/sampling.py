@@ -60,7 +60,7 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
     inputs = _input(base.inputs[0], x), _input(base.inputs[1], y)
     labels = [term.label.text for term in base.output.terms]
     output = Output(base.output.name.text, base.output.low, base.output.high, labels)
-    system = System(base.name, inputs, output, {})
+    system = System(base.name, inputs, output, {}, notes=base.notes)
     for i, j in product(range(len(x)), range(len(y))):
         system.add(base.output.name, (i, j), Singleton("", float(table[i, j])))
     return Sampled(system, told)

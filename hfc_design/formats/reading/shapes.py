@@ -4,6 +4,7 @@ Numbers are in the order of the language that names the shape. Vectorised, NumPy
 """
 
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -18,15 +19,18 @@ class Curve(NamedTuple):
     needs: int
     places: Sequence[int]
     falls: bool = False  # places need not rise
+    reaches: bool = False  # its first and last place may be infinite
 
 
 def _rising(x: Floats, a: float, b: float) -> Floats:
     """From 0 at a to 1 at b, straight; a step at b where they are one."""
+    if a == -inf:
+        return np.ones_like(x)
     return np.asarray(np.clip((x - a) / (b - a), 0.0, 1.0) if b > a else (x >= b) * 1.0)
 
 
 def _falling(x: Floats, a: float, b: float) -> Floats:
-    return np.asarray(np.clip((b - x) / (b - a), 0.0, 1.0) if b > a else (x <= a) * 1.0)
+    return _rising(-x, -b, -a)
 
 
 def _trapezoid(x: Floats, a: float, b: float, c: float, d: float) -> Floats:
@@ -49,23 +53,24 @@ def _two_gaussians(x: Floats, left: float, a: float, right: float, b: float) -> 
 
 
 def _bell(x: Floats, centre: float, width: float, slope: float) -> Floats:
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", divide="ignore"):
         return 1.0 / (1.0 + np.abs((x - centre) / width) ** (2.0 * slope))
 
 
-def _sigmoid(x: Floats, inflection: float, slope: float) -> Floats:
+def sigmoid(x: Floats, inflection: float, slope: float) -> Floats:
+    """From 0 to 1, or the other way where the slope is negative."""
     with np.errstate(over="ignore"):
         return 1.0 / (1.0 + np.exp(-slope * (x - inflection)))
 
 
 def _s(x: Floats, a: float, b: float) -> Floats:
     """Two parabolas from 0 at a to 1 at b."""
-    share = _rising(x, a, b)
+    share = np.where(x > a, _rising(x, a, b), 0.0)
     return np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
 
 
 def _z(x: Floats, a: float, b: float) -> Floats:
-    return _s(-x, -b, -a)
+    return np.where(x > a, _s(-x, -b, -a), 1.0)
 
 
 def _pi(x: Floats, a: float, b: float, c: float, d: float) -> Floats:
@@ -74,14 +79,20 @@ def _pi(x: Floats, a: float, b: float, c: float, d: float) -> Floats:
 
 #: Of .fis, MATLAB's and Octave's.
 FIS = {
-    "trimf": Curve(lambda x, a, b, c: _trapezoid(x, a, b, b, c), 3, (0, 1, 2)),
-    "trapmf": Curve(_trapezoid, 4, (0, 1, 2, 3)),
+    "trimf": Curve(lambda x, a, b, c: _trapezoid(x, a, b, b, c), 3, (0, 1, 2), reaches=True),
+    "trapmf": Curve(_trapezoid, 4, (0, 1, 2, 3), reaches=True),
     "linsmf": Curve(_rising, 2, (0, 1)),
     "linzmf": Curve(_falling, 2, (0, 1)),
     "gaussmf": Curve(lambda x, s, c: _gaussian(x, c, s), 2, (1,)),
     "gauss2mf": Curve(lambda x, s, c, r, d: _two_gaussians(x, c, s, d, r), 4, (1, 3)),
     "gbellmf": Curve(lambda x, a, b, c: _bell(x, c, a, b), 3, (2,)),
-    "sigmf": Curve(lambda x, a, c: _sigmoid(x, c, a), 2, (1,)),
+    "sigmf": Curve(lambda x, a, c: sigmoid(x, c, a), 2, (1,)),
+    "dsigmf": Curve(
+        lambda x, a, c, b, d: np.abs(sigmoid(x, c, a) - sigmoid(x, d, b)), 4, (1, 3), falls=True
+    ),
+    "psigmf": Curve(
+        lambda x, a, c, b, d: sigmoid(x, c, a) * sigmoid(x, d, b), 4, (1, 3), falls=True
+    ),
     "smf": Curve(_s, 2, (0, 1)),
     "zmf": Curve(_z, 2, (0, 1)),
     "pimf": Curve(_pi, 4, (0, 1, 2, 3)),
@@ -90,12 +101,12 @@ FIS = {
 FLL = {
     "Triangle": FIS["trimf"],
     "Trapezoid": FIS["trapmf"],
-    "Rectangle": Curve(lambda x, a, b: _trapezoid(x, a, a, b, b), 2, (0, 1)),
+    "Rectangle": Curve(lambda x, a, b: _trapezoid(x, a, a, b, b), 2, (0, 1), reaches=True),
     "Ramp": Curve(_ramp, 2, (0, 1), falls=True),
     "Gaussian": Curve(_gaussian, 2, (0,)),
     "GaussianProduct": Curve(_two_gaussians, 4, (0, 2)),
     "Bell": Curve(_bell, 3, (0,)),
-    "Sigmoid": Curve(_sigmoid, 2, (0,)),
+    "Sigmoid": Curve(sigmoid, 2, (0,)),
     "SShape": FIS["smf"],
     "ZShape": FIS["zmf"],
     "PiShape": FIS["pimf"],

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
 from hfc_design.controllers.flc.rules import FEWEST, MOST
-from hfc_design.core.records import TERMS
+from hfc_design.core.records import TERMS, UserError
 from hfc_design.formats.reading.names import identifiers
 
 #: Key -> values that can be imported.
@@ -99,10 +99,21 @@ class Block(NamedTuple):
 
 
 def lines(text: str, comment: re.Pattern[str]) -> Iterator[Token]:
-    """The lines that are left without comments."""
+    """The lines that are left without comments; a group of ``comment`` is none, and stays."""
     for line, content in enumerate(text.splitlines(), 1):
-        if stripped := comment.sub("", content).strip():
+        if stripped := comment.sub(r"\1", content).strip():
             yield Token(line, stripped)
+
+
+def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
+    """Which output is ``wanted``; UserError, ValueError: there is none of that name, or several."""
+    names = [name.text for name in outputs]
+    listed = ", ".join(names)
+    if wanted is None and len(names) > 1:
+        raise outputs[1].fault(f"{len(names)} outputs; --output has to name one of {listed}")
+    if wanted is not None and wanted not in names:
+        raise UserError(f"--output {wanted}: no such output; there is {listed}")
+    return 0 if wanted is None else names.index(wanted)
 
 
 def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
@@ -200,6 +211,7 @@ class System(NamedTuple):
     rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> what says so, what it concludes
     #: Which signal each input is, where the file says so.
     signals: tuple[str, str] | None = None
+    notes: Sequence[str] = ()  # for the user
 
     def add(self, said: Token, places: tuple[int, int], singleton: "Singleton") -> None:
         """A rule more; ValueError: it is not the first for its terms."""

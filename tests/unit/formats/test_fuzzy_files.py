@@ -43,8 +43,10 @@ def test_manifest_and_surroundings_of_table_2():
 
 @pytest.mark.parametrize("target", LANGUAGES)
 def test_a_controller_without_rules_is_refused(target):
-    with refused():
-        texts(named_design("pd-only"), target)
+    for name in ("pd-only", "huang-soc", "huang-cross-coupled"):
+        with refused() as found:
+            texts(named_design(name), target)
+        assert found.where.startswith(f"design {name} ")
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,8 @@ def test_the_command_tells_the_deviation(tmp_path):
     named = [f"--signal={name}={signal}" for name, signal in MAMDANI_SIGNALS[".fis"].items()]
     arguments = ["import", str(MAMDANI_FIS), "--out", str(out), *named]
     done = CliRunner().invoke(main, [*arguments, "--terms", "5x3"])
-    line, assumed, path = done.stdout.splitlines()
+    line, names, assumed, path = done.stdout.splitlines()
+    assert names.startswith("no identifiers, so renamed: Position error is Position_error, ")
     told = json.loads(out.read_text())["provenance"]["sampled"]
     assert line.startswith("sampled to 5 x 3 terms: output off by ")
     assert f"{told['largest_deviation']:.3g} at most (7.3 % of its range), at Position" in line
