@@ -10,6 +10,8 @@ from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask
 LARGEST_LOG = 512
 #: The most numbers that arrays may have in all, and columns that a table may have.
 MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
+#: The most that a packed file may unpack to [bytes].
+MOST_BYTES = 8 * MOST_NUMBERS
 #: The fewest samples that something can be learnt from.
 FEWEST = 20
 
