@@ -8,7 +8,7 @@ import re
 #: A comment, blanks, or a letter with the number that belongs to it.
 PIECE = re.compile(
     r"(?P<comment>\([^()\n]*\)|;[^\n]*|%)"
-    r"|(?P<letter>[A-Za-z])\s*(?P<number>[+-]?\s*(?:\d[\d\s]*(?:\.[\d\s]*)?|\.\s*\d[\d\s]*))?"
+    r"|(?P<letter>[A-Za-z])\s*(?P<number>[+-]?\s*(?:[0-9][0-9\s]*(?:\.[0-9\s]*)?|\.\s*[0-9][0-9\s]*))?"
     r"|(?P<blank>\s+)"
 )
 #: Characters that are shown of what is not understood.

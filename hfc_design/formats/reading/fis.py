@@ -30,7 +30,7 @@ SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
 COMMENT = re.compile(r"^\s*#.*|%.*")
 SECTION = re.compile(r"\[(\w+)\]")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*(\[[^][]*\])")
-RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+)")
+RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+)", re.ASCII)
 
 
 def read(text: str) -> System:
