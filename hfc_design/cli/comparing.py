@@ -135,13 +135,14 @@ def _again(found: "Comparison", designs: Texts, options: dict[str, Texts]) -> st
 
 def _shares(values: Texts) -> dict[str, float]:
     """Spreads of single parameters, as in ``backlash=0.5``."""
+    from hfc_design.core.numbers import number_or_none
+
     found = {}
     for value in values:
         name, _, share = value.partition("=")
-        try:
-            found[name] = float(share)
-        except ValueError:
-            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5") from None
+        if (number := number_or_none(share)) is None:
+            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
+        found[name] = number
         if not 0.0 < found[name] < 1.0:
             raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
     return found

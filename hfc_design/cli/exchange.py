@@ -69,7 +69,7 @@ def term_counts(text: str | None) -> tuple[int, int] | None:
 
     if text is None:
         return None
-    found = re.fullmatch(r"(\d{1,2})(?:x(\d{1,2}))?", text)
+    found = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
     counts = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
     if not all(2 <= count <= 11 for count in counts):
         raise UserError(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")

@@ -131,6 +131,7 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
 
 def _wanted(told: str) -> dict[str, float | str]:
     """Costs by the names of their objectives; UserError: the text is of another form."""
+    from hfc_design.core.numbers import number_or_none
     from hfc_design.core.records import UserError
 
     wanted: dict[str, float | str] = {}
@@ -138,8 +139,6 @@ def _wanted(told: str) -> dict[str, float | str]:
         name, equals, text = pair.partition("=")
         if not equals or not text.strip():
             raise UserError(f"--nearest {told}: has to be NAME=NUMBER,... as in chatter=2")
-        try:
-            wanted[name.strip()] = float(text)
-        except ValueError:
-            wanted[name.strip()] = text.strip().strip("'\"")
+        number = number_or_none(text)
+        wanted[name.strip()] = text.strip().strip("'\"") if number is None else number
     return wanted

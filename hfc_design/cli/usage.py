@@ -66,7 +66,7 @@ def _tell(error: Exception) -> None:
 
 
 def check_once(command: click.Command, ctx: click.Context, arguments: list[str]) -> None:
-    """Whether no option of one value is given twice, and no key of one of several.
+    """Whether no option of one value is given twice, no key of one of several; digits are plain.
 
     Only the last would count.
 
@@ -87,6 +87,11 @@ def check_once(command: click.Command, ctx: click.Context, arguments: list[str])
             told = f"{parameter.opts[0]} is given {times} times; once is allowed"
             raise click.UsageError(told, own)
     for option in dict.fromkeys(order):
+        number = isinstance(option.type, click.types.FloatParamType | click.types.IntParamType)
+        text = "".join(typed[option.name] or "") if number else ""
+        if "_" in text or not text.isascii():  # which int() and float() read
+            own.meta[TYPED] = typed
+            raise click.BadParameter("", own, option)
         if option.multiple and KEYED.fullmatch(option.metavar or ""):
             _check_keys(option.opts[0], typed[option.name])
 

@@ -4,8 +4,10 @@ Nothing that a file says of itself is believed before it has been compared with 
 no file takes more memory than it is long, and none is ever unpickled.
 """
 
+import ast
 import io
 import math
+import warnings
 import zipfile
 from hashlib import sha256
 
@@ -19,6 +21,11 @@ MOST_MEMBERS = 1000
 #: What an array may hold: truths, numbers of up to 64 bits or two of them, texts.
 CODES = "?bBhHiIlLqQefdFDSU"
 SUFFIX = ".npy"
+#: How members may be packed: as here, or as in NumPy's files too.
+STORED = frozenset({zipfile.ZIP_STORED})
+DEFLATED = STORED | {zipfile.ZIP_DEFLATED}
+#: Versions of an array's header, in which letters each is, and the longest [bytes].
+VERSIONS, LONGEST = {b"\1\0": "latin-1", b"\2\0": "latin-1", b"\3\0": "utf-8"}, 10_000
 
 
 def packed(arrays: Arrays) -> bytes:
@@ -43,6 +50,19 @@ def unpacked(content: bytes) -> Arrays:
     Raises:
         Exception: whatever ``zipfile`` and NumPy raise of what is none, and ValueError.
     """
+    found = arrays(content, len(content), STORED)
+    for array in found.values():
+        if array.dtype.char not in CODES or not array.dtype.isnative:
+            raise ValueError(f"an array of {str(array.dtype)[:60]} has no place here")
+    return {name: array.copy(order="K") for name, array in found.items()}
+
+
+def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
+    """The arrays in an .npz file of any program, which together unpack to ``largest`` bytes.
+
+    Raises:
+        Exception: as of ``unpacked``.
+    """
     if content.count(b"PK\1\2") > MOST_MEMBERS:  # begins each entry in a zip file's directory
         raise ValueError(f"holds more than {MOST_MEMBERS} members")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -50,24 +70,54 @@ def unpacked(content: bytes) -> Arrays:
         if len({member.filename for member in members}) < len(members):
             raise ValueError("holds a member twice")
         for member in members:
-            if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 1:
-                raise ValueError(f"member {member.filename[:60]!r} is compressed or encrypted")
+            if member.compress_type not in packing or member.flag_bits & 1:
+                told = "is encrypted, or compressed as none of NumPy's files is"
+                raise ValueError(f"member {member.filename[:60]!r} {told}")
             if not member.filename.endswith(SUFFIX):
                 raise ValueError(f"member {member.filename[:60]!r} is no array")
-        if sum(max(member.file_size, member.compress_size) for member in members) > len(content):
-            raise ValueError("its members are larger than itself")
-        return {x.filename.removesuffix(SUFFIX): _array(archive.read(x)) for x in members}
+        if sum(max(member.file_size, member.compress_size) for member in members) > largest:
+            raise ValueError(f"its members are larger than {largest / 1e6:.3g} MB")
+        found = {}
+        for member in members:
+            with archive.open(member) as stream:  # read() would unpack all before it looks
+                content = stream.read(member.file_size)
+            found[member.filename.removesuffix(SUFFIX)] = array_of(content)
+        return found
 
 
-def _array(content: bytes) -> np.ndarray:
-    stream = io.BytesIO(content)
-    if np.lib.format.read_magic(stream) != (1, 0):
-        raise ValueError("an array is of a format that is not written here")
-    shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
-    if dtype.char not in CODES or not dtype.isnative or dtype.itemsize == 0:
-        raise ValueError(f"an array of {str(dtype)[:60]} has no place here")
-    size = len(content) - stream.tell()
-    if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != size:
+def array_of(content: bytes) -> np.ndarray:
+    """The array that the content of an .npy file is, where it lies.
+
+    Raises:
+        ValueError: it is none, holds objects, or is longer or shorter than it says.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            begin, shape, turned, dtype = _header(content)
+    except Exception:  # of Python's parser, NumPy and codecs
+        raise ValueError("the header of an array is damaged") from None
+    if dtype.hasobject:
+        raise ValueError("it holds objects of Python, which are not read")
+    if (
+        dtype.itemsize == 0
+        or dtype.shape
+        or math.prod(shape) * dtype.itemsize != len(content) - begin
+    ):
         raise ValueError("an array has not the size that it tells")
-    found: np.ndarray = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
-    return found
+    found = np.frombuffer(content, dtype, offset=begin) if math.prod(shape) else np.zeros(0, dtype)
+    return found.reshape(shape, order="F" if turned else "C")
+
+
+def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
+    """Where the data begins, shape, whether columns come first, type."""
+    version, width = content[6:8], 2 if content[6] == 1 else 4
+    begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
+    if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:
+        raise ValueError
+    told = ast.literal_eval(content[8 + width : begin].decode(VERSIONS[version]))
+    shape, turned, dtype = told["shape"], told["fortran_order"], told["descr"]
+    sizes = type(shape) is tuple and all(type(size) is int and size >= 0 for size in shape)
+    if not sizes or type(turned) is not bool or len(told) != 3:
+        raise ValueError
+    return begin, shape, turned, np.lib.format.descr_to_dtype(dtype)

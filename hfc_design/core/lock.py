@@ -21,6 +21,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
+from hfc_design.core.numbers import number_or_none
 from hfc_design.core.records import RunError, UserError, writing
 
 #: The lock of a run folder; its text says whose it is.
@@ -133,9 +134,8 @@ def check(path: Path) -> None:
 def grace() -> float:
     """Seconds of silence after which a holder may be overtaken; UserError: they cannot be."""
     given = os.environ.get(GRACE, "60")
-    with suppress(ValueError):
-        if 1.0 <= float(given) <= 1e6:
-            return float(given)
+    if 1.0 <= (found := number_or_none(given) or 0.0) <= 1e6:
+        return found
     raise UserError(f"{GRACE} = {given[:40]!r}: has to be a number of seconds from 1 to 1e6")
 
 

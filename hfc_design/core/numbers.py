@@ -6,6 +6,7 @@ serves all three. Never imports JAX.
 """
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 from operator import add, getitem, mul
@@ -44,6 +45,10 @@ Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 #: What differs by a smaller share is one number that was rounded otherwise: nothing may hang on
 #: that. ``SAME_SINGLE`` is the same of what has been in float32.
 SAME, SAME_SINGLE = 1e-9, 1e-6
+#: The largest number that is read from a text: squares of larger ones overflow.
+LARGEST_NUMBER = 1e100
+#: One as every language writes it: int() and float() take digits of any script, 1_0, nan and inf.
+NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 #: JAX has never fewer devices, whatever JAX_NUM_CPU_DEVICES says. A program for one is not passed
 #: through the partitioner, is fused into other pieces than one for several and rounds otherwise: a
@@ -95,6 +100,20 @@ ARRAYS = Xp(
     once=lambda x: x,
     pick=getitem,
 )
+
+
+def number_or_none(text: str) -> float | None:
+    """The number that a text is, of any size; None: it is none, or an infinite one."""
+    return float(text) if NUMBER.fullmatch(text.strip()) and math.isfinite(float(text)) else None
+
+
+def number_of(text: str) -> float:
+    """The number that a text of a user is; ValueError: it is none, or beyond ``LARGEST_NUMBER``."""
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{text[:40]!r} is no finite number")
+    if abs(value := float(text)) > LARGEST_NUMBER:
+        raise ValueError(f"{text[:40]!r} is larger than {LARGEST_NUMBER:g}")
+    return value
 
 
 def finite(value: Plain) -> bool:

@@ -11,7 +11,7 @@ from hfc_design.core.records import Finite
 
 #: A number and a unit; nothing that could be a long computation.
 WRITTEN = re.compile(
-    r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
+    r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?)\s*"
     r"([A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}(?:[ */][A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}){0,3})"
 )
 

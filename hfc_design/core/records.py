@@ -23,10 +23,15 @@ from hfc_design.core.numbers import Plain
 from hfc_design.core.wording import Keys
 
 
+def _no_number(value: Plain) -> bool:
+    """Whether it is true or "1_0": Python counts with them as with 1 and 10."""
+    return isinstance(value, bool) or (isinstance(value, str) and "_" in value)
+
+
 @BeforeValidator
 def _no_truth(value: Plain) -> Plain:
-    """Validates a number: true is none, though Python counts with it as with 1."""
-    if isinstance(value, bool):
+    """Validates a number."""
+    if _no_number(value):
         raise PydanticKnownError("float_type")
     return value
 
@@ -80,8 +85,8 @@ class Record(BaseModel):
 
     @classmethod
     def _without_truths(cls, data: Any) -> Any:
-        """``data`` with no number in the place of a truth where a plain number is wanted."""
-        if not isinstance(data, dict) or not any(isinstance(x, bool) for x in data.values()):
+        """``data`` with nothing for a number in the place of what Python alone takes for one."""
+        if not isinstance(data, dict) or not any(map(_no_number, data.values())):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}
         numbers = {
@@ -89,7 +94,7 @@ class Record(BaseModel):
             for name, x in kinds.items()
             if {x, *get_args(x), *map(type, get_args(x))} & {int, float}  # of Literal[0, 1] too
         }
-        wrong = {key for key, x in data.items() if isinstance(x, bool) and key in numbers}
+        wrong = {key for key, x in data.items() if _no_number(x) and key in numbers}
         return data | dict.fromkeys(wrong, ...)
 
 

@@ -4,6 +4,7 @@ Whatever is wrong with a text is a ``ValueError`` that does not name the file, f
 a part of another file; ``about`` makes a line for the user of it.
 """
 
+import codecs
 import io
 import json
 import os
@@ -58,7 +59,9 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
 
 
 def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """The text that a file holds; ValueError: it is none, or a packed one."""
+    """The text that a file holds, UTF-16 if it says so; ValueError: it is none, or packed."""
+    if found.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding = "utf-16"
     try:
         return io.TextIOWrapper(io.BytesIO(found), encoding).read()  # a line ends with \n
     except UnicodeDecodeError:

@@ -77,7 +77,8 @@ def how(name: str) -> str:
 
 def there(log: Log) -> str:
     """The columns that a log has."""
-    return f"there is {', '.join(log.columns)[:300]}"
+    texts = f"; no numbers are in {', '.join(log.texts)[:80]}" if log.texts else ""
+    return f"there is {', '.join(log.columns)[:200]}{texts}"
 
 
 def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
@@ -103,6 +104,14 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
 
 #: Ends of names that a library of units knows, and that mean something else there.
 NO_UNIT = frozenset({"c", "pi", "au", "count", "counts", "bit", "bits", "point", "points"})
+
+
+def is_unit(text: str) -> bool:
+    """Whether it is a unit of anything."""
+    try:
+        return number(f"1 {text}", text) == 1.0
+    except ValueError:
+        return False
 
 
 def _ending(text: str, unit: str, millimetres: float | None) -> str | None:

@@ -12,6 +12,8 @@ from hfc_design.logs.log import FEWEST
 TREMBLE = 0.02
 #: So many samples that are missing in a row are filled in; with more the log is cut there.
 FILLED = 5
+#: A clock is coarser than the samples where more than this share of them has the stamp of another.
+SHARED = 0.1
 #: What stays as it is until the next sample.
 HELD = ("command", "added")
 #: By which share of its error the clock behind the stamps is set right at each of them.
@@ -58,7 +60,14 @@ def even(
         raise ValueError(f"its time falls after sample {falls[0] + 1}")
     if not (distance > 0).any():
         raise ValueError("its time stands still: which column is it, and in which unit?")
-    if (twice := np.append([False], distance == 0)).any():
+    twice = np.append([False], distance == 0)
+    if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
+        period = _shared(time, twice, distance)
+        told = even(None, sample_time or period, values, broken)
+        of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
+        told.notes.insert(0, f"{of}; the sample time is {told.sample_time:g} s, that of their mean")
+        return told
+    if twice.any():
         notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
     time, broken = time[~twice], broken[~twice]
     place = _places(time, sample_time or float(np.median(distance[distance > 0])))
@@ -68,6 +77,25 @@ def even(
     period = sample_time or _period(place, time)
     kept = {name: value[~twice][part] for name, value in values.items()}
     return _filled(time, period, place, kept, notes)
+
+
+def _shared(time: Floats, twice: Mask, distance: Floats) -> float:
+    """The sample time where stamps (rows,) of a coarse clock are ``twice`` those before.
+
+    Raises:
+        ValueError: their samples do not follow each other evenly: some are missing.
+    """
+    first = np.flatnonzero(~twice)[1:].astype(float)  # the first stamp's own may have begun before
+    if len(first) < FEWEST:
+        raise ValueError(f"has {len(first) + 1} different time stamps; {FEWEST + 1} are the fewest")
+    period, start = np.polyfit(first, time[~twice][1:], 1)
+    off = np.abs(time[~twice][1:] - start - period * first)
+    if off.max() > np.median(distance[distance > 0]):
+        raise ValueError(
+            f"its time stamps are those of several samples each, and not evenly so after "
+            f"{time[~twice][1:][off.argmax()]:.6g} s: samples are missing there"
+        )
+    return _period(first, time[~twice][1:])
 
 
 def _places(time: Floats, period: float) -> Floats:

@@ -4,16 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask
 
 #: The largest file [MB]; an hour of four columns at 1 kHz has some 150.
 LARGEST_LOG = 512
-#: The most numbers that a packed file may unpack to.
-MOST_NUMBERS = 100_000_000
+#: The most numbers that arrays may have in all, and columns that a table may have.
+MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
+#: The most that a packed file may unpack to [bytes].
+MOST_BYTES = 8 * MOST_NUMBERS
 #: The fewest samples that something can be learnt from.
 FEWEST = 20
-#: No machine has larger numbers in any unit; squares of larger ones overflow.
-LARGEST_NUMBER = 1e100
 
 
 class Log(NamedTuple):
@@ -23,6 +23,7 @@ class Log(NamedTuple):
     sample_time: float | None = None  # [s], where the file says it
     breaks: Mask | None = None  # (rows,) samples are missing before this one; None: none are
     format: str = "CSV"
+    texts: tuple[str, ...] = ()  # names of columns that hold no numbers, and are left out
 
     @property
     def rows(self) -> int:

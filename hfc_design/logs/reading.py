@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from hfc_design.core.texts import about, content, decoded
-from hfc_design.logs.arrays import mat_log, numpy_log
+from hfc_design.logs.arrays import numpy_log
 from hfc_design.logs.log import LARGEST_LOG, Log, checked
+from hfc_design.logs.mat import mat_log
 from hfc_design.logs.texts import text_log
 
 #: Endings of files that are no text.

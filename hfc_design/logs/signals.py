@@ -68,6 +68,7 @@ def signals(
         values[name] = scale(one, units[name], millimetres) * log.columns[one.column]
         if units[name] == drive.units["error"]:
             places[name] = one._replace(unit=unit)
+    turned = travel.unwrapped(values, [*places], drive)
     _check(values, drive, log)
     if "time" not in values and not (log.sample_time or sample_time):
         other = "or a sample time by --sample-time"
@@ -82,6 +83,7 @@ def signals(
     duration = found.sample_time * len(found.usable)
     for name, one in places.items():
         travel.check(one, found.values[name], drive, duration)
+    found.notes.extend(turned)
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
     return _signals(_first(found), drive)._replace(step=step)

@@ -1,25 +1,33 @@
-"""Logs as text: CSV of any program, and what LinuxCNC's halscope and halsampler write."""
+"""Logs as text: CSV of any program, and what halscope, halsampler and TwinCAT's Scope write."""
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
-from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
-from hfc_design.logs.log import Log
+from hfc_design.core.numbers import Floats, number_of, number_or_none
+from hfc_design.logs.columns import TOLD, is_unit
+from hfc_design.logs.log import MOST_COLUMNS, Log
+from plants import in_a_name
 
 #: What may stand between columns; a comma is tried last, for it may stand in numbers too.
 SEPARATORS = ("\t", ";", ",")
+#: What a spreadsheet writes above its table.
+SAID = re.compile(r'"?sep=([\t;,])"?', re.IGNORECASE)
 #: First line of halscope, and of its older versions: the period of the samples.
-SCOPE = re.compile(r"# Sampling period is (\d{1,12}) ns\s*")
-OLD_SCOPE = re.compile(r"Sampling period is (\d{1,12}) nSec\s*")
+SCOPE = re.compile(r"# Sampling period is ([0-9]{1,12}) ns\s*")
+OLD_SCOPE = re.compile(r"Sampling period is ([0-9]{1,12}) nSec\s*")
 #: What halsampler writes where samples were lost.
 OVERRUN = "overrun"
 #: Columns of a file without names are called so.
 UNNAMED = "column_{}"
+#: So many lines from the middle of a file tell what its columns are: no head is there.
+LOOKED_AT = 20
+#: In the place of a unit, what has none.
+NO_UNIT = frozenset({"", "-", "1", "[]", "[-]", "[1]"})
 
 
 class Rows(NamedTuple):
@@ -27,6 +35,33 @@ class Rows(NamedTuple):
 
     lines: list[str]
     places: list[int]  # number of each line, from 1
+
+    def some(self, which: Sequence[int] | slice) -> "Rows":
+        """Those alone."""
+        chosen = range(len(self.lines))[which] if isinstance(which, slice) else which
+        return Rows([self.lines[k] for k in chosen], [self.places[k] for k in chosen])
+
+
+class Form(NamedTuple):
+    """How the rows of a table are written."""
+
+    separator: str | None  # None: blanks
+    columns: int
+    numeric: list[int]  # columns with numbers in them
+
+    def cells(self, line: str) -> list[str]:
+        """What stands in a line."""
+        return _cells(line, self.separator)
+
+    def number(self, cell: str) -> float | None:
+        """A number; with a decimal comma too, where semicolons or tabs part the columns."""
+        return number_or_none(_pointed(cell, self.separator))
+
+    def is_data(self, line: str) -> bool:
+        """Whether it is a whole row of numbers."""
+        cells = self.cells(line)
+        whole = len(cells) == self.columns
+        return whole and all(self.number(cells[k]) is not None for k in self.numeric)
 
 
 def text_log(text: str) -> Log:
@@ -40,8 +75,10 @@ def text_log(text: str) -> Log:
     if found := SCOPE.fullmatch(first):
         return _scope(lines[1:], 1e-9 * int(found[1]))
     if found := OLD_SCOPE.fullmatch(first):
-        return _old_scope(lines[1:], 1e-9 * int(found[1]))
-    return _table(lines)
+        return _old_scope(_rows(lines[1:], 2), 1e-9 * int(found[1]))
+    if found := SAID.fullmatch(first):
+        return _table(_rows(lines[1:], 2), found[1])
+    return _table(_rows(lines, 1), None)
 
 
 def _scope(lines: list[str], sample_time: float) -> Log:
@@ -49,47 +86,65 @@ def _scope(lines: list[str], sample_time: float) -> Log:
     if not lines:
         raise ValueError("line 2: has no names of the channels")
     names = lines[0].split(";")
-    found = _numbers(_rows(lines[1:], 3), ";", len(names))
+    form = Form(";", len(names), [*range(len(names))])
+    found = _numbers(_rows(lines[1:], 3), form, names)
     return Log(_named(names, found), sample_time, format="halscope")
 
 
-def _old_scope(lines: list[str], sample_time: float) -> Log:
-    """halscope before 2.9: ``name value`` pairs, a line for a sample or for a channel."""
-    columns: dict[str, list[str]] = {}
-    for line in lines:
+def _old_scope(rows: Rows, sample_time: float) -> Log:
+    """halscope before 2.9: ``name value`` pairs, sample by sample or channel by channel."""
+    pairs = list[tuple[str, float, int]]()
+    for line, place in zip(*rows, strict=True):
         words = line.split()
-        for name, value in zip_longest(words[::2], words[1::2], fillvalue=""):
-            columns.setdefault(name, []).append(value)
-    table = [[*row] for row in zip_longest(*columns.values(), fillvalue="")]
-    if table and "" in table[-1]:  # it writes the first channel once more at the end
-        table.pop()
-    found = _numbers(_rows([";".join(row) for row in table], 2), ";", len(columns))
-    return Log(_named([*columns], found), sample_time, format="halscope (older)")
-
-
-def _table(lines: list[str]) -> Log:
-    """Columns with or without names; halsampler's has neither names nor separators."""
-    rows, breaks = _rows(lines, 1), []
-    if lost := [k for k, line in enumerate(rows.lines) if line.strip() == OVERRUN]:
-        breaks = [k - n for n, k in enumerate(lost)]
-        left_out = {*lost}
-        kept = [k for k in range(len(rows.lines)) if k not in left_out]
-        rows = Rows([rows.lines[k] for k in kept], [rows.places[k] for k in kept])
-    if not rows.lines:
+        if len(words) % 2:
+            raise ValueError(f"line {place}: has to be names of channels, each with its value")
+        for name, value in zip(words[::2], words[1::2], strict=True):
+            pairs.append((name, _at(place, value), place))
+    counts = Counter(name for name, _, _ in pairs)
+    if not counts:
         raise ValueError("has no samples")
-    separator = _separator(rows.lines)
-    head = _cells(rows.lines[0], separator)
-    named = any(_number(cell) is None for cell in head)
-    if named:
-        rows = Rows(rows.lines[1:], rows.places[1:])
-    names = head if named else [UNNAMED.format(k + 1) for k in range(len(head))]
-    found = _numbers(rows, separator, len(names))
+    names, by_sample = [*counts], len(pairs) > 1 and pairs[1][0] != pairs[0][0]
+    if by_sample and len(pairs) % len(names) == 1 and pairs[-1][0] == names[0]:
+        counts[pairs.pop()[0]] -= 1  # it writes the first channel once more at the end
+    steps, count = counts[names[0]], len(names)
+    for k, (name, _, place) in enumerate(pairs if by_sample else []):
+        if name != (wanted := names[k % count]):
+            raise ValueError(f"line {place}: {name[:40]} has to be {wanted[:40]}: a value is lost")
+    for name in names:
+        if counts[name] != steps:
+            told = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
+            raise ValueError(f"{told}: one is lost")
+    table = np.array([value for _, value, _ in pairs])
+    table = table.reshape(steps, count) if by_sample else table.reshape(count, steps).T
+    return Log(_named(names, table), sample_time, format="halscope (older)")
+
+
+def _table(rows: Rows, separator: str | None) -> Log:
+    """Columns with or without names; halsampler's has neither names nor separators."""
+    lost = [place for line, place in zip(*rows, strict=True) if line.strip() == OVERRUN]
+    rows = rows.some([k for k, line in enumerate(rows.lines) if line.strip() != OVERRUN])
+    if rows.lines and rows.lines[-1].strip() == "EOF":  # the last line of TwinCAT's Scope
+        rows = rows.some(slice(-1))
+    form = _form(rows.lines, separator)
+    begin = next((k for k, line in enumerate(rows.lines) if form.is_data(line)), None)
+    if begin is None:
+        begin = len(rows.lines) // 2
+    head, data = rows.some(slice(begin)), rows.some(slice(begin, None))
+    if not head.lines:
+        form = form._replace(numeric=[*range(form.columns)])  # what has no name is no text
+    twincat = [form.cells(line)[0] for line in head.lines[:2]] == ["Name", "File"]
+    names = _scope_names(head, form) if twincat else _names(head, form)
+    table = _numbers(data, form, names)
     missing = None
-    if breaks:
-        missing = np.zeros(len(found), bool)
-        missing[[k for k in breaks if k < len(found)]] = True
-    plain = separator is None and not named
-    return Log(_named(names, found), None, missing, "halsampler" if plain else "CSV")
+    if lost:
+        missing = np.zeros(len(table), bool)
+        missing[[k for k in np.searchsorted(data.places, lost) if k < len(table)]] = True
+    if twincat:
+        form, table = _one_time(form, names, table)
+    texts = tuple(name for k, name in enumerate(names) if k not in form.numeric and name)
+    columns = _named([names[k] for k in form.numeric], table, form.numeric)
+    plain = form.separator is None and not head.lines
+    return Log(columns, None, missing, "halsampler" if plain else "CSV", texts)
 
 
 def _rows(lines: Sequence[str], first: int) -> Rows:
@@ -98,13 +153,87 @@ def _rows(lines: Sequence[str], first: int) -> Rows:
     return Rows([line for line, _ in kept], [place for _, place in kept])
 
 
-def _separator(lines: Sequence[str]) -> str | None:
-    """What stands between the columns of most of the first lines; None: blanks."""
-    some = lines[:20]
-    for separator in SEPARATORS:
-        if all(separator in line for line in some):
-            return separator
-    return None
+def _form(lines: Sequence[str], separator: str | None) -> Form:
+    """What most of the lines in the middle of a file are like."""
+    if not lines:
+        raise ValueError("has no samples")
+    some = lines[len(lines) // 2 :][:LOOKED_AT]
+    if separator is None:
+        most = (x for x in SEPARATORS if 2 * sum(x in line for line in some) > len(some))
+        separator = next(most, None)
+    cells = [_cells(line, separator) for line in some]
+    columns, _ = Counter(map(len, cells)).most_common(1)[0]
+    if columns > MOST_COLUMNS:
+        raise ValueError(f"has {columns} columns; {MOST_COLUMNS} are the most")
+    whole = [row for row in cells if len(row) == columns]
+    form = Form(separator, columns, [])
+    has = [sum(form.number(row[k]) is not None for row in whole) for k in range(columns)]
+    numeric = [k for k in range(columns) if 2 * has[k] >= len(whole)]
+    if not numeric:
+        raise ValueError("has no samples")
+    return form._replace(numeric=numeric)
+
+
+def _names(head: Rows, form: Form) -> list[str]:
+    """The names that stand directly above the numbers, with the units in a line between."""
+    if not head.lines:
+        return [UNNAMED.format(k + 1) for k in range(form.columns)]
+    above = list[list[str]]()
+    for line in reversed(head.lines):
+        cells = form.cells(line)
+        while len(cells) > 1 and not cells[-1]:
+            cells.pop()
+        if any(cells) and not max(form.numeric) < len(cells) <= form.columns:
+            break
+        if any(cells):
+            above.append(cells + [""] * (form.columns - len(cells)))
+    last, place = form.cells(head.lines[-1]), head.places[-1]
+    if not above:
+        raise ValueError(f"line {place}: has {len(last)} columns, the next one {form.columns}")
+    said = [cell for cell in above[0] if form.number(cell) is not None]
+    if said and (len(above) > 1 or said[0] == above[0][0]):  # a row of numbers, one is damaged
+        wrong = next(x for x in above[0] if form.number(x) is None)
+        raise ValueError(f"line {place}: {wrong[:40]!r} is no finite number")
+    units = [x.strip("[]()") for x in above[0] if x not in NO_UNIT]
+    if len(above) > 1 and 2 * sum(map(is_unit, units)) >= max(len(units), 1):
+        return [*map(_with_unit, above[1], above[0])]
+    return above[0]
+
+
+def _with_unit(name: str, unit: str) -> str:
+    """``name [unit]``, unless the name tells it already."""
+    own = unit.strip("[]()")
+    known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(own)}")
+    return name if known else f"{name} [{own}]"
+
+
+def _scope_names(head: Rows, form: Form) -> list[str]:
+    """Of TwinCAT's Scope: lines of a key before each group, ``Name a Name b``; time is in ms."""
+    told = {cells[0]: cells for cells in map(form.cells, head.lines) if len(cells) >= form.columns}
+    if "Name" not in told:
+        raise ValueError(f"line {head.places[0]}: Scope's file has to have a line Name of channels")
+    units = told.get("Unit", [""] * form.columns)
+    if "Name" not in told["Name"][: form.columns]:
+        raise ValueError("has no time: export it from Scope with timelines")
+    return [
+        "" if name == "Name" else _with_unit(name, unit if is_unit(unit) else "")
+        for name, unit in zip(told["Name"][: form.columns], units, strict=False)
+    ]
+
+
+def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats]:
+    """The first time of TwinCAT's Scope alone, named in ``names``; all have to be the same."""
+    times = [place for place, k in enumerate(form.numeric) if not names[k]]
+    if not times:
+        raise ValueError("has no time: export it from Scope with timelines")
+    for other in times[1:]:
+        if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
+            told = f"its channels have different times from sample {off[0] + 1} on"
+            raise ValueError(f"{told}; export those of one sample time from Scope")
+    full = abs(table[0, times[0]]) > 1e15  # since 1601
+    names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
+    kept = [k for k in range(len(form.numeric)) if k not in times[1:]]
+    return form._replace(numeric=[form.numeric[k] for k in kept]), table[:, kept]
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -118,43 +247,86 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _number(text: str) -> float | None:
-    """None: it is none, or one that only Python writes."""
+def _pointed(text: str, separator: str | None) -> str:
+    return text.replace(",", ".") if separator in (";", "\t") else text
+
+
+def _at(place: int, text: str) -> float:
+    """The number in a line; ValueError: it is none."""
     try:
-        return None if "_" in text else float(text)
-    except ValueError:
-        return None
+        return number_of(text)
+    except ValueError as error:
+        raise ValueError(f"line {place}: {error}") from None
 
 
-def _numbers(rows: Rows, separator: str | None, columns: int) -> Floats:
-    """(rows, columns); a comma in a number is a decimal point where semicolons part them."""
-    lines = rows.lines
-    if not lines:
+def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
+    """(rows, columns with numbers)."""
+    if not rows.lines:
         raise ValueError("has no samples")
-    if separator in (";", "\t") and any("," in line for line in lines[:20]):
-        lines = [line.replace(",", ".") for line in lines]
+    lines, separator = rows.lines, form.separator
+    commas = separator in (";", "\t") and any("," in line for line in lines)
+    if commas and any("." in line for line in lines):
+        _check_points(rows, form)
+    if commas:
+        lines = [_pointed(line, separator) for line in lines]
+    every = len(form.numeric) == form.columns
+    if not every:
+        _check_texts(rows, form, names)
     try:
-        found = np.loadtxt(lines, delimiter=separator, ndmin=2, comments=None, quotechar='"')
-        if found.shape[1] == columns and np.isfinite(found).all():
+        found = np.loadtxt(
+            lines, delimiter=separator, ndmin=2, comments=None, quotechar='"',
+            usecols=None if every else form.numeric,
+        )  # fmt: skip
+        if found.shape[1] == len(form.numeric) and np.isfinite(found).all():
             return np.asarray(found, float)
     except ValueError:
         pass
     for line, place in zip(lines, rows.places, strict=True):  # which line it is
-        cells = _cells(line, separator)
-        if len(cells) != columns:
-            raise ValueError(f"line {place}: has {len(cells)} columns, the first one {columns}")
-        for cell in cells:
-            value = _number(cell)
-            if value is None or not np.isfinite(value):
-                raise ValueError(f"line {place}: {cell[:40]!r} is no finite number")
+        cells = _whole(line, place, form)
+        for k in form.numeric:
+            _at(place, cells[k])
     raise ValueError("is no table of numbers")
 
 
-def _named(names: Sequence[str], table: Floats) -> dict[str, Floats]:
-    """The columns by their names, which have to differ."""
-    cleaned = [name.strip() or UNNAMED.format(k + 1) for k, name in enumerate(names)]
-    for name in cleaned:
-        if cleaned.count(name) > 1:
+def _whole(line: str, place: int, form: Form) -> list[str]:
+    cells = form.cells(line)
+    if len(cells) != form.columns:
+        raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
+    return cells
+
+
+def _check_points(rows: Rows, form: Form) -> None:
+    """ValueError: numbers have a decimal comma in one line and a point in another."""
+    first = dict[str, int]()
+    for line, place in zip(*rows, strict=True):
+        cells = _whole(line, place, form)
+        for sign in ",.":
+            if any(sign in cells[k] for k in form.numeric):
+                first.setdefault(sign, place)
+    if len(first) == 2:
+        told = f"line {first[',']}: has a comma in a number, line {first['.']} a point"
+        raise ValueError(f"{told}; one of them has to be the decimal sign of all")
+
+
+def _check_texts(rows: Rows, form: Form, names: Sequence[str]) -> None:
+    """ValueError: a column with texts or nothing in the middle of the file has a number too."""
+    texts = [k for k in range(form.columns) if k not in form.numeric]
+    for line, place in zip(*rows, strict=True):
+        cells = _whole(line, place, form)
+        for k in texts:
+            if form.number(cells[k]) is not None:
+                told = f"column {names[k][:60] or k + 1} has a number here"
+                raise ValueError(f"line {place}: {told}, and none in other lines")
+
+
+def _named(
+    names: Sequence[str], table: Floats, places: Sequence[int] | None = None
+) -> dict[str, Floats]:
+    """The columns by their names, which have to differ; ``places`` are those in the file."""
+    where = range(len(names)) if places is None else places
+    cleaned = [x.strip() or UNNAMED.format(k + 1) for x, k in zip(names, where, strict=True)]
+    for name, count in Counter(cleaned).items():
+        if count > 1:
             raise ValueError(f"two columns are called {name[:60]!r}")
         if not name.isprintable() or len(name) > 200:
             raise ValueError(

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.core.carried import WRITTEN, AnyFile, content_of, readable_by
-from hfc_design.core.numbers import Floats, passed
+from hfc_design.core.numbers import LARGEST_NUMBER, Floats, passed
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.texts import LARGEST_TABLE, decoded
 from hfc_design.motion.samples import AxisSamples
@@ -23,7 +23,7 @@ def table_of(file: AnyFile) -> tuple[Floats, Floats]:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
     """
     lines = decoded(content_of(file, LARGEST_TABLE), "utf-8-sig").splitlines()
-    header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
+    header = int(bool(lines) and not re.match(r"\s*[-+.]*[0-9]", lines[0]))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an empty file is refused below
@@ -32,8 +32,8 @@ def table_of(file: AnyFile) -> tuple[Floats, Floats]:
         raise ValueError(f"is no table of numbers: {error}") from None
     if data.shape[1] != 2 or len(data) < 2:
         raise ValueError(f"needs two columns and at least two rows, not {data.shape[::-1]}")
-    if not np.isfinite(data).all():
-        raise ValueError("has a number that is not finite")
+    if not (np.abs(data) <= LARGEST_NUMBER).all():
+        raise ValueError(f"has a number that is not finite, or larger than {LARGEST_NUMBER:g}")
     if not (np.diff(data[:, 0]) > 0).all():
         raise ValueError("needs a first column (time in s) that rises from row to row")
     return data[:, 0], data[:, 1]

@@ -1,7 +1,6 @@
 """What the page of a design tells in its parts: use, bounds, structures, the controller."""
 
 from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code
-from hfc_design.core.records import UserError
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import with_converter
@@ -51,10 +50,13 @@ def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, li
 
 
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
-    """Whether a design can be used; None if nobody can say, or what says so was edited."""
-    with suppress(UserError, KeyError, TypeError, AttributeError, ValueError):
+    """Whether a design can be used; None if nobody can say. RunError: what says so is damaged."""
+    try:
         return in_use(numbers())
-    return None
+    except RunError:
+        raise
+    except UserError:
+        return None
 
 
 def everything(scenario: Scenario) -> str:

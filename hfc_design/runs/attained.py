@@ -11,6 +11,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
+from hfc_design.runs.beside import AttainableFile, beside
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.evaluation import Evaluation
 
@@ -65,13 +66,12 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 
 def kept_attained(folder: Path) -> Json | None:
-    """What a run folder says of how near its design comes to its bound; None if nothing."""
-    try:
-        found: Json = json.loads((folder / ATTAINABLE).read_text(encoding="utf-8"))
-        attained_rows(found)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):  # or it has been edited
-        return None
-    return found
+    """What a run folder says of how near its design comes to its bound; None if nothing.
+
+    Raises:
+        RunError: its file is damaged.
+    """
+    return beside(folder / ATTAINABLE, AttainableFile)
 
 
 #: Of ``attained_rows``.

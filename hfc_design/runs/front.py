@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.numbers import Floats, Integers
+from hfc_design.core.numbers import Floats, Integers, number_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.scenario import Scenario
@@ -111,7 +111,7 @@ def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front
     try:
         head, *lines = path.read_text(encoding="utf-8").splitlines()
         rows = [line.split(",") for line in lines]
-        numbers = np.array([[float(x) for x in (*row[1:-2], row[-1])] for row in rows])
+        numbers = np.array([[number_of(x) for x in (*row[1:-2], row[-1])] for row in rows])
         numbers = numbers.reshape(len(rows), len(objectives) + 2)
         places = numbers[:, -1].astype(np.int64)
         if head != ",".join(_heads(objectives)) or not np.isfinite(numbers).all():

@@ -18,6 +18,7 @@ from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs import stored
+from hfc_design.runs.beside import UsableFile, beside
 from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.individuals import with_score
@@ -220,12 +221,12 @@ def used(scenario: Scenario, result: Result, folder: Path) -> Json:
 
 
 def kept_use(folder: Path) -> Json | None:
-    """What a run folder says of whether its design can be used; None if nothing."""
-    try:
-        found: Json = json.loads((folder / USABLE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return found
+    """What a run folder says of whether its design can be used; None if nothing.
+
+    Raises:
+        RunError: its file is damaged.
+    """
+    return beside(folder / USABLE, UsableFile)
 
 
 def _write_design(path: Path, design: Design) -> None:

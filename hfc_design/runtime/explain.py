@@ -9,7 +9,7 @@ from typing import Any
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import Explain, Inside, needed
-from hfc_design.core.numbers import Parameters, finite
+from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.runtime import Controller
@@ -147,11 +147,8 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
     found: Sample = {}
     for item in text.split(","):
         name, _, value = (part.strip() for part in item.partition("="))
-        try:
-            reading = float(value)
-        except ValueError:
-            reading = math.nan
-        if not name or not math.isfinite(reading):
+        reading = number_or_none(value)
+        if not name or reading is None:
             raise UserError(f"--at {item[:60]!r}: has to be SIGNAL=NUMBER, as in error=1e-4")
         name = names.get(name, name)
         if name in found:

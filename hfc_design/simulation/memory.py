@@ -83,7 +83,7 @@ def size(text: str) -> float:
     Raises:
         UserError: it is no size.
     """
-    found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.IGNORECASE)
+    found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not found or not float(found[1]):
         raise UserError(f"--memory or {VARIABLE} {text[:60]}: has to be a size, as in 8GB")
     return float(found[1]) * UNITS[found[2].upper()]

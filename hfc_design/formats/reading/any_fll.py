@@ -104,7 +104,8 @@ def _count(told: Token, words: list[str]) -> int:
     """Places of the output at which it is integrated."""
     if not words:
         return PLACES
-    if len(words) > 1 or not words[0].isdigit() or not 2 <= int(words[0]) <= MOST_PLACES:
+    whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
+    if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
         raise told.fault(f"defuzzifier: {told.text!r}; allowed are 2 to {MOST_PLACES} places")
     return int(words[0])
 

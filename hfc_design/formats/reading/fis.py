@@ -34,9 +34,9 @@ SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
 COMMENT = re.compile(r"""('[^']*'|"[^"]*")|^\s*#.*|%.*""")
 SECTION = re.compile(r"\[(\w+)\]")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*(\[[^][]*\])")
-RULE = re.compile(r"([^\s,]+)[\s,]+([^\s,]+)\s*,([^,()]+)\(([^()]*)\)\s*:\s*(\d+)")
+RULE = re.compile(r"([^\s,]+)[\s,]+([^\s,]+)\s*,([^,()]+)\(([^()]*)\)\s*:\s*(\d+)", re.ASCII)
 #: fuzzylite writes numbers of terms with decimals; Octave's are hedges unless they are 0.
-NUMBER = re.compile(r"(-?\d{1,9})(?:\.0*)?")
+NUMBER = re.compile(r"(-?\d{1,9})(?:\.0*)?", re.ASCII)
 
 
 def read(text: str, wanted: str | None = None) -> System:

@@ -1,9 +1,9 @@
 """Reads what a controller has learnt on a machine: the numbers of its C code, or HAL's."""
 
 import re
-from math import isfinite
 
 from hfc_design.controllers.per_axis import PerAxisDesign
+from hfc_design.core.numbers import number_of
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.learning import with_learned
@@ -13,7 +13,7 @@ from hfc_design.formats.saving import taken
 ENDINGS = {".txt": "numbers of NAME_save", ".hal": "what halcmd save param prints"}
 #: A parameter of the component, of the axis in its name, as ``halcmd save`` writes it.
 PARAMETER = re.compile(
-    r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>\d+)\s+(?P<value>\S+)"
+    r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
 )
 
 
@@ -50,7 +50,7 @@ def _axes(design: Design) -> tuple[str, ...]:
 
 def _numbers(text: str) -> list[float]:
     """Numbers with blanks, commas, semicolons or line ends between them."""
-    return [_number(word) for word in re.split(r"[\s,;]+", text.strip())]
+    return [number_of(word) for word in re.split(r"[\s,;]+", text.strip())]
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
@@ -59,7 +59,7 @@ def _parameters(text: str, axis: str | None) -> list[float]:
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())
         if one and one["axis"] == (axis and re.sub(r"\W", "_", axis)):
-            found[int(one["place"])] = _number(one["value"])
+            found[int(one["place"])] = number_of(one["value"])
     if not found:
         name = f"{axis}-controller" if axis else "controller"
         raise ValueError(f"has no parameter {name}.learnt-00; halcmd save param prints them")
@@ -67,13 +67,3 @@ def _parameters(text: str, axis: str | None) -> list[float]:
     if missing is not None:
         raise ValueError(f"has no parameter learnt-{missing:02}")
     return [found[k] for k in range(len(found))]
-
-
-def _number(word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value):
-        raise ValueError(f"{word[:40]!r} is no finite number")
-    return value

@@ -23,7 +23,7 @@ Allowed = dict[str, list[str]]
 ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
     Path(__file__).with_name("allowed.toml").read_text(encoding="utf-8")
 )
-NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf", re.ASCII)
 #: Shapes of every language that are Gaussian.
 GAUSSIANS = ("Gaussian", "GaussianProduct", "gaussmf", "gauss2mf")
 _SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"

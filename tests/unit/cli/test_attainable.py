@@ -1,6 +1,14 @@
 """``hfc attainable``, and what a run tells of it: in the terminal, its folder, its page."""
 
+import json
+
+import pytest
+from wording import refused
+
+from hfc_design.core.records import RunError
+from hfc_design.report.in_use import in_use
 from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
+from hfc_design.runs.run import USABLE, kept_use
 
 
 def test_rows_and_the_line_of_a_design():
@@ -20,8 +28,41 @@ def test_rows_and_the_line_of_a_design():
     assert attained_rows(nothing) == [["ramp", "0", "0", "0.05", "–", "–"]]
 
 
-def test_a_file_that_was_edited_is_no_answer(tmp_path):
-    for text in ("", "{", "[]", '{"motions": 3}', '{"motions": {"ramp": {"bound": "no"}}}'):
-        (tmp_path / ATTAINABLE).write_text(text)
-        assert kept_attained(tmp_path) is None
-    assert kept_attained(tmp_path / "nowhere") is None
+TEXTS = ["", "{", "[]", '{"motions": 3}', '{"motions": {}}', '{"motions": {"a": {"bound": "no"}}}']
+TEXTS += [
+    "[" * 99_999,
+    "9" * 9999,
+    '{"motions": NaN}',
+    '"' + "a" * 6_000_000 + '"',
+    "\x00",
+    '{"a": 1e999}',
+]
+
+
+@pytest.mark.parametrize(("name", "read"), [(ATTAINABLE, kept_attained), (USABLE, kept_use)])
+def test_a_damaged_file_beside_a_design_is_refused(tmp_path, name, read):
+    assert read(tmp_path) is None
+    for text in TEXTS:
+        (tmp_path / name).write_text(text)
+        with refused(RunError) as found:
+            read(tmp_path)
+        assert found.where.startswith(str(tmp_path / name))
+        assert len(found.refusal) - len(str(tmp_path)) < 300
+
+
+def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
+    """What a version that told less has written is read; what a page cannot show is not."""
+    measure = {"nominal": 1.0, "median": 1.0, "q95": None, "largest": 2.0}
+    motion = {"share": 0.5, "reasons": {"swings": 3}, "measures": dict.fromkeys("abcd", measure)}
+    good = {"usable": False, "answer": "no", "spread": 0.2, "machines": 9, "share": 0.5}
+    good |= {"interval": [0.1, 0.9], "gain": None, "precision": 1e-6, "substeps": None}
+    good |= {"units": dict.fromkeys("abc", "rad"), "motions": {"ramp": motion}}
+    file = tmp_path / USABLE
+    file.write_text(json.dumps(good))
+    assert kept_use(tmp_path) == good
+    in_use(good)
+    for key in good:
+        for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
+            file.write_text(json.dumps(wrong))
+            with pytest.raises(RunError, match=key):
+                kept_use(tmp_path)

@@ -42,7 +42,19 @@ def test_of_something_else(written):
 
 @pytest.mark.parametrize(
     "written",
-    ["20", "urad", "9**9**9 rad", "1 rad^99", "-inf rad", "1e999 rad", "3 nothing", "", "1 " * 99],
+    [
+        "20",
+        "urad",
+        "9**9**9 rad",
+        "1 rad^99",
+        "-inf rad",
+        "1e999 rad",
+        "3 nothing",
+        "",
+        "1 " * 99,
+        "1_0 rad",
+        "１ rad",
+    ],
 )
 def test_what_is_none(written):
     with pytest.raises(ValidationError, match="is no"):

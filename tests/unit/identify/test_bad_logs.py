@@ -90,7 +90,6 @@ CASES = {
     "quotes": text(GOOD, 'time_s,"a, \'""b",voltage_V'),
     "very many": text([TIME] * 999, ",".join(f"c{k}" for k in range(999))),
     "zeros": "\0" * 9999,
-    "UTF-16": text(GOOD).encode("utf-16"),
     "Latin-1": text(GOOD, "Zeit,µm,V").encode("latin-1"),
     "rubbish": np.random.default_rng(0).bytes(9999),
     "packed": b"\x1f\x8b\x08\x00" + bytes([0xFF] * 99),

@@ -4,11 +4,11 @@ import zipfile
 
 import numpy as np
 import pytest
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 from wording import refused
 
 from hfc_design.core.records import UserError
-from hfc_design.logs import arrays
+from hfc_design.logs import arrays, mat
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(40) / 1000
@@ -36,12 +36,14 @@ def test_numpy_arrays_with_and_without_names(tmp_path):
 def test_nothing_is_unpickled(tmp_path):
     file = tmp_path / "log.npy"
     np.save(file, np.array([print, TIME], dtype=object), allow_pickle=True)
-    with pytest.raises(UserError, match=r"is no file of NumPy that can be read.*pickle"):
+    with refused() as found:
         read_log(file)
+    assert found.where == str(file)
 
 
 def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(arrays, "MOST_NUMBERS", 100)
+    monkeypatch.setattr(arrays, "MOST_BYTES", 800)
+    monkeypatch.setattr(mat, "MOST_BYTES", 800)
     np.savez_compressed(tmp_path / "log.npz", x=np.zeros(1000))
     savemat(tmp_path / "log.mat", {"x": np.zeros(1000)}, do_compression=True)
     for name in ("log.npz", "log.mat"):
@@ -55,6 +57,7 @@ def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     [
         ("log.mat", b""),
         ("log.mat", b"MATLAB 5.0 MAT-file" + bytes(200)),
+        ("log.mat", (b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM" + b"\x0e\0\0\0\xff\0\0\0")),
         ("log.npy", b"\x93NUMPY\x01\x00"),
         ("log.npz", b"PK\x03\x04"),
     ],
@@ -70,11 +73,100 @@ def test_damaged_files_are_refused_in_a_line(tmp_path, name, content):
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_of_matlab_7_3_is_refused(tmp_path):
-    (tmp_path / "log.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform")
+@pytest.mark.parametrize("version", ["4", "7.3"])
+def test_a_file_of_another_matlab_is_refused(tmp_path, version):
+    file = tmp_path / "log.mat"
+    file.write_bytes(b"MATLAB 7.3 MAT-file, Platform")
+    if version == "4":
+        savemat(file, {"t": TIME, "x": -TIME}, format="4")
     with refused() as found:
-        read_log(tmp_path / "log.mat")
-    assert found.where == str(tmp_path / "log.mat")
+        read_log(file)
+    assert found.where == str(file)
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_structs_of_simulink_are_read(tmp_path, compressed):
+    """As To Workspace saves them; what else is a struct has dotted names."""
+    signals = np.array(
+        [(TIME[:, None] ** 2, "position"), (np.c_[TIME, -TIME], "u"), (3 * TIME[:, None], "")],
+        dtype=[("values", object), ("label", object)],
+    )
+    out = {"time": TIME[:, None], "signals": signals, "blockName": "m/To Workspace"}
+    series = {"Time": TIME[:, None], "Data": 5 * TIME[:, None], "Name": "v"}
+    file = tmp_path / "log.mat"
+    deep = {"a": {"b": 7 * TIME, "n": 1.0}, "note": "é"}
+    data = {"out": out, "speed": series, "own": deep, "cells": np.array([TIME, 1], object)}
+    savemat(file, data | {"wide": TIME.astype("f4"), "c": 1j * TIME}, do_compression=compressed)
+    log = read_log(file)
+    factors = {"time": 1, "u_1": 1, "u_2": -1, "out.signals(3)": 3, "speed": 5, "own.a.b": 7}
+    assert {*log.columns} == {*factors, "position", "wide"}
+    for name, factor in factors.items():
+        np.testing.assert_array_equal(log.columns[name], factor * TIME)
+    np.testing.assert_array_equal(log.columns["position"], TIME**2)
+    np.testing.assert_array_equal(log.columns["wide"], TIME.astype("f4"))
+    assert log.texts == ("cells", "c")
+    savemat(file, {"x": data["cells"]})
+    with refused() as found:
+        read_log(file)
+    assert found.where == str(file)
+
+
+def test_an_object_is_named(tmp_path):
+    """A timeseries as MATLAB saves it: SciPy reads its name and class, no more."""
+    words = [bytes.fromhex("06000000 08000000 11000000 00000000")]
+    for text in ("speed", "MCOS", "timeseries"):
+        words.append(bytes([1, 0, 0, 0, len(text), 0, 0, 0]) + text.encode().ljust(16, b"\0"))
+        words[-1] = words[-1][: 8 + -(-len(text) // 8) * 8]
+    savemat(tmp_path / "log.mat", {"x": [1.0]})
+    content = (tmp_path / "log.mat").read_bytes()
+    inside = b"".join(words) + content[128:]
+    file = tmp_path / "log.mat"
+    file.write_bytes(content[:132] + len(inside).to_bytes(4, "little") + inside)
+    (known,) = (v for v in loadmat(file).values() if isinstance(v, np.ndarray))
+    assert known[0].tolist()[:3] == (b"speed", b"MCOS", b"timeseries")
+    with refused() as found:
+        read_log(file)
+    assert "speed.Data" in found.refusal
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "?"])
+def test_numbers_of_every_type_are_what_scipy_reads(tmp_path, kind):
+    """Under names short and long."""
+    file, values = tmp_path / "log.mat", (np.arange(40) % 7).astype(kind)
+    savemat(file, {"t": TIME, "x": values, "a_long_name": values[::-1]})
+    read = loadmat(file)
+    for name, column in read_log(file).columns.items():
+        np.testing.assert_array_equal(column, read[name].ravel())
+
+
+def test_numbers_whose_largest_byte_is_first(tmp_path):
+    """As a Sun had them: the words of a file turned, but for its texts and numbers of 8 bytes."""
+    file = tmp_path / "log.mat"
+    savemat(file, {"abcd": TIME})
+    content = file.read_bytes()
+    words = np.frombuffer(content[128:184], "<u4").byteswap().tobytes()
+    head = content[:124] + b"\1\0MI" + words[:40] + b"\0\4\0\1abcd" + words[48:]
+    file.write_bytes(head + TIME.astype(">f8").tobytes())
+    np.testing.assert_array_equal(read_log(file).columns["abcd"], TIME)
+    np.testing.assert_array_equal(loadmat(file)["abcd"].ravel(), TIME)
+
+
+def test_what_is_no_list_of_columns_is_refused(tmp_path):
+    """A single row of a million columns, an array of three sizes, members of other programs."""
+    file = tmp_path / "log.npy"
+    for array in (np.zeros((1, 10**6)), np.zeros((2, 30, 2))):
+        np.save(file, array)
+        with refused() as found:
+            read_log(file)
+        assert found.where == str(file)
+    np.save(file, TIME)
+    np.testing.assert_array_equal(read_log(file).columns["column_1"], TIME)
+    for name, method in (("read.me", zipfile.ZIP_STORED), ("t.npy", zipfile.ZIP_BZIP2)):
+        with zipfile.ZipFile(tmp_path / "log.npz", "w", method) as packed:
+            packed.writestr(name, file.read_bytes())
+        with refused() as found:
+            read_log(tmp_path / "log.npz")
+        assert found.where == str(tmp_path / "log.npz")
 
 
 def test_an_empty_archive_has_no_column(tmp_path):

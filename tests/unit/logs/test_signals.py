@@ -132,6 +132,49 @@ def test_samples_that_are_missing_are_filled_in_and_not_used():
     assert one.notes == ("3 of 400 samples are missing",)
 
 
+def test_stamps_that_several_samples_share_tell_the_sample_time():
+    """A clock of 10 ms as it is written, rounded; one of 15.625 ms; one finer than the samples."""
+    for stamps in (np.round(TIME, 2), TIME // 0.015625 * 0.015625, TIME // 0.0013 * 0.0013):
+        one = found({"time_s": stamps, "position": PLACE, "command": VOLTS})
+        np.testing.assert_array_equal(one.values["position"], PLACE)
+        assert one.sample_time == pytest.approx(1e-3, rel=2e-3)
+        assert "share a time stamp" in one.notes[0]
+    assert found({"time_s": np.round(TIME, 2), "position": PLACE, "command": VOLTS}).step is None
+    twice = {"time_s": np.repeat(TIME, 2), "position": np.repeat(PLACE, 2)}  # a row written twice
+    one = found(twice | {"command": np.repeat(VOLTS, 2)})
+    assert (one.sample_time, len(one.usable)) == (1e-3, 400)
+    kept = (TIME < 0.2) | (TIME >= 0.23)
+    for stamps in (np.round(TIME, 2)[kept], np.round(TIME[kept], 1)):
+        with refused(ValueError):
+            found({"time_s": stamps, "position": PLACE[kept], "command": VOLTS[kept]})
+
+
+@pytest.mark.parametrize(
+    ("unit", "turn", "begin"), [("rad", 2 * np.pi, 0), ("deg", 360, -180), ("turn", 1, 0)]
+)
+def test_what_goes_round_goes_on(unit, turn, begin):
+    """Both ways, from 0 or from half a turn back; a reference that leads, or counts turns."""
+    angle = 0.4 * turn + 2.0 * turn * np.sin(20 * TIME)
+    wrapped, ahead = ((x - begin) % turn + begin for x in (angle, angle + 0.2 * turn))
+    columns = {"time": TIME, "spindle_angle": wrapped, "command": VOLTS}
+    for reference in (ahead, ahead[0] + angle - angle[0] + 7 * turn):
+        told = columns | {"reference": reference}
+        names = f"spindle_angle=spindle_angle [{unit}]", f"reference=reference [{unit}]"
+        one = found(told, *names, drive=PLANTS["c-axis"])
+        moved = 2 * np.pi / turn * (angle - angle[0])
+        for name in ("spindle_angle", "reference"):
+            off = one.values[name] - one.values[name][0]
+            np.testing.assert_allclose(off, moved, atol=1e-9)
+        lead = one.values["reference"][0] - one.values["spindle_angle"][0]
+        assert abs(lead) <= np.pi
+        assert any("spindle_angle goes round" in note for note in one.notes)
+    still = found({"time_s": TIME, "position": PLACE, "command": VOLTS, "reference": 9 * PLACE})
+    assert still.notes == ()  # what has lengths does not go round
+    with refused(ValueError):
+        bad = columns | {"spindle_angle": np.where(TIME == 0.2, 0.55, 0.1 * VOLTS) * turn}
+        found(bad, names[0], drive=PLANTS["c-axis"])
+
+
 def test_five_samples_in_a_row_are_filled_in_and_with_six_missing_the_log_is_cut():
     for missing, steps, filled in ((5, 400, 5), (6, 300, 0)):
         kept = np.ones(400, bool)

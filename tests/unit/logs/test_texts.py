@@ -9,9 +9,9 @@ from hfc_design.logs.reading import read_log
 PLACES = [0.125 * k for k in range(30)]
 
 
-def log_of(tmp_path, text, name="log.csv"):
+def log_of(tmp_path, text, name="log.csv", encoding="utf-8"):
     path = tmp_path / name
-    path.write_text(text)
+    path.write_text(text, encoding)
     return read_log(path)
 
 
@@ -52,6 +52,40 @@ def test_halsampler_says_where_samples_were_lost(tmp_path):
     assert np.flatnonzero(log.breaks).tolist() == [12]
 
 
+def test_a_gap_is_where_it_is_said_to_be_below_a_head_too(tmp_path):
+    """Twice at one place, and at the end, behind which nothing comes."""
+    lines = ["made by a machine", "t,x", "s,mm", *(f"{k},{k * k}" for k in range(30))]
+    for place in (33, 15, 15):
+        lines.insert(place, "overrun")
+    log = log_of(tmp_path, "\n".join(lines))
+    assert [x[log.breaks].tolist() for x in log.columns.values()] == [[12.0], [144.0]]
+
+
+#: Of lines of an older halscope that are lost or cut: both orders.
+TURNS = [f"a {k}.5 b {-k}.5 " for k in range(30)]
+CHANNELS = [f"{name} {k}.5 " for name in "ab" for k in range(30)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "at", "now", "line"),
+    [
+        (TURNS, 12, "a 12.5 b ", 14),
+        (TURNS, 12, "a 12.5 ", 15),
+        (TURNS, 12, "a b 12.5 ", 14),
+        (TURNS, 29, "b -29.5", 31),
+        (TURNS, 12, "a 1_2 b 1", 14),
+        (CHANNELS, 12, "a ", 14),
+        (CHANNELS, 12, "", None),
+        (CHANNELS, 59, "", None),
+    ],
+)
+def test_a_lost_value_of_an_older_halscope_shifts_nothing(tmp_path, lines, at, now, line):
+    changed = [*lines[:at], *([now] if now else []), *lines[at + 1 :]]
+    with refused() as found:
+        log_of(tmp_path, "\n".join(["Sampling period is 50000 nSec ", *changed]))
+    assert found.where == str(tmp_path / "log.csv") + (f": line {line}" if line else "")
+
+
 @pytest.mark.parametrize(
     ("separator", "number"),
     [(",", "{:.3f}"), (";", "{:.3f}"), ("\t", "{:.3f}"), (" ", "{:.3f}"), (";", "comma")],
@@ -65,6 +99,70 @@ def test_columns_between_any_separator(tmp_path, separator, number):
     log = log_of(tmp_path, "\n".join(["# made by a machine", head, *rows]))
     np.testing.assert_array_equal(log.columns["x[mm]"], PLACES)
     np.testing.assert_array_equal(log.columns["u"], -np.array(PLACES))
+
+
+#: How programs write a table of t and x, and what of it is no row of numbers.
+SQUARES = [f"{k / 8},{k * k / 8}" for k in range(40)]
+COMMAS = [row.replace(",", ";").replace(".", ",") for row in SQUARES]
+FORMS = {
+    "units": (["t,x", "s,mm", *SQUARES], "t [s]", "x [mm]"),
+    "units in brackets": (["t_s,x", "[s],(mm/s)", *SQUARES], "t_s", "x [mm/s]"),
+    "one without a unit": (["t,x,n", "s,mm,-", *(f"{row},{row[:1]}" for row in SQUARES)], "t [s]"),
+    "lines above": (["Recorder: X", "Sampling: 1 ms", "", "t,x", *SQUARES],),
+    "filled lines above": (["Recorder,7", ",", "t,x", "s,m", *SQUARES], "t [s]", "x [m]"),
+    "sep=;": (["sep=;", "t;x", *COMMAS],),
+    "quoted sep": (['"sep=,"', "t,x", *SQUARES],),
+    "trailing": (["t,x,", *(f"{row}," for row in SQUARES)],),
+    "trailing below": (["t,x", *(f"{row},," for row in SQUARES)],),
+    "state": (["t,state,x", *(row.replace(",", ',"RUN, 1",') for row in SQUARES)],),
+    "late comma": (["t;x", *(f"{k};{k}" for k in range(25)), *COMMAS],),
+    "channel numbers": (["t,1", *SQUARES], "t", "1"),
+}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("form", FORMS)
+def test_what_stands_around_the_numbers_is_no_number(tmp_path, form, encoding):
+    lines, *names = FORMS[form]
+    log = log_of(tmp_path, "\n".join(lines), encoding=encoding)
+    columns = [*log.columns.items()]
+    assert [name for name, _ in columns][: len(names or "tx")] == (names or ["t", "x"])
+    for power, (_, values) in enumerate(columns[:2], 1):
+        np.testing.assert_array_equal(values[-40:], np.arange(40) ** power / 8)
+    assert log.texts == (("state",) if form == "state" else ())
+
+
+#: As TwinCAT 3 Scope's "Export to csv" is documented, and as files of it look: keys before each
+#: group of columns, times in ms, numbers as the system writes them.
+SCOPE = """Name\tScope Project\t
+File\tD:\\scope.csv\t
+Starttime of export\t133238090039920000\tMonday, 20. March 2023\t19:03:23.992
+Endtime of export\t133238090060450000\tMonday, 20. March 2023\t19:03:26.045
+
+Name\tpos{0}\tu
+SymbolComment\t{0}\t
+Data-Type\tREAL64{0}\tREAL64
+SampleTime[ms]\t1{0}\t1
+Port\t851{0}\t851
+ScaleFactor\t1{0}\t1
+Unit\tmm{0}\tNone
+
+"""
+
+
+@pytest.mark.parametrize("each", ["", "\tName"])
+def test_twincat_scope_with_a_time_for_all_or_each(tmp_path, each):
+    row = f"{{0}}\t{{1}}{each.replace('Name', '{0}')}\t-{{0}}"
+    rows = [row.format(k, k / 8).replace(".", ",") for k in range(30)]
+    text = SCOPE.format(each) + "\n".join([*rows, "EOF"])
+    log = log_of(tmp_path, text)
+    assert [*log.columns] == ["time [ms]", "pos [mm]", "u"]
+    np.testing.assert_array_equal([*log.columns.values()], np.outer([1, 1 / 8, -1], np.arange(30)))
+    for wrong in (text.replace("\n29", "\n30"), text.replace("Name\tpos", "x\tpos")):
+        if each or "x\tpos" in wrong:
+            with refused() as found:
+                log_of(tmp_path, wrong)
+            assert found.where.startswith(str(tmp_path / "log.csv"))
 
 
 GOOD = "t,x\n" + "".join(f"{k},{k * k}\n" for k in range(30))
@@ -83,6 +181,16 @@ BAD = {
     "no number": (GOOD + "30,\n", 32),
     "underscore": (GOOD + "30,1_0\n", 32),
     "large": GOOD + "30,1e101\n",
+    "full width": (GOOD + "30,１\n", 32),
+    "first row": ("t,x,y\n0,,0\n" + "1,2,3\n" * 30, 2),
+    "first row without names": ("0,x,0\n" + "1,2,3\n" * 30, 1),
+    "head of others": ("a;b\n" + "1,2,3\n" * 30, 1),
+    "number in a text": ("t,x,state\n" + "1,2,RUN\n" * 99 + "1,2,3\n", 101),
+    "text without names": ("1,2,RUN\n" * 30, 1),
+    "comma and blanks": ("0,5 1,5\n" * 30, 1),
+    "comma and point": ("t;x\n" + "0.5;1\n" * 30 + "0,5;1\n", 32),
+    "thousands": ("t;x\n" + "1,5;1\n" * 30 + "1.234,5;1\n", 2),
+    "very wide": "1,2," * 999 + "1\n" + "1," * 3996 + "1\n",
     "twice": GOOD.replace("t,x", "x,x"),
     "escape": GOOD.replace("t,x", "t,x\x1b[31m"),
     "long name": GOOD.replace("t,x", "t," + 300 * "x"),

@@ -282,6 +282,7 @@ BAD = {
         "G1 F60 Z1\nX1 Z1\nX2 Z0\n",
     ],
     4: [
+        "F60\nG1 X1\nX2\nX１\n",
         "F60\nG93 G1 X1 F2\nG94\nX2\n",
     ],
 }

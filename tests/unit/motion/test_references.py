@@ -222,6 +222,7 @@ BAD = {
     "time falls": "t,a\n1,1\n0,2\n",
     "nan": "t,a\n0,1\n1,nan\n",
     "inf": "t,a\n0,1\ninf,2\n",
+    "too large": "t,a\n0,1\n1,1e308\n",
 }
 
 
@@ -237,7 +238,9 @@ def test_bad_csv_is_one_line(tmp_path, section, csv):
     assert found.error.exit_code == 2
 
 
-@pytest.mark.parametrize("csv", ["t,a\n0,1\n1,x\n", "t,a\n0,1\n1\n"])
+@pytest.mark.parametrize(
+    "csv", ["t,a\n0,1\n1,x\n", "t,a\n0,1\n1\n", "t,a\n0,1\n1,1_0\n", "t,a\n０,1\n1,1\n"]
+)
 def test_what_is_no_table_is_one_line(tmp_path, csv):
     """NumPy says why, other versions of it in other words."""
     path = scenario_with(tmp_path, csv)

@@ -1,0 +1,230 @@
+"""Logs as MAT files of version 5, which MATLAB writes with -v6 and -v7; numbers are read, no more.
+
+The format is that of MathWorks, "MAT-File Format" (R2024a), chapter 1. It is read here and not by
+SciPy: there a damaged file may end the process, or take all memory. Nothing that a file says of a
+length is believed before it has been compared with what is there.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from math import prod
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from hfc_design.logs.log import MOST_BYTES, MOST_NUMBERS, Log
+
+#: First bytes of files of MATLAB 7.3, which are HDF5.
+NEWER = b"\x89HDF", b"MATLAB 7.3 MAT-file"
+#: Where the data begins; what stands before it where the first byte of a number is its least one.
+HEAD, LITTLE, BIG = 128, b"\0\1IM", b"\1\0MI"
+#: Kinds of elements: what holds others, and the types of NumPy of numbers and texts.
+MATRIX, COMPRESSED = 14, 15
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+LETTERS = {1: "latin-1", 2: "utf-8", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+#: Classes of matrices; from 6 to 15 they are numbers.
+CELL, STRUCT, OBJECT, TEXT, SPARSE, OPAQUE = 1, 2, 3, 4, 5, 17
+KINDS = {CELL: "a cell array", OBJECT: "an object", SPARSE: "sparse"}
+COMPLEX = 0x800
+#: How many elements a file may have, and how deep they may lie in each other.
+MOST_PARTS, DEEPEST = 20_000, 16
+
+Element: TypeAlias = tuple[int, memoryview]
+
+
+class Numbers(NamedTuple):
+    """A matrix, column by column."""
+
+    shape: tuple[int, ...]
+    values: np.ndarray  # (prod(shape),)
+
+    @property
+    def is_vector(self) -> bool:
+        """A scalar is a setting, and no signal."""
+        return 1 < prod(self.shape) == max(self.shape)
+
+
+def mat_log(found: bytes) -> Log:
+    """The vectors of a MAT file, also in structs: of the longest length.
+
+    Raises:
+        ValueError: it is none, or of another version, or has no vectors.
+    """
+    if found.startswith(NEWER):
+        raise ValueError("is of MATLAB 7.3; save it with -v7")
+    if len(found) >= 20 and 0 in found[:4]:  # others begin with a text
+        raise ValueError("is of MATLAB 4, or no MAT file; save it with -v7")
+    values, others = dict[str, Numbers](), dict[str, str]()
+    try:
+        for variable, value in _Reader(found).variables():
+            if isinstance(value, str):
+                others[variable] = "a text" if isinstance(value, Text) else value
+            for name, matrix in _signals(variable, value).items():
+                known = values.get(name)
+                other = known is not None and not np.array_equal(known.values, matrix.values)
+                values[f"{variable}.{name}" if other else name] = matrix
+    except Exception as error:  # zlib, NumPy, codecs: each has its own
+        told = str(error)[:200] or "it is damaged"
+        raise ValueError(f"is no MAT file that can be read: {told}") from None
+    longest = max((len(one.values) for one in values.values()), default=0)
+    kept = {name: one.values for name, one in values.items() if len(one.values) == longest}
+    if not kept:
+        has = ", ".join(f"{name} is {told}" for name, told in others.items())[:120]
+        made = next((name[:20] for name, told in others.items() if told.startswith("an obj")), "")
+        how = f"save vectors: {made and f't = {made}.Time; y = {made}.Data; '}save('log.mat', "
+        raise ValueError(f"has no vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')")
+    with np.errstate(all="ignore"):  # what is no number is told
+        columns = {name: np.asarray(one, float) for name, one in kept.items()}
+    return Log(columns, format="MAT", texts=tuple(others))
+
+
+def _signals(name: str, value: Any) -> dict[str, Numbers]:
+    """The vectors in a value: of Simulink's structs by their labels, else by dotted names."""
+    if isinstance(value, Numbers):
+        return {name: value} if value.is_vector else {}
+    if not isinstance(value, list):
+        return {}
+    found = dict[str, Numbers]()
+    for k, record in enumerate(value):
+        own = name if len(value) == 1 else f"{name}({k + 1})"
+        if len(value) == 1 and {"time", "signals"} <= record.keys():  # structure with time
+            found |= _signals("time", record["time"])
+            signals = record["signals"] if isinstance(record["signals"], list) else []
+            for j, one in enumerate(signals):
+                label = one.get("label")
+                told = isinstance(label, Text) and label.strip() and label not in found
+                found |= _split(str(label) if told else f"{name}.signals({j + 1})", one["values"])
+        elif len(value) == 1 and {"Time", "Data"} <= record.keys():  # a timeseries as a struct
+            found |= _signals("time", record["Time"]) | _split(name, record["Data"])
+        else:
+            for field, inside in record.items():
+                found |= _signals(f"{own}.{field}", inside)
+    return found
+
+
+def _split(name: str, value: Any) -> dict[str, Numbers]:
+    """Columns of a matrix (samples, signals), or the vector that it is."""
+    if not isinstance(value, Numbers) or value.is_vector or len(value.shape) != 2:
+        return _signals(name, value)
+    rows, columns = value.shape
+    parts = np.split(value.values, columns) if 0 < columns < rows else []
+    return {f"{name}_{k + 1}": Numbers((rows, 1), part) for k, part in enumerate(parts)}
+
+
+class Text(str):
+    """One of the file."""
+
+
+def _next(parts: Iterator[Element]) -> Element:
+    if (element := next(parts, None)) is None:
+        raise ValueError("an element is missing")
+    return element
+
+
+class _Reader:
+    """Elements of a file, within limits of what all of them may take."""
+
+    def __init__(self, found: bytes):
+        order = {LITTLE: "<", BIG: ">"}.get(found[HEAD - 4 : HEAD])
+        if order is None:
+            raise ValueError("its header is damaged, or of another format")
+        self.order, self.data = order, memoryview(found)[HEAD:]
+        self.parts, self.bytes, self.count = MOST_PARTS, MOST_BYTES, MOST_NUMBERS
+
+    def variables(self) -> Iterator[tuple[str, Any]]:
+        """Names and values; those without names are MATLAB's own."""
+        for element in self._elements(self.data):
+            kind, data = self._inflated(*element) if element[0] == COMPRESSED else element
+            if kind != MATRIX:
+                raise ValueError(f"an element has to be a matrix (got kind {kind})")
+            name, value = self._matrix(data, DEEPEST)
+            if name:
+                yield name, value
+
+    def _inflated(self, _: int, data: memoryview) -> Element:
+        """The element in a compressed one."""
+        inflater = zlib.decompressobj()
+        inside = inflater.decompress(data, self.bytes + 1)
+        self.bytes -= len(inside)
+        if self.bytes < 0:
+            raise ValueError(f"unpacks to more than {MOST_BYTES // 10**6} MB")
+        if not inflater.eof:
+            raise ValueError("a compressed element breaks off")
+        return _next(self._elements(memoryview(inside)))
+
+    def _elements(self, data: memoryview) -> Iterator[Element]:
+        """Kind and content of elements that follow each other."""
+        place = 0
+        while place < len(data):
+            self._counted(1)
+            if len(data) - place < 8:
+                raise ValueError("breaks off in an element")
+            kind, size = struct.unpack(f"{self.order}II", data[place : place + 8])
+            begin, end = place + 8, place + 8 + size
+            if kind >> 16:  # of a small one the first word has the size too, the second the content
+                kind, size, begin, end = kind & 0xFFFF, kind >> 16, place + 4, place + 8
+            if begin + size > min(end, len(data)):
+                raise ValueError("an element is longer than what it is in")
+            yield kind, data[begin : begin + size]
+            place = end if kind == COMPRESSED or begin < place + 8 else end + -size % 8
+
+    def _counted(self, parts: int) -> None:
+        self.parts -= parts
+        if self.parts < 0:
+            raise ValueError(f"has more than {MOST_PARTS} elements")
+
+    def _numbers(self, element: Element) -> np.ndarray:
+        kind, data = element
+        if kind not in TYPES:
+            raise ValueError(f"an element has to be numbers (got kind {kind})")
+        found = np.frombuffer(data, self.order + TYPES[kind])
+        self.count -= len(found)
+        if self.count < 0:
+            raise ValueError(f"unpacks to more than {MOST_NUMBERS} numbers")
+        return found
+
+    def _text(self, element: Element) -> str:
+        kind, data = element
+        order = "" if kind not in (4, 17, 18) else "-le" if self.order == "<" else "-be"
+        return bytes(data).decode(LETTERS[kind] + order).rstrip("\0")
+
+    def _matrix(self, data: memoryview, deepest: int) -> tuple[str, Any]:
+        """Name and value: numbers, a struct as a list of dicts, or the text of what else it is."""
+        if not deepest:
+            raise ValueError(f"structs lie in each other more than {DEEPEST} times")
+        if not data:
+            return "", Numbers((0, 0), np.zeros(0))
+        parts = self._elements(data)
+        flags = int(self._numbers(_next(parts))[0])
+        kind = flags & 0xFF
+        if kind == OPAQUE:
+            name, _, own = (self._text(_next(parts)) for _ in range(3))
+            return name, f"an object of class {own[:40]}"
+        shape = tuple(self._numbers(_next(parts)).tolist())
+        if len(shape) < 2 or min(shape) < 0:
+            raise ValueError(f"a matrix has to have two sizes or more (got {shape[:4]})")
+        name = self._text(_next(parts))
+        if 6 <= kind <= 15 and not flags & COMPLEX:
+            values = self._numbers(_next(parts))
+            if len(values) != prod(shape):
+                raise ValueError(f"{name[:40]} has not as many numbers as it says")
+            return name, Numbers(shape, values)
+        if kind == TEXT:
+            return name, Text(self._text(_next(parts)))
+        if kind == STRUCT:
+            return name, self._struct(parts, prod(shape), deepest - 1)
+        return name, KINDS.get(kind, "complex" if flags & COMPLEX else "no matrix of numbers")
+
+    def _struct(self, parts: Iterator[Element], count: int, deepest: int) -> list[dict[str, Any]]:
+        """Its elements, each with its fields."""
+        length, joined = int(self._numbers(_next(parts))[0]), bytes(_next(parts)[1])
+        self._counted(count)
+        if length < 1:
+            raise ValueError("a struct has to have fields with names")
+        names = [joined[k : k + length] for k in range(0, len(joined), length)]
+        fields = [name.split(b"\0")[0].decode() for name in names]
+        each = (
+            {f: self._matrix(_next(parts)[1], deepest)[1] for f in fields} for _ in range(count)
+        )
+        return [*each]
