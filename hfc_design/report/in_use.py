@@ -22,7 +22,8 @@ def in_use(found: Json) -> Json:
     sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
     told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]
     factors = [*(factor for factor, _ in told), 1.0]
-    titles = (TITLES[next(iter(found["units"]))], "chatter", "peak command")
+    tracking = next(iter(found["units"]))
+    titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
     named = zip(titles, told, strict=True)
     heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
     return found | {

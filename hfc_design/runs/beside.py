@@ -101,6 +101,6 @@ def beside(path: Path, model: type[Beside]) -> Json | None:
             found: Json = json_of(decoded(content(path)))
         checked(model, found, path, path.parent)
     except UserError as error:
-        told = str(error.args[0])[:200]
-        raise RunError(f"{told}; remove the damaged file") from None
+        told = str(error.args[0]).removeprefix(f"{path}: ")[:100]
+        raise RunError(f"{path}: {told}; remove the damaged file") from None
     return found

@@ -5,7 +5,7 @@ import re
 import shutil
 
 from html_page import Page
-from report_pages import USED, lost, write
+from report_pages import lost, write
 from wording import refused
 
 from hfc_design.core.records import RunError
@@ -74,14 +74,13 @@ def test_whether_it_can_be_used(report):
     assert why == "position: 2 swing, 2 break unsettled, 1 is far off, 1 stays at a limit"
 
 
-def test_an_edited_answer_is_left_out_and_diverged_designs_are_said(report, tmp_path):
+def test_diverged_designs_are_said(report, tmp_path):
     (scenario, result, folder, _), _ = report
     shutil.copy(folder / "config.toml", tmp_path)
-    edited, gone = USED | {"units": {"chatter": "V"}}, lost(result.evaluation)
+    gone = lost(result.evaluation)
     rivals = {"lin-lee-1999-table-1": gone}
-    write(scenario, result._replace(evaluation=gone), tmp_path, rivals, answer=edited)
+    write(scenario, result._replace(evaluation=gone), tmp_path, rivals)
     text = (tmp_path / "report.html").read_text()
-    assert "Can I use it?" not in text
     assert "The controller diverges on c-axis-ramp-cutting: it runs away." in text
     assert text.count(">diverged<") == 4  # fitness and merit of two designs
     told = summary(scenario, result.evaluation, rivals)
