@@ -18,8 +18,8 @@ from hfc_design.core.statistics import holm
 ALPHA = 0.05
 #: So many groups of a task are compared with each other: those with the highest medians.
 COMPARED = 20
-#: Up to this many runs in the smaller group, and without ties, p is exact.
-EXACT = 8
+#: Up to so many pairs of runs, and without ties, p is exact: it takes milliseconds.
+EXACT = 1000
 
 
 class Comparison(NamedTuple):
@@ -30,6 +30,7 @@ class Comparison(NamedTuple):
     a12: float  # Vargha & Delaney's effect size: share of pairs where the first is higher
     p: float  # two-sided Mann-Whitney U test
     holm: float  # p after Holm's correction for all comparisons
+    exact: bool  # else p is by the normal distribution, corrected for ties
 
     def __repr__(self) -> str:
         sides = {"first": self.first.label, "second": self.second.label}
@@ -49,6 +50,7 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
             tasks[group.task].append(group)
     pairs = [pair for inside in tasks.values() for pair in combinations(inside[:COMPARED], 2)]
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
+    exactly = np.zeros(len(pairs), bool)
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(pairs):
         both = digits([*first.scores, *second.scores])
@@ -57,10 +59,12 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
     for (own, other, ties), places in alike.items():  # one call for thousands of pairs
         x = np.stack([digits(pairs[k][0].scores) for k in places])
         y = np.stack([digits(pairs[k][1].scores) for k in places])
-        exact = min(own, other) <= EXACT and not ties
+        exact = own * other <= EXACT and not ties
         found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
         a12[places], p[places] = found.statistic / (own * other), found.pvalue
-    return [Comparison(*pair, *v) for pair, *v in zip(pairs, a12, p, holm(p), strict=True)]
+        exactly[places] = exact
+    numbers = (column.tolist() for column in (a12, p, holm(p), exactly))
+    return [Comparison(*pair, *own) for pair, *own in zip(pairs, *numbers, strict=True)]
 
 
 def smallest_p(own: int, other: int) -> float:

@@ -110,6 +110,7 @@ def _comparison_table(comparisons: Sequence[Comparison]) -> dict[str, Any]:
         "comparisons": len(comparisons),
         "too_few": too_few,
         "alpha": compared.ALPHA,
+        "exact": compared.EXACT,
         "compared": compared.COMPARED,
     }
 

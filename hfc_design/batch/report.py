@@ -150,10 +150,11 @@ def _group_rows(groups: Sequence[Group]) -> Rows:
 
 
 def _comparison_rows(comparisons: Sequence[Comparison]) -> Rows:
-    yield ["task", "measure", "group", "other_group", "runs", "other_runs", "a12", "p", "p_holm"]
+    which = ["task", "measure", "group", "other_group", "runs", "other_runs"]
+    yield [*which, "a12", "p", "p_holm", "p_exact"]
     for first, second, *tested in comparisons:
-        which = (first.task, first.measure, first.number, second.number)
-        yield [*which, len(first.scores), len(second.scores), *tested]
+        pair = (first.task, first.measure, first.number, second.number)
+        yield [*pair, len(first.scores), len(second.scores), *tested]
 
 
 def _parquet(columns: dict[str, Column]) -> bytes:

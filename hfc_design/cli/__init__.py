@@ -1,5 +1,7 @@
 """The command line. Commands import what they need when they run, so that help is quick."""
 
+import os
+import re
 import threading
 from typing import Any
 
@@ -68,7 +70,22 @@ class Commands(click.Group):
         if threading.current_thread() is threading.main_thread():  # others cannot
             listen()
         with told():
+            check_environment()
             return super().invoke(ctx)
+
+
+def check_environment() -> None:
+    """Refuse what JAX would end in a traceback for; matplotlib draws files here, no windows.
+
+    Raises:
+        UserError: a variable has a value that it cannot have.
+    """
+    from hfc_design.core.records import UserError
+
+    os.environ["MPLBACKEND"] = "agg"
+    name = "JAX_NUM_CPU_DEVICES"
+    if not re.fullmatch(r"-1|[1-9][0-9]{0,2}", value := os.environ.get(name, "-1")):
+        raise UserError(f"{name}={value}: must be a number of devices, 1 to 999")
 
 
 def summary(command: click.Command) -> str:

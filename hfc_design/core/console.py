@@ -13,13 +13,18 @@ from rich.spinner import Spinner
 from rich.table import Column, Table
 from rich.text import Text
 
+#: Columns of a terminal; fewer than the first are none, and the second are taken.
+NARROWEST, USUAL = 20, 80
 #: Columns of a terminal -> letters of its bar.
 BARS = {60: 10, 100: 20}
 
 
 def terminal(stderr: bool = False) -> Console:
     """Standard output, or standard error."""
-    return Console(stderr=stderr, markup=False, emoji=False)
+    console = Console(stderr=stderr, markup=False, emoji=False)
+    if console.width < NARROWEST:  # COLUMNS=0, as some shells and editors have it
+        console.width = USUAL
+    return console
 
 
 def room() -> int:

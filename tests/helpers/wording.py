@@ -19,10 +19,12 @@ FILE = TESTS / "wording.txt"
 #: What becomes of the lines: "compare" or "write"; "any" with packages that word or name theirs
 #: otherwise.
 ASKED = os.environ.get("HFC_WORDING", "compare")
-#: Folders that are another one each time, or on each machine.
+#: Folders that are another one each time, or on each machine, and what hangs on them.
 PLACES = [
     (re.compile(r"/\S*?/pytest-of-\S+?/pytest-\d+/(?:popen-gw\d+/)?[^/\s:'\"]+"), "TMP"),
     (re.compile(re.escape(str(TESTS.parent))), "ROOT"),
+    # Where a long line is cut hangs on the length of these.
+    (re.compile(r"^(.{150}).* \.\.\. .*$", re.MULTILINE), r"\1 ..."),
 ]
 #: Test -> what was said in it, entry by entry.
 SAID: dict[str, list[str]] = defaultdict(list)

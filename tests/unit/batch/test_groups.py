@@ -53,6 +53,16 @@ def test_comparisons_against_enumeration_and_scipy(tmp_path):
     assert corrected[1] == max(3 * p[0], 2 * p[1])
 
 
+def test_p_of_ten_runs_against_ten_is_exact():
+    """All of one beat all of the other: one of C(20, 10) splits, and its mirror."""
+    scores = np.arange(20.0).reshape(2, 10)
+    (found,) = compared(
+        [Group(k, "t", "m", {}, [], [], x, (0.0,) * 3) for k, x in enumerate(scores)]
+    )
+    assert found.p == pytest.approx(2 / 184756, rel=1e-12)
+    assert found.exact
+
+
 def test_how_few_runs_are_too_few():
     assert smallest_p(4, 4) == pytest.approx(2 / 70)
     assert smallest_p(1, 1) == 1.0

@@ -100,3 +100,10 @@ def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkey
     told = capsys.readouterr()
     assert told.out == "found\n"
     assert "thinking" in told.err
+
+
+def test_a_terminal_of_no_columns_has_the_usual_ones(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "0")
+    assert console.room() == 80
+    monkeypatch.setenv("COLUMNS", "40")
+    assert console.room() == 40
