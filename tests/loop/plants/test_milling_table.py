@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import fsolve
 from two_bodies import Axis, reference
 
+from plants.backlash import Motion, motion
 from plants.milling_table import (
     MILLING_TABLE,
     MillingTableParameters,
@@ -101,6 +102,19 @@ def energy(axis, x):
     bent = off - np.clip(off, -axis.gap / 2, axis.gap / 2)
     moving = axis.motor * motor_velocity**2 + axis.table * velocity**2
     return 0.5 * (moving + axis.stiffness * bent**2)
+
+
+def test_steps_from_anywhere_gain_no_more_energy_than_said():
+    """What docs/milling-table.md says of random steps, free of push and load."""
+    random, axis = np.random.default_rng(5), Axis.of(NOMINAL)
+    apart, table, motor = (random.normal(0.0, size, 100_000) for size in (0.15, 1.0, 1.0))
+    started = np.stack([0.0 * apart, table, apart, motor])
+    free = Motion(apart, motor, table, 0.0 * apart, table)
+    moved = jax.vmap(lambda x: motion(coefficients(NOMINAL).axis, x, 0.0, 0.0, 0.005 / 16, 1))(free)
+    after = moved.way, moved.velocity, moved.way + moved.deflection, moved.driving_velocity
+    gained = energy(axis, np.stack(after).T) / energy(axis, started.T) - 1.0
+    assert gained.max() < 0.013
+    assert 0.0 < (gained > 1e-9).mean() < 0.01
 
 
 def test_energy_put_in_is_stored_or_lost():
