@@ -45,22 +45,25 @@ def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
     """Of the actual places (axes, steps) [mm, deg] of a machine that should be at ``samples``.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
-    branch that passes by is not taken for the one being cut: of the linear axes on blocks that move
-    the tip, of the rotary axes on blocks that only turn. These take nothing from the reach of the
-    others: a tip that lags behind when the tables begin to turn may be on the path still.
+    branch that passes by is not taken for the one being cut. Blocks that only turn take nothing
+    from that: a tip that lags behind when the tables begin to turn may be on the path still.
     """
     path, linear = program.path, program.linear
-    squares = (actual - samples.position) ** 2
-    windows = [
-        _window(path, some, samples.distance, REACH * np.sqrt(squares[axes].sum(axis=0)))
-        for some, axes in ((path.linear, linear), (~path.linear, ~linear))
-        if some.any()
-    ]
+    off, blocks = actual - samples.position, [path.linear, ~path.linear]
+    behind = _distance(off[linear]) if linear.any() else _distance(off)
     # The tip stands on blocks that only turn, at an end of one that moves it.
-    tip = _closest(path, windows[:1], actual, np.where(linear, 1.0, 0.0)[:, None])
+    cut = [_window(path, some, samples.distance, REACH * behind) for some in blocks if some.any()]
+    tip = _closest(path, cut[:1], actual, np.where(linear, 1.0, 0.0)[:, None])
     turned = None
     if not linear.all():
-        point = _closest(path, windows, actual, np.where(linear, 1.0, DEGREE**2)[:, None])
+        weights = np.where(linear, 1.0, DEGREE)[:, None]
+        away = REACH * _distance(weights * off)
+        windows = [
+            _window(path, some, samples.distance, reach)
+            for some, reach in zip(blocks, (away, away / DEGREE), strict=True)
+            if some.any()
+        ]
+        point = _closest(path, windows, actual, weights**2)
         turned = _distance((actual - point)[~linear])
     return Nearest(_distance((actual - tip)[linear]), turned)
 

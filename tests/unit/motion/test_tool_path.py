@@ -52,15 +52,13 @@ def of_chords(program, samples, actual):
     comb = path.at(ways).position
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(comb[linear]), axis=0))])
     commanded = np.interp(samples.distance, ways, along)
-    reach = 4.0 * np.linalg.norm((actual - samples.position)[linear], axis=0)
-    for k, (place, there, far) in enumerate(zip(actual.T, commanded, reach, strict=True)):
-        low, high = (
-            np.searchsorted(along, there - far),
-            np.searchsorted(along, there + far, "right"),
-        )
-        near = comb[:, max(low - 1, 0) : high + 1]
+    for k, (place, there) in enumerate(zip(actual.T, commanded, strict=True)):
         found = []
         for squares in (np.where(linear, 1.0, 0.0), np.where(linear, 1.0, 0.05**2)):
+            far = 4.0 * np.sqrt(squares @ (place - samples.position[:, k]) ** 2)
+            low = np.searchsorted(along, there - far)
+            high = np.searchsorted(along, there + far, "right")
+            near = comb[:, max(low - 1, 0) : high + 1]
             start, chord = near[:, :-1], np.diff(near)
             long = np.maximum(squares @ chord**2, 1e-300)
             share = np.clip(squares @ (chord * (place[:, None] - start)) / long, 0.0, 1.0)
