@@ -42,7 +42,7 @@ class Measure(Beside):
     """``usable.json``, of a measure; no number where it is not finite."""
 
     median: Finite | None
-    q95: Finite | None
+    q95: Finite | None = None  # a share has none
     largest: Finite | None
 
 
