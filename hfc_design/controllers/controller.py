@@ -90,15 +90,35 @@ class AxisLaw(NamedTuple):
     structure: Any = None  # what is code and no number: forms, names of inputs, terms
     #: Its command is not finite wherever what it remembers would break a later sample.
     tells: bool = False
+    #: As ``sample``, -> the memory that a first sample begins with; None: as ``start`` gives it.
+    prime: Callable[..., Memory] | None = None
 
     def initial_memory(self, zero: Scalar) -> Memory:
         """Memory before the first sample."""
         return self.start(self, zero)
 
+    def primed(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> Memory:
+        """The ``memory`` before the first sample as if the axis had stood as ``signals`` tell."""
+        return self.prime(xp, self, gains, memory, signals) if self.prime else memory
+
     def step(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> tuple[Scalar, Memory]:
         """The command within its limit, and what to remember."""
         command, memory, _ = self.sample(xp, self, gains, memory, signals)
         return limited(xp, self.limit, command), memory
+
+
+def stood(xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals) -> Memory:
+    """A ``prime``: the error of the sample before was that of this one."""
+    return memory._replace(error=signals["error"])
+
+
+def primed(controller: Controller, xp: Xp, gains: Gains, memory: Memory, view: View) -> Memory:
+    """What a ``controller`` remembers before its first sample as if all had stood as in ``view``.
+
+    So no change of a signal kicks. A simulated motion has no need of it: there nothing was before.
+    """
+    own = getattr(controller, "primed", None)
+    return own(xp, gains, memory, view) if own else memory
 
 
 class PerAxis(NamedTuple):
@@ -112,10 +132,17 @@ class PerAxis(NamedTuple):
         """Memory of each axis before the first sample."""
         return tuple(law.initial_memory(zero) for law in self.laws)
 
+    def primed(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> tuple[Memory, ...]:
+        """See ``primed``."""
+        each = zip(self.laws, self._each(gains), memory, view.axes, strict=True)
+        return tuple(law.primed(xp, own, before, told) for law, own, before, told in each)
+
+    def _each(self, gains: Gains) -> Gains:
+        return gains if self.own_gains else (gains,) * len(self.laws)
+
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of every axis, and what each remembers."""
-        every = gains if self.own_gains else (gains,) * len(self.laws)
-        each = zip(self.laws, every, memory, view.axes, strict=True)
+        each = zip(self.laws, self._each(gains), memory, view.axes, strict=True)
         stepped = [law.step(xp, own, before, signals) for law, own, before, signals in each]
         commands, memories = zip(*stepped, strict=True)
         return commands, memories
@@ -146,6 +173,10 @@ class RateLimited(NamedTuple):
     def initial_memory(self, zero: Scalar) -> RateMemory:
         """Memory before the first sample: nothing was commanded."""
         return RateMemory(self.inner.initial_memory(zero), (zero,) * len(self.changes))
+
+    def primed(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> RateMemory:
+        """See ``primed``."""
+        return memory._replace(inner=primed(self.inner, xp, gains, memory.inner, view))
 
     def step(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> Stepped:
         """The commands of what is inside, on their way to them, and what to remember."""

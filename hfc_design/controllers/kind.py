@@ -98,6 +98,10 @@ class Member(NamedTuple):
     whole: tuple[int, int] | None = None  # a whole number between these; None: a real one
 
 
+#: Of a kind that compares a sample with the one before.
+STARTED = Member("started", what="whether there was a sample before", whole=(0, 1))
+
+
 class Saved(NamedTuple):
     """How the state of a kind's C code is kept while the machine is off, and comes back."""
 

@@ -39,9 +39,17 @@ SINGLE = (1e-30, 1e12)
 LARGE = 1e38
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
-#: What a kind's values say of the block's variables, beside what only its template reads; "held" is
-#: the record that it does where it leaves an adaptation out.
-USUAL: Json = {"constants": {}, "remembered": [], "within": [], "units": [], "held": None}
+#: What a kind's values say of the block's variables, beside what only its template reads; "past" is
+#: what of "remembered" is a reading of the sample before, and which; "held" is the record that it
+#: does where it leaves an adaptation out.
+USUAL: Json = {
+    "constants": {},
+    "remembered": [],
+    "within": [],
+    "past": {},
+    "units": [],
+    "held": None,
+}
 
 
 def sources(design: Design, **others: object) -> dict[str, str]:
@@ -135,7 +143,15 @@ def block_values(design: Design) -> tuple[Template, Json]:
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     remembered = [*values["remembered"], *(["previous_command"] if change else [])]
     kept = [f"kept_{key}" for key in remembered]
-    names = [*signals, *constants, *remembered, *within, *kept, "fault"]
+    names = [
+        *signals,
+        *constants,
+        *remembered,
+        *within,
+        *kept,
+        "fault",
+        *["started"] * bool(values["past"]),
+    ]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     checked_numbers(design)

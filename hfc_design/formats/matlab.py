@@ -39,7 +39,7 @@ def systems(design: Design) -> dict[str, str]:
                 "programs that read the format have no common value for these"
             )
     signals, remembered = _signals(design, about)
-    remembered += ["previous_command"] if "largest_change" in about else []
+    remembered |= {"previous_command": "0.0"} if "largest_change" in about else {}
     fields = ", ".join(f"{_named('fis', name)} [{unit}]" for name, unit in signals.items())
     values: dict[str, object] = {"units": units, "head": unit_head(design), "about": about}
     values |= {"sides": sides, "fields": fields, "remembered": remembered}
@@ -65,24 +65,28 @@ def _exponent(term: FlatGaussian, u: float) -> float:
     return 0.5 * (max(term.low - u, u - term.high, 0.0) / term.sigma) ** 2
 
 
-def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
-    """Signals that the command takes with their units, and what is remembered."""
+def _signals(design: Design, about: Json) -> tuple[dict[str, str], dict[str, str]]:
+    """Signals that the command takes with their units, and what is remembered from which on."""
     if "inputs" not in about:
         if "form" not in about:
             kind = design.controller.kind
             raise UserError(f"--to fis: has no controller.m for kind {kind}; fll holds its rules")
         low = {"velocity": "BLU/s"} if about["low_velocity"] else {}
-        return {"error": "BLU"} | low, ["error", "action", "integral"]
+        return {"error": "BLU"} | low, {
+            "error": "signals.error",
+            "action": "0.0",
+            "integral": "0.0",
+        }
     units = signal_units(design)
     names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
-    earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
+    earlier = sorted(item["signal"] for item in about["inputs"] if item["samples_ago"])
     linear = about.get("linear", {})
     turning = range(1, 1 + len(linear.get("resonators", ())))
-    sums = ["integral"] if linear else []
-    sums += [f"{name}_{k}" for k in turning for name in ("resonator", "behind")]
+    own = ["integral"] if linear else []
+    own += [f"{name}_{k}" for k in turning for name in ("resonator", "behind")]
     found = {name: units.get(name, "") for name in names} | linear.get("reads", {})
     found |= about.get("scheduled", {}).get("reads", {})
-    return found, [*sorted(earlier), *sums]
+    return found, {name: f"signals.{name}" for name in earlier} | dict.fromkeys(own, "0.0")
 
 
 def variables(design: Design) -> bytes:

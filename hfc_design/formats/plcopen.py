@@ -108,6 +108,8 @@ def _locals(values: Json) -> Iterable[Variable]:
         yield name, "LREAL", number, "constant"
     for name in values["remembered"]:
         yield name, "LREAL", 0.0, "remembered from one sample to the next"
+    if values["past"]:
+        yield "started", "BOOL", None, "whether there was a sample"
     if values["units"]:
         yield from ((name, "INT", None, "") for name in "ij")
         yield from ((f"in_{name}", "LREAL", [0.0] * 7, "degrees") for name in ("column", "row"))

@@ -4,7 +4,8 @@
 >>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
 
 A sample is faulty where a reading is not finite, or where what the law makes of it is not: its
-command is NaN, and the next one goes on as if it had not been. C, Structured Text and HAL do alike.
+command is NaN, and the next one goes on as if it had not been. The first sample takes the axis to
+have stood as it does, so that no change of a signal kicks. C, Structured Text and HAL do alike.
 """
 
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ from hfc_design.controllers.controller import (
     Signals,
     View,
     limited,
+    primed,
     ramped,
 )
 from hfc_design.controllers.kind import ControllerRecord, needed
@@ -52,7 +54,8 @@ class Controller:
         named = axis or design.axis
         limit = design.limits.of(named).command
         self._law: AxisLaw = law or made(self.design, limit)
-        self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
+        self._gains = kind.gains(self.design)
+        self._sample = partial(self._law.sample, SCALARS, self._law, self._gains)
         self._limited = partial(limited, SCALARS, self._law.limit)
         self._ramped = partial(ramped, SCALARS, design.changes([named])[named])
         self._reads = given.reader(kind, self.design)
@@ -89,7 +92,10 @@ class Controller:
         """The command, what the law then remembers, and what the command is made of."""
         try:
             if self._reads(signals):
-                command, memory, parts = self._sample(self._memory, signals)
+                memory = self._memory
+                if self._fresh:
+                    memory = self._law.primed(SCALARS, self._gains, memory, signals)
+                command, memory, parts = self._sample(memory, signals)
                 if isfinite(command) and (self._law.tells or finite(memory)):
                     command = self._ramped(self._command, self._limited(command))
                     return float(command), memory, parts
@@ -102,7 +108,8 @@ class Controller:
     def _done(self, command: float, memory: Memory) -> None:
         """Remember a sample; of a faulty one there is nothing."""
         self._memory = memory
-        self._command = self._command if isnan(command) else command
+        if not isnan(command):
+            self._command, self._fresh = command, False
 
     def remember(self, readings: dict[str, float]) -> None:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
@@ -110,10 +117,12 @@ class Controller:
             raise ValueError(f"{readings}: have to be finite")
         told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
         self._memory = told.remember(self._memory, readings)
+        self._fresh = self._fresh and not readings
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
         self._memory, self._command = self._law.initial_memory(0.0), 0.0
+        self._fresh = True
 
     def adapted(self) -> ControllerRecord:
         """The controller's record with what it has learnt by now.
@@ -145,7 +154,7 @@ class Machine:
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)
         self._reads = given.reader(kind, design.controller)
-        self._memory = self._controller.initial_memory(0.0)
+        self._memory, self._fresh = self._controller.initial_memory(0.0), True
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
         whole = self._controller
@@ -179,9 +188,13 @@ class Machine:
         try:
             if all(map(self._reads, axes)) and finite(path):
                 view = View(axes, path, told)
-                found, memory = self._controller.step(SCALARS, self._gains, self._memory, view)
+                memory = self._memory
+                if self._fresh:
+                    memory = primed(self._controller, SCALARS, self._gains, memory, view)
+                found, memory = self._controller.step(SCALARS, self._gains, memory, view)
                 if finite((found, memory)):
-                    commands, self._memory = tuple(map(float, found)), memory
+                    commands = tuple(map(float, found))
+                    self._memory, self._fresh = memory, False
         except ArithmeticError:
             pass
         except WRONG as error:
@@ -190,7 +203,7 @@ class Machine:
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
-        self._memory = self._controller.initial_memory(0.0)
+        self._memory, self._fresh = self._controller.initial_memory(0.0), True
         for one in self._each.values():
             one.reset()
 

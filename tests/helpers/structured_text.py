@@ -24,7 +24,7 @@ literal: SIGN? REAL
 _elsif: "ELSIF" expression "THEN" block
 block: statement+
 ?expression: compared | compared ("AND" compared)+ -> all
-?compared: sum (/<=|>=|<|>/ sum)?
+?compared: "NOT" compared -> inverted | sum (/<=|>=|<|>/ sum)?
 ?sum: product (/[+-]/ product)*
 ?product: unary (/[*\/]/ unary)*
 ?unary: _MINUS atom -> negated | atom
@@ -148,6 +148,11 @@ class FunctionBlock(Interpreter):
 
     def truth(self, tree):
         return "BOOL", str(tree.children[0]).title()
+
+    def inverted(self, tree):
+        kind, code = self.visit(tree.children[0])
+        assert kind == "BOOL"
+        return kind, f"(not {code})"
 
     def negated(self, tree):
         kind, code = self.visit(tree.children[0])

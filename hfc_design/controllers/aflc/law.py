@@ -55,7 +55,7 @@ class AdaptiveMemory(NamedTuple):
 
     error: Scalar  # e(k-1) [BLU]
     change: Scalar  # e(k-1) - e(k-2) [BLU]
-    action: Scalar  # u_0(k-1)
+    action: Scalar | None  # u_0(k-1); None: no rule has fired yet, so that none is judged
     integral: Scalar
     error_moves: Table  # (6, 2) of the joints between the error terms
     change_moves: Table  # (6, 2)
@@ -80,7 +80,7 @@ JK04 = Judge()
 
 def aflc(sample_time: float, limit: float | None = None, judge: Judge = JK04) -> AxisLaw:
     """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True)
+    return AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True, prime=primed)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
@@ -89,13 +89,21 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
     return AdaptiveMemory(zero, zero, zero, zero, still, still, [[zero] * 7] * 7)
 
 
+def primed(
+    xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
+) -> AdaptiveMemory:
+    """The error of the sample before was that of this one; no rule had a part in it."""
+    error = outside(xp, gains.flc.dead_zone, signals["error"])
+    return memory._replace(error=error, action=None)
+
+
 def sample(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> tuple[Scalar, AdaptiveMemory, Parts]:
     """As ``flc.sample``, with the table as it is by now."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
     start, moved = gains.flc, adapted(xp, law.structure, gains, memory, error)
-    before = FlcMemory(memory.error, memory.action, memory.integral)
+    before = FlcMemory(memory.error, 0.0, memory.integral)
     command, after, parts = flc.sample(xp, law._replace(structure="PD"), moved, before, signals)
     remembered = AdaptiveMemory(
         parts.error,
@@ -130,6 +138,8 @@ def adapted(
     of 0 judges nothing.
     """
     table, rates = current(gains, memory), gains.rates
+    if memory.action is None:
+        memory = memory._replace(error=0.0 * error, action=0.0 * error)
     in_error = memberships(xp, table.error_terms, memory.error)
     in_change = memberships(xp, table.change_terms, memory.change)
     place = highest_term(xp, memberships(xp, table.error_terms, error))

@@ -4,7 +4,7 @@ import numpy as np
 
 from hfc_design.controllers.aflc.record import AdaptiveDesign
 from hfc_design.controllers.flc.record import terms_of
-from hfc_design.controllers.kind import Member, Saved
+from hfc_design.controllers.kind import STARTED, Member, Saved
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS
 
@@ -23,7 +23,7 @@ def _learnt(record: AdaptiveDesign) -> list[Member]:
 
 
 def _past(record: AdaptiveDesign) -> list[Member]:
-    found = [Member("error", what="of the sample before [BLU]")]
+    found = [STARTED, Member("error", what="of the sample before [BLU]")]
     found.append(Member("action", what="of the rules at the sample before"))
     if record.integral_gain * record.sample_time_s:
         found.append(Member("integral"))

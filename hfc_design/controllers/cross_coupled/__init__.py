@@ -5,7 +5,7 @@ from pathlib import Path
 from hfc_design.controllers.cross_coupled.law import CrossMemory
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.inner import INSIDE, OuterDesign
-from hfc_design.controllers.kind import Kind, Member, Template, later, remembered
+from hfc_design.controllers.kind import STARTED, Kind, Member, Template, later, remembered
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.numbers import Json
 
@@ -20,7 +20,11 @@ def _learnt(
 
 def _c(record: CrossCoupledDesign) -> Json:
     velocity = list(record.feed_forward.values())
-    return {"contour": record.contour, "velocity": velocity, "own": ["error", "integral"]}
+    return {
+        "contour": record.contour,
+        "velocity": velocity,
+        "own": ["started", "error", "integral"],
+    }
 
 
 def _reads(record: CrossCoupledDesign) -> list[str]:
@@ -29,7 +33,8 @@ def _reads(record: CrossCoupledDesign) -> list[str]:
 
 
 def _past(record: CrossCoupledDesign) -> list[Member]:
-    return [Member("error", what="contour error of the sample before"), Member("integral")]
+    error = Member("error", what="contour error of the sample before")
+    return [STARTED, error, Member("integral")]
 
 
 KIND = Kind(

@@ -8,7 +8,7 @@ scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import Controller, PathView, Stepped, View, limited
+from hfc_design.controllers.controller import Controller, PathView, Stepped, View, limited, primed
 from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 
@@ -44,6 +44,12 @@ class CrossCoupled(NamedTuple):
     def initial_memory(self, zero: Scalar) -> CrossMemory:
         """Memory before the first sample: the machine stood on its path."""
         return CrossMemory(self.inner.initial_memory(zero), zero, zero)
+
+    def primed(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> CrossMemory:
+        """The contour error of the sample before was that of this one."""
+        inner = primed(self.inner, xp, gains.inner, memory.inner, view)
+        error = memory.error if view.path is None else view.path.contour_error
+        return memory._replace(inner=inner, error=error)
 
     def step(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> Stepped:
         """The commands of the axis controllers, fed forward, and corrected along the normal.

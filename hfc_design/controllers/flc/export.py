@@ -10,7 +10,7 @@ import numpy as np
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
 from hfc_design.controllers.flc.names import USUAL, signals_of
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
-from hfc_design.controllers.kind import Explain, Member, Template
+from hfc_design.controllers.kind import STARTED, Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
 
@@ -154,7 +154,7 @@ def apart(one: float, other: float) -> float:
 
 def past(record: FuzzyRecord) -> list[Member]:
     """What a controller that does not adapt remembers."""
-    found = [Member("error", what="of the sample before [BLU]")]
+    found = [STARTED, Member("error", what="of the sample before [BLU]")]
     if record.control_form() == "PI":
         found.append(Member("action", what="sum of what the rules gave"))
     if record.integral_gain * record.sample_time_s:
@@ -215,6 +215,7 @@ def _st(record: FuzzyRecord) -> Json:
     return {
         "constants": constants,
         "remembered": ["previous_error", "control_action", "error_integral"],
+        "past": {"previous_error": "used_error" if record.dead_zone else "error"},
         "within": within,
         "units": [plain_unit(record)],
         "form": record.control_form(),

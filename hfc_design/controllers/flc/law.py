@@ -50,12 +50,17 @@ def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
 
     ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
     """
-    return AxisLaw(sample, initial_memory, sample_time, limit, form, tells=True)
+    return AxisLaw(sample, initial_memory, sample_time, limit, form, tells=True, prime=primed)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:
     """Memory before the first sample: the axis stood on its reference."""
     return FlcMemory(zero, zero, zero)
+
+
+def primed(xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Signals) -> FlcMemory:
+    """The error of the sample before was that of this one, so that its change is 0."""
+    return memory._replace(error=outside(xp, gains.dead_zone, signals["error"]))
 
 
 class Parts(NamedTuple):

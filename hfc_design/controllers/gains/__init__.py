@@ -111,15 +111,16 @@ def kind_of_gains(
     key: str = "",
     structure: Callable[[Own], Any] = lambda record: None,
     tells: bool = False,
+    prime: Callable[..., Memory] | None = None,
     base: type[ControllerRecord] = ControllerRecord,
     plants: tuple[str, ...] = (),
     **further: Any,
 ) -> Kind:
     """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
-    ``sample``, ``start``, ``structure`` of a record and ``tells`` are of ``AxisLaw``, ``base`` has
-    what a design may say beside its gains, ``plants`` are those that the ranges are for,
-    ``further`` is of ``Kind``.
+    ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are of ``AxisLaw``,
+    ``base`` has what a design may say beside its gains, ``plants`` are those that the ranges are
+    for, ``further`` is of ``Kind``.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
@@ -131,7 +132,7 @@ def kind_of_gains(
         settings=settings_of(ranges, plants),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
         law=lambda record, limit: AxisLaw(
-            sample, start, record.sample_time_s, limit, structure(record), tells
+            sample, start, record.sample_time_s, limit, structure(record), tells, prime
         ),
         genome=genome_of_gains,
         of_gains=lambda gains: {key: gains},

@@ -34,6 +34,7 @@ def _c(record: HierarchicalDesign) -> Json:
     adaptation = record.adaptation
     scales = {item.name: item.scale for item in record.inputs}
     places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
+    previous = list(map(identifier, layout_of(record).remembered))
     part, own = record.linear_part, record.scheduled_part
     return (linear.c_values(part) if part else {"resonators": []}) | {
         "exponential": True,
@@ -47,7 +48,8 @@ def _c(record: HierarchicalDesign) -> Json:
             {"scale": scale, "read": place + identifier(name)}
             for place, (name, scale) in zip(places, scales.items(), strict=True)
         ],
-        "previous": list(map(identifier, layout_of(record).remembered)),
+        "previous": previous,
+        "past": {f"previous_{name}": f"inputs->{name}" for name in previous},
         "terms": record.terms,
         "units": [
             unit._asdict() | {"sources": sources, "table": own.consequents}
@@ -75,14 +77,14 @@ def _st(record: HierarchicalDesign) -> Json:
     gains = {"kp": record.pd.kp, "kd": record.pd.kd, "output_scale": record.output_scale}
     own = units(record)
     units_named = {unit.name for unit in own}
-    previous = [name for name in names if name.startswith(PREVIOUS)]
+    previous = {name: name.removeprefix(PREVIOUS) for name in names if name.startswith(PREVIOUS)}
     part: Json = {"constants": {}, "remembered": [], "within": []}
     if record.linear_part:
         part = linear.st_values(record.linear_part)
     scheduled = _scheduled_st(record)
     return part | {
         "constants": part["constants"] | scheduled["constants"] | gains | scales | terms,
-        "previous": previous,
+        "past": previous,
         "remembered": [*previous, *part["remembered"]],
         "within": [
             "distance",

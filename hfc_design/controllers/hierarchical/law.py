@@ -32,7 +32,7 @@ from hfc_design.core.numbers import (
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
 #: (root's table at first, degrees of the column, of the row) -> it as it is by now, its memory.
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
-#: An input of this prefix is the reading of the previous sample, 0 at the first one.
+#: An input of this prefix is the reading of the previous sample, at the first one of this.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
 LIN_LEE_INPUTS = {
@@ -203,7 +203,7 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
     tells = layout.linear is None
-    return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells)
+    return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells, primed)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
@@ -214,6 +214,13 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     part = law._replace(structure=layout.linear)
     own = None if layout.linear is None else linear.initial_memory(part, zero)
     return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, own)
+
+
+def primed(
+    xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
+) -> HierarchicalMemory:
+    """The readings of the sample before were those of this one."""
+    return memory._replace(readings={name: signals[name] for name in memory.readings})
 
 
 def sample(

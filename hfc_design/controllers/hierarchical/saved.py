@@ -1,7 +1,7 @@
 """What of a hierarchy that adapts is saved: by how much the consequents of its root have moved."""
 
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
-from hfc_design.controllers.kind import Member, Saved
+from hfc_design.controllers.kind import STARTED, Member, Saved
 from hfc_design.controllers.linear.code import past as linear_past
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Floats
@@ -23,7 +23,8 @@ def _past(record: HierarchicalDesign) -> list[Member]:
             Member("column", (TERMS,), "degrees of the column input then"),
             Member("row", (TERMS,), "degrees of the row input then"),
         ]
-    found += [Member(f"previous_{identifier(name)}") for name in layout_of(record).remembered]
+    previous = [Member(f"previous_{identifier(name)}") for name in layout_of(record).remembered]
+    found += [STARTED, *previous] if previous else []
     return found + (linear_past(part) if (part := record.linear_part) else [])
 
 

@@ -20,7 +20,7 @@ How the paper is read where it leaves a choice:
 
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.controllers.neural.network import Weights, added, changes, passed
 from hfc_design.core.numbers import Scalar, Xp, each
 
@@ -47,7 +47,7 @@ class NeuralMemory(NamedTuple):
 
 def neural(start: Weights, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law that begins with the weights ``start``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, start)
+    return AxisLaw(sample, initial_memory, sample_time, limit, start, prime=stood)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> NeuralMemory:

@@ -1,6 +1,6 @@
 """What of a network is saved: its weights by now."""
 
-from hfc_design.controllers.kind import Member, Saved
+from hfc_design.controllers.kind import STARTED, Member, Saved
 from hfc_design.controllers.neural.network import Weights
 from hfc_design.controllers.neural.record import INPUTS, NeuralDesign
 from hfc_design.core.numbers import Floats
@@ -18,7 +18,7 @@ def _learnt(record: NeuralDesign) -> list[Member]:
 
 def _past(record: NeuralDesign) -> list[Member]:
     moved = [Member(f"{one.name}_moved", one.shape) for one in _learnt(record)]
-    return [Member("error", what="of the sample before"), *moved]
+    return [STARTED, Member("error", what="of the sample before"), *moved]
 
 
 def _taken(record: NeuralDesign, found: dict[str, Floats]) -> NeuralDesign:

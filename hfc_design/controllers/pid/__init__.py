@@ -10,6 +10,7 @@ from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import FEEDS, kind_of_gains
 from hfc_design.controllers.kind import (
     CHANGES,
+    STARTED,
     ControllerRecord,
     DeadZone,
     Member,
@@ -47,6 +48,11 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
     return PidMemory(zero, zero)
 
 
+def primed(xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals) -> PidMemory:
+    """The error of the sample before was that of this one, so that its rate is 0."""
+    return memory._replace(error=outside(xp, law.structure, signals["error"]))
+
+
 def sample(
     xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
 ) -> tuple[Scalar, PidMemory, None]:
@@ -70,6 +76,7 @@ def _st(record: Own) -> Json:
     return {
         "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s, **zone},
         "remembered": ["previous_error", "error_sum"],
+        "past": {"previous_error": "used_error" if zone else "error"},
         "within": ["new_sum", *(["used_error"] if zone else [])],
     }
 
@@ -93,13 +100,16 @@ KIND = kind_of_gains(
     initial_memory,
     structure=lambda record: record.dead_zone or None,
     tells=True,
+    prime=primed,
     base=PidRecord,
     plants=FEEDS,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
     reach=_reach,
     connecting=lambda record: [CHANGES, *zone_told(record)],
-    saved=remembered(lambda record: [Member("error"), Member("sum", what="of all errors")]),
+    saved=remembered(
+        lambda record: [STARTED, Member("error"), Member("sum", what="of all errors")]
+    ),
     c=Template(HERE, _c),
     st=Template(HERE, _st),
 )

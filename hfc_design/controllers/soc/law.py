@@ -17,7 +17,7 @@ How the paper is read where it leaves a choice:
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
-from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.core.numbers import Scalar, Xp, clipped, dot
 
 #: The sets of an input are -HIGHEST to HIGHEST.
@@ -58,7 +58,7 @@ class Parts(NamedTuple):
 
 def soc(rules: Rules, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law that begins with ``rules``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, rules, tells=True)
+    return AxisLaw(sample, initial_memory, sample_time, limit, rules, tells=True, prime=stood)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SocMemory:

@@ -1,6 +1,6 @@
 """What of a self-organising controller is saved: its rules by now."""
 
-from hfc_design.controllers.kind import Member, Saved
+from hfc_design.controllers.kind import STARTED, Member, Saved
 from hfc_design.controllers.soc.law import SETS
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.core.numbers import Floats
@@ -13,7 +13,7 @@ def _learnt(record: SocDesign) -> list[Member]:
 
 
 def _past(record: SocDesign) -> list[Member]:
-    return [Member("error", what="of the sample before")]
+    return [STARTED, Member("error", what="of the sample before")]
 
 
 def _taken(record: SocDesign, found: dict[str, Floats]) -> SocDesign:

@@ -14,7 +14,7 @@ from hfc_design.controllers.kind import ControllerRecord, kinds
 SWEEPS, STEPS, REST, SMALL, CHANCE = 250, 200, 25, 75, 450
 COUNT = SWEEPS + STEPS + REST + SMALL + CHANCE
 #: Samples before which all is forgotten, so that what learns is seen with what it starts from too.
-RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 50)))
+RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 30)))
 #: How far the inputs go, in shares of the range.
 BEYOND = 1.4
 #: The change of an error in a sample, as a signal of ``Kind.reach``.

@@ -7,7 +7,14 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis, View, rate_limited
+from hfc_design.controllers.controller import (
+    AxisLaw,
+    Controller,
+    PerAxis,
+    View,
+    primed,
+    rate_limited,
+)
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Mask, Memory, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.flash.driving import RESETS
@@ -79,8 +86,9 @@ def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes:
     zero, found = np.zeros(lanes, np.float32), []
     memory = controller.initial_memory(zero)
     with np.errstate(all="ignore"):
-        for view in views:
-            told, after = controller.step(SINGLE, gains, memory, view)
+        for k, view in enumerate(views):
+            before = memory if k else primed(controller, SINGLE, gains, memory, view)
+            told, after = controller.step(SINGLE, gains, before, view)
             found.append(np.stack([zero + command for command in told], axis=1))
             finite = np.isfinite(found[-1]).all(axis=1)
             memory = after if finite.all() else _where(finite, after, memory)

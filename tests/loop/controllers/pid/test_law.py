@@ -16,13 +16,13 @@ from plants import FEED_DRIVE
 
 
 def test_an_error_within_the_dead_zone_counts_as_0():
-    """By hand: 2, then 1 and -1 as 0, then -3."""
+    """By hand: 2, which no other was before, then 1 and -1 as 0, then -3."""
     design = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
     controller = Controller(design)
     found = [controller.step({"error": error}) for error in (2.0, 1.0, -1.0, -3.0)]
     integral = 8.1 * 0.01
     assert found == pytest.approx(
-        [3.0 + 2 * integral + 20.0, 2 * integral - 20.0, 2 * integral, -4.5 - integral - 30.0]
+        [3.0 + 2 * integral, 2 * integral - 20.0, 2 * integral, -4.5 - integral - 30.0]
     )
 
 

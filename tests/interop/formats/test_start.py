@@ -1,0 +1,117 @@
+"""A controller at its start and at its limits: the runtime, C, Structured Text and controller.m.
+
+By hand: while all signals stand no change is other than 0, so that what neither integrates nor
+learns commands the same in every sample, and what learns begins with the command of its first
+table. At a limit no sum grows: once the error has turned the command leaves the limit at once.
+"""
+
+import numpy as np
+import pytest
+from c_program import built
+from c_program import commands as run_c
+from structured_text import FunctionBlock
+
+import hfc_design.api as hfc
+from hfc_design.controllers.controller import PathView
+from hfc_design.formats import FORMATS, code
+from hfc_design.runtime import Controller, Machine
+
+PID, FLC, HIERARCHY = "jee-koren-2004-pid", "jee-koren-2004-flc", "lin-lee-1999-table-1"
+LEARNING = ["jee-koren-2004-aflc", "jee-koren-1995-soflc", "huang-soc", "huang-neural"]
+STILL = {
+    PID: {"controller.pid.k_i": 0.0, "controller.dead_zone": 1.0},
+    FLC: {},
+    HIERARCHY: {},
+    "huang-neural": {"controller.rate": 0.0},
+}
+STANDS = {"error": 30.0, "spindle_velocity": 0.03}
+SMALL = {HIERARCHY: 0.001, "huang-soc": 0.02, "huang-neural": 0.02}
+
+
+STEADY = {"controller.contour.k_i": 0.0, "controller.inner.pid.k_i": 0.0}
+
+
+def standing(name, changes):
+    design = hfc.load_design(name, changes)
+    names = design.kind.reads(design.controller)
+    return design, {key: STANDS.get(key, 0.0) for key in names} | {
+        "error": SMALL.get(name, STANDS["error"])
+    }
+
+
+def in_python(design, rows, folder):
+    controller = Controller(design)
+    return [controller.step(row) for row in rows]
+
+
+def in_c(design, rows, folder):
+    return run_c(built("gcc", design, folder), [[*row.values()] for row in rows])
+
+
+def in_st(design, rows, folder):
+    block = FunctionBlock(code.block(design))
+    return [block.step(**row) for row in rows]
+
+
+IN = {"python": in_python, "c": in_c, "st": in_st}
+
+
+@pytest.mark.parametrize("name", STILL)
+@pytest.mark.parametrize("language", IN)
+def test_a_standing_error_is_no_kick(language, name, tmp_path):
+    design, row = standing(name, STILL[name])
+    if language == "st" and design.kind.st is None:
+        pytest.skip("has no Structured Text")
+    found = IN[language](design, [row] * 3, tmp_path)
+    assert abs(found[1]) > 0.1
+    np.testing.assert_allclose(found, found[1], rtol=1e-13)
+    if name == PID:
+        assert found[0] == pytest.approx(30.0 * design.controller.pid.k_p, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", [FLC, HIERARCHY])
+def test_controller_m_does_not_kick(name, octave, tmp_path):
+    design, row = standing(name, STILL[name])
+    FORMATS["fis"].write(design, tmp_path / "out")
+    np.savetxt(tmp_path / "rows", [[*row.values()]] * 3)
+    files = tmp_path / "out", tmp_path / "rows", ",".join(row), tmp_path / "found"
+    found = octave("evaluate_controller.m", *files)
+    np.testing.assert_allclose(found, found[1], rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", LEARNING[:2])
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_what_learns_begins_with_its_first_table(language, name, tmp_path):
+    """No rule has fired before the first sample: none is judged in it."""
+    design, row = standing(name, {"controller.integral_gain": 0.0})
+    held = design.model_copy(update={"controller": design.kind.explain.held(design.controller)})
+    first = IN[language](design, [row] * 2, tmp_path)[0]
+    assert first == pytest.approx(in_python(held, [row] * 2, None)[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_a_table_that_learns_takes_equal_steps_of_a_standing_error(language, tmp_path):
+    """Huang & Shy, eq. 8 and 9: of a change of 0 every sample's correction is the same."""
+    design, row = standing("huang-soc", {})
+    found = IN[language](design, [row] * 4, tmp_path)
+    assert found[0] == 0.0
+    np.testing.assert_allclose(np.diff(found), found[1], rtol=1e-9)
+
+
+def test_forgetting_is_a_first_sample_again():
+    design, row = standing(PID, STILL[PID])
+    controller, block = Controller(design), FunctionBlock(code.block(design))
+    both = [controller.step(row), block.step(**row)]
+    controller.reset()
+    again = row | {"error": -50.0}
+    both += [controller.step(again), block.step(**again, reset=True)]
+    k_p = design.controller.pid.k_p
+    np.testing.assert_allclose(both, k_p * np.array([30.0, 30.0, -50.0, -50.0]), rtol=1e-13)
+
+
+def test_a_contour_error_that_stands_is_no_kick():
+    machine = Machine(hfc.load_design("huang-cross-coupled", STEADY), ("x", "y"))
+    axes = {axis: {"error": 0.0, "reference_rate": 0.0} for axis in machine.axes}
+    path = PathView((1.0, 0.0), 0.0, 0.01)
+    first, second = (machine.step(axes, path) for _ in range(2))
+    assert first == second != dict.fromkeys(machine.axes, 0.0)
