@@ -65,7 +65,7 @@ def sides(file: Path) -> dict[str, Side]:
 def against(own: Side, other: Side, key: str) -> str:
     """On how many machines the first one has less, and the median of the ratios.
 
-    Of the numbers alone: a design that swings has not lost by that.
+    Of the numbers alone: a design that oscillates has not lost by that.
     """
     mine, theirs = own.values[key][1:], other.values[key][1:]
     theirs = np.where(np.isnan(theirs), np.inf, theirs)  # diverged

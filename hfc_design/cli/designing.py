@@ -37,7 +37,7 @@ POLISH_HELP = "Steps that polish the design when the search has ended [default: 
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
 #: For whoever has got a design that cannot be used.
-ADVICE = "so may twice the --generations, or a smaller robust.spread"
+ADVICE = "twice the --generations, or a smaller robust.spread"
 
 
 @click.command(short_help="Search a controller for SCENARIO.")
@@ -105,7 +105,7 @@ def design(
     if told:
         click.echo(told)
     if use and not use["usable"]:
-        click.echo(f"another seed may end in one that is: --seed {found.run.seed + 1}; {ADVICE}")
+        click.echo(f"To get a usable design, try --seed {found.run.seed + 1}, {ADVICE}")
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 
@@ -121,7 +121,7 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
     try:
         check(scenario)
         if scenario.motions:
-            return f"near the best? hfc attainable {folder}"
+            return f"How near is it to the best possible controller? hfc attainable {folder}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # there is no bound, or it was not found
         return ""

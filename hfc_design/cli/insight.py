@@ -89,7 +89,7 @@ def stability(
     2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi), or a hierarchy on a linear part, the
     margins of its loop instead: with the drive linearised near the speed at which friction slides
     and the hierarchy at rest, the factors on the gain, the lag and the delay at which it begins to
-    swing.
+    oscillate.
     """
     from hfc_design.calls.stability import stability
     from hfc_design.core.records import UserError

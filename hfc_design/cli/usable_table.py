@@ -46,7 +46,7 @@ def show_usable(found: Json | None) -> None:
     table.add_column("motion", no_wrap=True)
     one, two = HEADS[tracking]
     heads = [
-        *("keep all\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
+        *("pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
         *(f"chatter\nmedian\n[{command}]", f"\nlargest\n[{command}]"),
         *(f"peak\nmedian\n[{command}]", f"\nlargest\n[{command}]", "at limit\nlargest\n[%]"),
     ]
@@ -67,12 +67,12 @@ def show_usable(found: Json | None) -> None:
 
 def settling_told(found: Json | None, asked: Collection[str]) -> str:
     """What a scenario that has ``asked`` for these constraints may ask for, "" for nothing."""
-    swings = found is not None and not found["usable"] and "swing" in found["answer"]
-    if not swings or UNSETTLED in asked:
+    unsettled = found is not None and not found["usable"] and "oscillate" in found["answer"]
+    if not unsettled or UNSETTLED in asked:
         return ""
     return (
-        "swings: a small disturbance does not die out; nothing asked the search for loops that "
-        "settle, --set constraints.unsettled=0.3 does"
+        "The loop oscillates: a small disturbance does not die out. The search did not require "
+        "that; add --set constraints.unsettled=0.3"
     )
 
 
@@ -100,28 +100,28 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     asked = isinstance(scenario.fitness, TolerancesSettings)
     if not (asked and len(values) and np.median(values) < 1.0):
         return ""
-    return f"misses its own tolerances: {1.0 / np.median(values):.3g} times on average"
+    return f"exceeds its own tolerances: by a factor of {1.0 / np.median(values):.3g} on average"
 
 
 def _caption(found: Json) -> str:
     low, high = found["interval"]
     lines = [
-        f"{100 * found['share']:.4g} % keep everything ({100 * low:.4g} to {100 * high:.4g} % "
-        "with 95 % confidence)"
+        f"{100 * found['share']:.4g} % pass ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
+        "confidence): stable, and every constraint met"
     ]
     if found["gain"] is None:
-        lines.append("gain: the nominal machine does not keep everything as it is")
+        lines.append("gain: the nominal machine does not pass")
     else:
-        lines.append(f"gain: nominal machine keeps everything {gain_told(found['gain'])}")
+        lines.append(f"gain: the nominal machine passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
         changes = f"merit changes by {100 * found['precision']:.2g} % from float32 to float64"
         if found["substeps"] is not None:
-            changes += f", {100 * found['substeps']:.2g} % in finer steps"
+            changes += f", {100 * found['substeps']:.2g} % with finer time steps"
         lines.append(changes)
     if chaos := merit_told(found):
         lines.append(chaos)
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
-        lines.append("* asked of the nominal machine alone")
+        lines.append("* tested on the nominal machine only")
     return "\n".join(lines)
 
 

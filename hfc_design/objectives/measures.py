@@ -25,7 +25,7 @@ Term: TypeAlias = Callable[[Moment], Scalar]
 BAND_TIME = "band_time"
 #: What grows within the last quarter counts by no more than this factor.
 MOST_GROWTH = 10.0
-#: Samples of the control in which what swings fast goes about as far as its amplitude.
+#: Samples of the control in which what oscillates fast goes about as far as its amplitude.
 SWING = 10.0
 
 
@@ -138,20 +138,20 @@ def _left(band: Scalar, sums: Sums, moments: Moments, path: PathFrame | None) ->
 
 
 def _unsettled() -> Measure:
-    """How much a copy of the loop that began a little off still swings against it in the end.
+    """How much a copy of the loop that began a little off still oscillates against it in the end.
 
     What settles forgets how it began: both end on one motion, whatever vibration a load forces on
-    them. Loops that swing by themselves do so each in its own phase. Friction may let the two rest
-    at different places: what counts are the variances within each half of the last quarter, of the
-    distance and of ``SWING`` samples times its rate (an amplitude, of what swings that fast; faster
-    swinging counts more). What grows counts by the factor by which it does, if it does so in the
-    distance and in the rate: of a steady swing that is slower than a half, one of them has less in
-    the second half whenever the other has more.
+    them. Loops that oscillate by themselves do so each in its own phase. Friction may let the two
+    rest at different places: what counts are the variances within each half of the last quarter, of
+    the distance and of ``SWING`` samples times its rate (an amplitude, of what oscillates that
+    fast; faster oscillation counts more). What grows counts by the factor by which it does, if it
+    does so in the distance and in the rate: of a steady oscillation that is slower than a half, one
+    of them has less in the second half whenever the other has more.
     """
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         time = SWING * moments[0].sample_time
-        # Axes, as encoders, in unlike shares: what swings one against another does not cancel.
+        # Axes, as encoders, in unlike shares: what oscillates one against another does not cancel.
         apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
         rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
         found = []
@@ -180,7 +180,7 @@ def _unsettled() -> Measure:
     def empty(zero: Scalar) -> Sums:
         return (zero,) * 5, (zero,) * 5
 
-    meaning = "share of a small disturbance of the start that still swings in the end"
+    meaning = "share of a small disturbance of the start that still oscillates in the end"
     return Measure("unsettled", "1", meaning, empty, update, value, doubled=True)
 
 

@@ -1,6 +1,6 @@
 """How long an axis sticks that should move.
 
-LL eq. 5 rewards loops that swing about the reference so fast that the spindle stops again and
+LL eq. 5 rewards loops that oscillate about the reference so fast that the spindle stops again and
 again; they are a dead end for a search, and no good on a machine.
 """
 

@@ -32,7 +32,7 @@ class Verdict(NamedTuple):
 
     @property
     def sound(self) -> Mask:
-        """(designs, machines) whether a machine keeps everything in every motion."""
+        """(designs, machines) whether a machine passes every motion."""
         return np.asarray(~(self.broken > 0.0).any(axis=(2, 3)))
 
 
@@ -114,7 +114,7 @@ class Ensemble(NamedTuple):
         return np.asarray(counts / counts.sum(axis=1, keepdims=True))
 
     def _asked(self, violation: Floats) -> Integers:
-        """(designs, some) machines that have to keep everything, the nominal one always."""
+        """(designs, some) machines that have to pass, the nominal one always."""
         others = violation.shape[1] - 1
         order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
         order = np.sort(order[:, : others - floored(self.forgiven * others)], axis=1)

@@ -25,7 +25,7 @@ def in_use(found: Json) -> Json:
     tracking = next(iter(found["units"]))
     titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
     named = zip(titles, told, strict=True)
-    heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
+    heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
     return found | {
         "heads": [*heads, "share at a limit [1]"],
         "rows": [_row(name, one, factors) for name, one in each],

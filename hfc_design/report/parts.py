@@ -60,12 +60,12 @@ def whether_used(numbers: Callable[[], Json]) -> Json | None:
 
 
 def everything(scenario: Scenario) -> str:
-    """What a machine has to keep to count as one that keeps everything, in words."""
+    """What a machine has to meet to pass, in words."""
     bounds = constraints_on(scenario.constraints, scenario.units)
     if not bounds:
         return (
-            "the loop is stable. This scenario has no constraints, so that a bad controller may "
-            "keep everything too"
+            "the loop is stable. Only stability is tested: this scenario sets no limits, so a poor "
+            "controller may pass"
         )
     units = scenario.units.signals
     told = (

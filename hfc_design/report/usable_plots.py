@@ -19,10 +19,10 @@ TITLES = {
 def distributions(found: Usable, title: str) -> Figure:
     """A row for each motion: the share of the machines up to a value of each measure.
 
-    Machines that do not keep everything are among them. The nominal one is a dashed line.
+    Machines that do not pass are among them. The nominal one is a dashed line.
     """
     rows, columns = len(found.motions), len(found.units)
-    share = f"{100 * found.good.mean():.4g} % keep everything"
+    share = f"{100 * found.good.mean():.4g} % pass"
     machines = f"{len(found.good)} machines within ±{100 * found.spread:g} %: {share}"
     heading = [*filter(None, [title]), machines, "share of them up to a value"]
     top = 0.5 + 0.18 * len(heading)
@@ -48,7 +48,7 @@ def distributions(found: Usable, title: str) -> Figure:
             axes.tick_params(labelsize=7)
             axes.set_title(f"[{unit}]", fontsize=8, loc="right")
         row[0].set_ylabel(
-            f"{plain(motion.name, 12)}\n{100 * motion.good.mean():.3g} % keep all", fontsize=8
+            f"{plain(motion.name, 12)}\n{100 * motion.good.mean():.3g} % pass", fontsize=8
         )
     for axes, name in zip(grid[0], found.units, strict=True):
         called = TITLES.get(name, name.replace("_", " "))

@@ -22,7 +22,7 @@ HINTS = (
     "simulation.duration_s, another run.seed or start"
 )
 SPREAD_HINT = "try a smaller robust.spread; "
-#: In the score of a design: none that was tried keeps every constraint, this one breaks them least.
+#: In the score of a design that violates the constraints least; none that was tried meets them.
 LEAST_VIOLATED = "least_violated"
 
 

@@ -16,7 +16,7 @@ from hfc_design.simulation.traces import RECORDED, Traces, motion_slopes
 #: Doubles of an individual on a single machine, a millionth off: a lucky one has worse ones.
 DOUBLES = 7
 #: Of many machines a step tries the nominal one, some on which the design that it began with
-#: keeps everything with least to spare, and some at random; it is linearised on a few of these.
+#: passes with least to spare, and some at random; it is linearised on a few of these.
 HARD, RANDOM, LINEARISED = 8, 7, 3
 #: Individuals of a step on one machine and on many; with what there is they fill the lanes. Of
 #: these so many are judged as the result is.

@@ -94,7 +94,7 @@ def polish_told(design: Design) -> str:
     try:
         ends = (found["before"], found["after"])
         before, after = ("none" if x is None else f"{x:.5g}" for x in ends)
-        return f"polish: {found['steps']} steps, from {before} to {after} in what is ranked"
+        return f"polish: {found['steps']} steps, merit from {before} to {after}"
     except (KeyError, TypeError, ValueError):  # the file has been edited
         return ""
 

@@ -164,7 +164,7 @@ class Problem(Judging):
         return np.stack([*columns], axis=1).astype(float)
 
     def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
-        """The machines that a population of one keeps everything on, but with least to spare.
+        """The machines that a population of one passes on, but with least to spare.
 
         The nominal one is not among them, nor are those that are forgiven.
         """

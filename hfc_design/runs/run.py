@@ -40,7 +40,7 @@ GIVEN = "given.json"
 #: Seconds between checkpoints of a search that is faster than that.
 CHECKPOINT_EVERY = 2.0
 #: Of constraints that contradict each other, or a spread that no design stands.
-NO_DESIGN = "no design that was tried keeps every constraint, this one breaks them least"
+NO_DESIGN = "no design that was tried meets every constraint, this one violates them least"
 HINT = "; with --anyway it goes on all the same"
 
 

@@ -38,7 +38,7 @@ class Task(NamedTuple):
     #: machine has no such derivative.
     linearised: Callable[..., Linear | None] | None = None
     #: The numbers of the machines on which individuals break constraints most, the nominal one
-    #: among them, without those on which less than a share of the individuals keeps everything; of
+    #: among them, without those on which less than a share of the individuals passes; of
     #: (individuals, share). None where there is but one machine. What a strategy asks may have
     #: ``machines``: one that trades meets these and no others, in others half of all are of them.
     hardest: Callable[[Population, float], Integers] | None = None

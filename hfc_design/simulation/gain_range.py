@@ -1,4 +1,4 @@
-"""By which factors the whole command may be multiplied until something is no longer kept."""
+"""By which factors the whole command may be multiplied until the machine no longer passes."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ SMALLEST_FACTOR = LARGEST_FACTOR ** (1.0 / FACTORS - 1.0)
 
 
 def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:
-    """The factors between which everything is kept; ``kept`` judges 1 and others at once.
+    """The factors between which the machine passes; ``kept`` judges 1 and others at once.
 
     None: not with the factor of 1, the first of what it returns. The scan is geometric, from
     ``SMALLEST_FACTOR`` to ``LARGEST_FACTOR``, and one of its steps is divided once more.
@@ -38,8 +38,8 @@ def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:
 
 
 def gain_told(gain: tuple[float, float]) -> str:
-    """Factors on the command between which all is kept; beyond the ends none was tried."""
+    """Factors on the command between which a machine passes; beyond the ends none was tried."""
     low, high = (f"{factor:.3g}" for factor in gain)
     low = f"at most {low}" if gain[0] <= SMALLEST_FACTOR * (1.0 + 1e-9) else low
     high = f"at least {high}" if gain[1] >= LARGEST_FACTOR * (1.0 - 1e-9) else high
-    return f"from {low} to {high} times the command"
+    return f"with the command scaled by {low} to {high}"

@@ -16,8 +16,8 @@ from hfc_design.simulation.settling import several
 
 #: What motions that never rest may not show.
 UNSTABLE = (
-    "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
-    "position would show it)"
+    "the linear loop is unstable at rest (see hfc stability; a motion that holds a position would "
+    "show it)"
 )
 
 #: What no drive does, in whatever unit a table has it.
@@ -30,7 +30,9 @@ class Usable(NamedTuple):
     spread: float
     seed: int
     motions: tuple[InMotion, ...]
-    gain: tuple[float, float] | None  # factors on the command between which all is kept
+    gain: (
+        tuple[float, float] | None
+    )  # factors on the command between which the nominal machine passes
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # the same to four times the substeps; None: not allowed
     units: dict[str, str]  # of the measures
@@ -41,7 +43,7 @@ class Usable(NamedTuple):
         return line("Usable", self._told())
 
     def _repr_html_(self) -> str:
-        each = {f"{one.name}: keep everything": float(one.good.mean()) for one in self.motions}
+        each = {f"{one.name}: pass": float(one.good.mean()) for one in self.motions}
         return table(self.answer, self._told() | each)
 
     def _told(self) -> dict[str, object]:
@@ -53,7 +55,7 @@ class Usable(NamedTuple):
 
     @property
     def good(self) -> Mask:
-        """(machines,) that keep everything in every motion."""
+        """(machines,) that pass every motion: stable, and every constraint met."""
         return np.logical_and.reduce([one.good for one in self.asked])
 
     @property
@@ -68,7 +70,7 @@ class Usable(NamedTuple):
 
     @property
     def yes(self) -> bool:
-        """Whether the nominal machine keeps everything, and nearly all of the others do."""
+        """Whether the nominal machine passes every motion, and nearly all of the others do."""
         calm = self.loop_stable is not False and not self._nominal
         return calm and bool(self.good.mean() >= ENOUGH)
 
@@ -83,34 +85,34 @@ class Usable(NamedTuple):
 
     @property
     def _nominal(self) -> str:
-        """Why the nominal machine does not keep everything; "" if it does."""
+        """Why the nominal machine does not pass; "" if it does."""
         bad = [one for one in self.motions if one.nominal_reasons]
         if not bad:
             return ""
         others = f" and fails in {len(bad) - 1} more motions" if len(bad) > 1 else ""
         others = others.removesuffix("s") if len(bad) == 2 else others
-        return f"it {' and '.join(bad[0].nominal_reasons)} in {bad[0].name}{others}"
+        return f"{' and '.join(bad[0].nominal_reasons)} in {bad[0].name}{others}"
 
     @property
     def answer(self) -> str:
         """Yes, or no and why, in a line."""
         share, count = float(self.good.mean()), len(self.good)
         machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
-        every = " in every motion" if len(self.motions) > 1 else ""
+        passes = "pass every motion" if len(self.motions) > 1 else "pass"
         if self.yes:
-            return f"yes: {machines} keep everything{every}"
+            return f"yes: {machines} {passes}"
         if self.loop_stable is False and not self._nominal:
-            return f"no: {UNSTABLE}; {machines} keep everything{every}"
+            return f"no: {UNSTABLE}; {machines} {passes}"
         if why := self._nominal:
-            return f"no: on the nominal machine {why}; {machines} keep everything{every}"
+            return f"no: the nominal machine {why}; {machines} {passes}"
         worst = min(self.asked, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
         lost = f"{worst.reasons[reason]} {several(reason)}"
         if worst.reasons[reason] == 1:
             lost = f"1 {reason}"
         if not share:
-            return f"no: no machine of {count} keeps everything; {lost} in {worst.name}"
-        return f"no: only {machines} keep everything; {lost} in {worst.name}"
+            return f"no: none of {count} unseen machines passes; {lost} in {worst.name}"
+        return f"no: only {machines} {passes}; {lost} in {worst.name}"
 
     def numbers(self) -> Json:
         """Everything as plain data; None where there is no number."""

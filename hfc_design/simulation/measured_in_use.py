@@ -47,11 +47,11 @@ def _unit(one: Measure, scenario: Scenario) -> str:
 
 
 def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
-    """Why individuals do not keep everything -> (individuals, motions) which; the nominal first."""
+    """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
     failed = np.asarray(judged.failed)
     found = faults(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in _bounds(scenario, judged).items():
-        found[f"breaks {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
+        found[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
     return found
 
 
@@ -99,7 +99,7 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     over = {}
     for name, (bound, values) in bounds.items():
         unit = _unit(bound.measure, scenario)
-        over[f"breaks {name}"] = f" ({values[0]:.3g} {unit}, allowed {bound.most:.3g})"
+        over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {bound.most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
     own = _measures(scenario)
     first = judged.values.shape[-1] - len(STABILITY) - len(own)

@@ -29,11 +29,12 @@ def missed_told(found: Json, motions: int = 2) -> str:
         KeyError, TypeError, AttributeError, ValueError: it has been edited.
     """
     told = [
-        f"{name} {_short(one['times'])} times" + (f" in {one['motion']}" if motions > 1 else "")
+        f"{name} by a factor of {_short(one['times'])}"
+        + (f" in {one['motion']}" if motions > 1 else "")
         for name, one in found.items()
     ]
     own = "tolerance" if len(told) == 1 else "tolerances"
-    return f"misses its own {own}: {', '.join(told)}" if told else ""
+    return f"exceeds its own {own}: {', '.join(told)}" if told else ""
 
 
 def _short(times: float) -> str:

@@ -15,7 +15,7 @@ class InMotion(NamedTuple):
     reasons: dict[str, int]  # why some are not -> how many
     told: dict[str, Floats]  # measure -> (machines,)
     nominal: dict[str, float]
-    nominal_reasons: tuple[str, ...]  # none of a nominal machine that keeps everything
+    nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
     bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
     tolerances: dict[str, tuple[float, Floats]]  # the same of what the scenario's fitness tolerates
     everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone

@@ -20,7 +20,7 @@ FACTORS = np.append(1.0, 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 63))
 #: Change, as a share, from which on one figure does not stand for all of them.
 CHAOS = 0.01
 #: What the repeats are, for people.
-TOLD = f"of {len(FACTORS)} repeats with commands up to a millionth apart"
+TOLD = f"in {len(FACTORS)} repeats with the command changed by up to one millionth"
 
 
 class Louder(NamedTuple):
@@ -126,7 +126,7 @@ def range_told(found: Json) -> str:
 
 def chaos_told(what: str, found: Json) -> str:
     """The same as a sentence about the fitness or the merit."""
-    return f"{what} is chaotic: {ends_told(found)} {TOLD}"
+    return f"{what} is chaotic: {TOLD}, it ranges from {ends_told(found)}"
 
 
 def ends_told(found: Json) -> str:

@@ -35,7 +35,7 @@ EXPLAINED = {
     "diverges": "The motion grows beyond all numbers.",
     "stays at a limit": "In the last quarter of the motion the command stands at a limit of the "
     f"drive for more than {100 * LIMITED:g} % of the time, so that it controls nothing.",
-    "swings": "A copy that begins a little off does not come back to the same motion: in the end "
+    "oscillates": "A copy that begins a little off does not return to the same motion: in the end "
     f"more than {100 * UNSETTLED:g} % of the disturbance is left, as of a limit cycle.",
     "is far off": f"In the last quarter the error is more than {MULTIPLE:g} times that of the "
     "nominal machine and beyond the scenario’s constraint on late_error, without one beyond "
@@ -65,7 +65,7 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
         multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
         most = min(max(multiple, _tolerance(motion, largest)), largest)
         off[1:, k] = ~(late[1:, k] <= most)
-    found = {"diverges": failed, "stays at a limit": held, "swings": swings, "is far off": off}
+    found = {"diverges": failed, "stays at a limit": held, "oscillates": swings, "is far off": off}
     return {why: mask & (failed if why == "diverges" else ~failed) for why, mask in found.items()}
 
 

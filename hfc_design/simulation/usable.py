@@ -131,7 +131,7 @@ def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judg
 def _gain(
     design: Design, scenario: Scenario, nominal: Machines
 ) -> tuple[Judged, tuple[float, float] | None, Repeats]:
-    """The nominal machine in float64, the factors between which it keeps everything, repeats."""
+    """The nominal machine in float64, the factors between which it passes, repeats."""
     once, gains = loop_in_use(design, scenario)
     samples = [motion.samples() for motion in scenario.each_motion()]
 

@@ -21,7 +21,7 @@ NONE = "none"
 ABOUT = (
     "Near the speed at which friction slides, without sensors, rest and limits: what an observer, "
     "a filter or a converter lags has to be well within the delay margin; none: no change of that "
-    "kind makes the loop swing"
+    "kind makes the loop oscillate"
 )
 
 
@@ -86,7 +86,7 @@ def about(loops: Loops) -> str:
 
 
 def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
-    """Margins in words; a loop that swings by itself has none."""
+    """Margins in words; a loop that oscillates by itself has none."""
     told = _told if found.stable else lambda value: "-"
     return [
         ("stable", "yes" if found.stable else "no"),
@@ -100,7 +100,7 @@ def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
 
 
 def _near_one(magnitude: float) -> str:
-    """Four digits, or as many as tell how far it is from 1, where a loop begins to swing."""
+    """Four digits, or as many as tell how far it is from 1, where a loop begins to oscillate."""
     away = abs(1.0 - magnitude)
     return f"{magnitude:.{max(3, 1 - floor(log10(away))) if away > 1e-12 else 3}f}"
 

@@ -58,7 +58,7 @@ class OpenLoop(NamedTuple):
 
 
 class Margins(NamedTuple):
-    """How far a loop is from where it swings by itself; None: nothing of that kind does it."""
+    """How far a loop is from where it oscillates by itself; None: nothing of that kind does it."""
 
     stable: bool
     poles: list[complex]  # of the closed loop, the slowest first

@@ -36,10 +36,10 @@ def told(share, reasons, scale=1.0):
     return own | {"measures": measures | {"limit_share": {"median": 0.0, "largest": 0.381}}}
 
 
-REASONS = {"is far off": 1, "swings": 2, "breaks unsettled": 2, "stays at a limit": 1}
+REASONS = {"is far off": 1, "oscillates": 2, "exceeds unsettled": 2, "stays at a limit": 1}
 USED = {
     "usable": False,
-    "answer": "no: only 99.6 % of 1000 unseen machines within +-15 % keep everything",
+    "answer": "no: only 99.6 % of 1000 unseen machines within +-15 % pass",
     "spread": 0.15,
     "machines": 1000,
     "share": 0.996,

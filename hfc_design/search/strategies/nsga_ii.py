@@ -35,7 +35,7 @@ from hfc_design.search.strategy import (
 BOUNDS = Bounds()
 #: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
 STEPS, SELF = (1e-3, 1.0), 0.3
-#: Of machines that everybody meets at least this share of the first ones keeps everything.
+#: Of machines that everybody meets at least this share of the first ones passes.
 KEEPING = 0.5
 #: The finest of the steps that individuals begin with that were led to where they are.
 FINE = 0.01

@@ -31,10 +31,11 @@ def test_reset_forgets_the_past():
     pi = updated("jee-koren-2004-flc", form="PI", integral_gain=0.7)
     for record in (pi, named_design("lin-lee-1999-table-1")):
         block = FunctionBlock(code.block(record))
-        told = dict.fromkeys(block.inputs, 0.02) | {"reset": False}
-        first = block.step(**told)
-        assert block.step(**told) != first
-        assert block.step(**told | {"reset": True}) == first
+        one, other = (dict.fromkeys(block.inputs, x) | {"reset": False} for x in (0.02, 0.03))
+        first = FunctionBlock(code.block(record)).step(**other)
+        block.step(**one)
+        assert block.step(**other) != first
+        assert block.step(**other | {"reset": True}) == first
 
 
 CASES = {

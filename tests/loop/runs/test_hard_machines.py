@@ -43,7 +43,7 @@ def test_hard_are_those_that_break_most(problem, one, monkeypatch):
         monkeypatch.setattr(problems, "HARD", count)
         found = problem.task.hardest(one, 0.0)
         assert found.tolist() == sorted([0, *heaviest[: count - 1]])
-        assert problem.task.hardest(one, 0.5).tolist() == [0]  # nobody keeps everything anywhere
+        assert problem.task.hardest(one, 0.5).tolist() == [0]  # no machine passes anywhere
 
 
 def met_with(problem, one, generation, machine):

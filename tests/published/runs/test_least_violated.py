@@ -37,7 +37,7 @@ def test_contradictory_constraints(tmp_path, front):
     done = designed(tmp_path / "run", *NEVER, *(trade if front else []))
     assert done.exit_code == 0, done.output
     assert done.stderr == "hfc: warning: the design is not usable as it is\n"
-    told = "no design that was tried keeps every constraint, this one breaks them least: on the"
+    told = "no design that was tried meets every constraint, this one violates them least: the"
     assert " ".join(done.stdout.split()).startswith(f"Can I use it? no: {told} nominal machine ")
     page = (tmp_path / "run" / "report.html").read_text()
     body = page[page.index("<body>") :]
@@ -60,7 +60,7 @@ def test_contradictory_constraints(tmp_path, front):
 def test_constraints_that_can_be_kept_are_not_called_violated(tmp_path):
     done = designed(tmp_path / "run", "constraints.peak_command=1e9")
     assert done.exit_code == 0, done.output
-    assert "breaks them least" not in done.stdout
+    assert "violates them least" not in done.stdout
     score = json.loads((tmp_path / "run" / "design.json").read_text())["score"]
     assert "least_violated" not in score
 

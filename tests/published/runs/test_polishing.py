@@ -46,7 +46,7 @@ def test_a_polish_is_told_and_ends_better_than_the_search(whole, tmp_path, known
     assert told["after"] == pytest.approx(result.evaluation.merit, rel=1e-9)
     found = result.design
     assert evaluate(found, run.opened_run(folder)).merit == result.evaluation.merit
-    line = f"polish: 6 steps, from {told['before']:.5g} to {told['after']:.5g} in what is ranked"
+    line = f"polish: 6 steps, merit from {told['before']:.5g} to {told['after']:.5g}"
     assert polishing.polish_told(found) == line
     assert polishing.polish_told(plain.design) == ""
     config = tomllib.loads((tmp_path / "plain" / "config.toml").read_text())

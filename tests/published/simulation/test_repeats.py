@@ -50,11 +50,10 @@ def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
     assert told == f"{min(alone):.4g} to {max(alone):.4g} (chaotic)"
     (note,) = notes(scenario, {"it": found})
-    ends = f"fitness {min(alone):.4g} to {max(alone):.4g}"
-    told = (
-        "of 64 repeats with commands up to a millionth apart; all else is of the command as it is"
-    )
-    assert note == f"it is chaotic: {ends} {told}"
+    repeats = "in 64 repeats with the command changed by up to one millionth"
+    ends = f"fitness ranges from {min(alone):.4g} to {max(alone):.4g}"
+    told = "all other figures are of the unchanged run"
+    assert note == f"it is chaotic: {repeats}, {ends}; {told}"
 
 
 def test_a_published_design_that_is_not_chaotic_has_one_figure():

@@ -28,17 +28,17 @@ def test_the_same_machines_are_stable_in_48_substeps(design, name):
 
 
 def test_a_comparison_says_why_a_design_is_not_stable():
-    """Of a gain half as large again, which swings."""
+    """Of a gain half as large again, which oscillates."""
     sharp = ["controller.pd.kp=1137", "controller.pd.kd=1114.5"]
     designs = {"calm": load_design("pd-only"), "sharp": load_design("pd-only", sharp)}
     scenario = load_scenario("c-axis-ramp", ["simulation.duration_s=3", "limits.command=60"])
     found = compare(designs, scenario, spread=0.01, machines=3)
     (note,) = [line for line in found.notes if "stable" in line]
-    told = "nominal machine swings; of 3 others 3 swing, 3 are far off"
+    told = "nominal machine oscillates; of 3 others 3 oscillate, 3 are far off"
     assert note == f"sharp in c-axis-ramp, not stable: {told}"
     alone = robustness(designs["sharp"], scenario, 0.01, 3)
-    assert alone.numbers()["reasons"] == {"swings": 3, "is far off": 3}
-    assert alone.numbers()["nominal_reasons"] == ["swings"]
+    assert alone.numbers()["reasons"] == {"oscillates": 3, "is far off": 3}
+    assert alone.numbers()["nominal_reasons"] == ["oscillates"]
 
 
 def test_integral_action_that_hunts_within_friction_is_not_stable():

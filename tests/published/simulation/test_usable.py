@@ -94,8 +94,11 @@ def test_a_chaotic_loop_has_a_range_and_no_figure():
     assert max(alone) > 1.01 * min(alone)
     assert high > 1.01 * low
     assert found.numbers()["chaotic"]
-    repeats = "of 64 repeats with commands up to a millionth apart"
-    assert merit_told(found.numbers()) == f"merit is chaotic: {low:.4g} to {high:.4g} {repeats}"
+    repeats = "in 64 repeats with the command changed by up to one millionth"
+    assert (
+        merit_told(found.numbers())
+        == f"merit is chaotic: {repeats}, it ranges from {low:.4g} to {high:.4g}"
+    )
 
 
 def test_who_keeps_a_constraint_is_counted_with_its_interval():
@@ -158,7 +161,7 @@ def test_what_no_machine_keeps_is_said_in_a_line(bound):
     found = usable("pd-only", load_scenario(TWO, bound))
     assert not found.good.any()
     assert found.gain is None
-    assert found.answer.startswith("no: on the nominal machine it breaks ")
+    assert found.answer.startswith("no: the nominal machine exceeds ")
     assert "\n" not in found.answer
     assert "0 % of 20 unseen machines" in found.answer
 
@@ -191,7 +194,7 @@ def test_a_loop_that_swings_at_rest_is_of_no_use():
     assert calm._replace(motions=good).yes
     never = calm._replace(motions=good, loop_stable=False)
     assert not never.yes
-    assert never.answer.startswith("no: at rest its linear loop swings by itself (hfc stability")
+    assert never.answer.startswith("no: the linear loop is unstable at rest (see hfc stability")
     assert never.numbers()["loop_stable"] is False
 
 

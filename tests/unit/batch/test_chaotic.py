@@ -27,7 +27,7 @@ def test_it_counts_with_the_lower_end_and_is_told_as_a_range(tmp_path):
     assert [row["fitness_highest"] for row in runs.values()] == ["511.0", "441.0", "", ""]
     assert "<td>362 to 511 (chaotic)</td>" in page
     assert "<td>430.0</td>" not in page
-    assert "A chaotic design (2) has a range of 64 repeats" in page
+    assert "A chaotic design (2) has a range (in 64 repeats" in page
 
 
 @pytest.mark.parametrize("repeats", ["x", {"fitness": 1.0}, {"fitness": {"lowest": "x"}}])

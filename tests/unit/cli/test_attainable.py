@@ -53,7 +53,11 @@ def test_a_damaged_file_beside_a_design_is_refused(tmp_path, name, read):
 def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     """What a version that told less has written is read; what a page cannot show is not."""
     measure = {"nominal": 1.0, "median": 1.0, "q95": None, "largest": 2.0}
-    motion = {"share": 0.5, "reasons": {"swings": 3}, "measures": dict.fromkeys("abcd", measure)}
+    motion = {
+        "share": 0.5,
+        "reasons": {"oscillates": 3},
+        "measures": dict.fromkeys("abcd", measure),
+    }
     good = {"usable": False, "answer": "no", "spread": 0.2, "machines": 9, "share": 0.5}
     good |= {"interval": [0.1, 0.9], "gain": None, "precision": 1e-6, "substeps": None}
     good |= {"units": dict.fromkeys("abc", "rad"), "motions": {"ramp": motion}}

@@ -65,14 +65,16 @@ def test_a_table_that_has_learnt_nothing_says_so():
 
 
 def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):
-    """Of a first sample the change is the error: both are counted in 2 um by huang-neural."""
+    """From an error of 0 on the change is the error: both are counted in 2 um by huang-neural."""
     x, y, values, labels, _, said = drawn(monkeypatch, "huang-neural")
     assert (labels[0], said) == ("error [µm]", "command [V]")
     np.testing.assert_array_equal(x, y)
     design = hfc.load_design("huang-neural")
     limit = design.limits.command
     for k in (0, 30, 41, 80):
-        command = Controller(design).step({"error": 1e-3 * float(x[k])})
+        controller = Controller(design)
+        controller.step({"error": 0.0})
+        command = controller.step({"error": 1e-3 * float(x[k])})
         assert command == pytest.approx(np.clip(values[k, k], -limit, limit), rel=1e-9)
 
 

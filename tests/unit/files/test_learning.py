@@ -25,6 +25,7 @@ def test_a_root_goes_on_within_the_bounds_of_its_design():
         if k == 200:  # the machine is off for a while; what it learns then begins without a past
             memory = machine._memory
             machine = Controller(with_learned(design, machine.adapted(), {}))
+            machine._fresh = False
             machine._memory = machine._memory._replace(
                 readings=memory.readings,
                 root=memory.root._replace(moves=machine._memory.root.moves),

@@ -59,7 +59,7 @@ def test_a_command_at_its_limit_breaks_and_misses_nothing():
     values = np.zeros((2, 1, 7))  # the constraint, three that are told, three of stability
     values[:, 0, 0] = np.float32(0.1), 0.1001
     found = not_kept(scenario, Judged(np.ones((2, 1)), values, np.zeros((2, 1), bool)))
-    assert found["breaks peak_command"].ravel().tolist() == [False, True]
+    assert found["exceeds peak_command"].ravel().tolist() == [False, True]
     told = {"asked_of": "all", "tolerances": {}}
     for value, misses in ((float(np.float32(0.1)), 0), (0.1001, 1)):
         told["tolerances"]["peak_command"] = {"allowed": 0.1, "median": value}

@@ -33,4 +33,4 @@ def test_it_says_what_everything_is():
     assert everything(asked) == (
         "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
     )
-    assert "no constraints" in everything(load_scenario("feed-drive-circle"))
+    assert "sets no limits" in everything(load_scenario("feed-drive-circle"))

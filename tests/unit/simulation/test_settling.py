@@ -21,7 +21,7 @@ def test_the_rule_by_hand():
         "within 5 % of the way": ([0.0, 0.0, 4.49e-3], True),
         "beyond it": ([0.0, 0.0, 4.51e-3], False),
         "converges": ([0.3, 0.1, 1e-3], True),
-        "swings": ([0.301, 0.0, 1e-3], False),
+        "oscillates": ([0.301, 0.0, 1e-3], False),
         "held by its limit": ([0.0, 0.101, 1e-3], False),
         "no number": ([np.nan, 0.0, 1e-3], False),
     }
@@ -44,6 +44,6 @@ def test_the_rule_by_hand():
 
 
 def test_reasons_are_counted_in_words():
-    told = reasons_told({"is far off": 1, "swings": 2, "stays at a limit": 3})
-    assert told == "3 stay at a limit, 2 swing, 1 is far off"
+    told = reasons_told({"is far off": 1, "oscillates": 2, "stays at a limit": 3})
+    assert told == "3 stay at a limit, 2 oscillate, 1 is far off"
     assert reasons_told({}) == ""

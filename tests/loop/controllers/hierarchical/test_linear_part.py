@@ -98,6 +98,7 @@ def test_slopes_are_those_of_the_command(seed):
         commands = []
         for reading in (1e-5, -1e-5):
             controller = Controller(design)
+            controller.step(rest)  # which a first sample takes to have been before it
             first = controller.step(rest | {signal: reading})
             commands.append(first if name == signal else controller.step(rest))
         numeric = (commands[0] - commands[1]) / 2e-5

@@ -43,7 +43,7 @@ def test_the_command_by_hand(seed, limit):
     controller, integral, before, held = Controller(design), 0.0, {}, 0
     for row in rows.tolist():
         told = dict(zip(names, row, strict=True))
-        factor = own.output_scale * root(design, told, before)
+        factor = own.output_scale * root(design, told, before or told)
         command = law(own.linear, told, own.pd.kp, own.pd.kd) + integral
         command += factor * law(own.scheduled, told, own.scheduled.kp, own.scheduled.kd)
         step = (own.linear.ki + factor * own.scheduled.ki) * every * told["error"]
@@ -133,6 +133,7 @@ def test_the_loop_has_the_slopes_of_the_command(seed):
         commands, later = [], []
         for reading in (1e-6, -1e-6):
             controller = Controller(design)
+            controller.step(rest)  # which a first sample takes to have been before it
             commands.append(controller.step(rest | {name: reading}))
             later.append(controller.step(rest))
         if name in model.outputs:

@@ -98,8 +98,8 @@ def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
     (line,) = [x for x in lines(three, every=True) if x.cells[1] == "380" and x.of == "nominal"]
     assert line.cells == ["362 to 511 (chaotic)", "380", "diverged to 511 (chaotic)"]
     assert line.best == [1]
-    repeats = "of 64 repeats with commands up to a millionth apart"
+    repeats = "in 64 repeats with the command changed by up to one millionth"
     assert [*three.chaos()] == [
-        f"lucky in m: fitness is chaotic: 362 to 511 {repeats}",
-        f"lost in m: fitness is chaotic: diverged to 511 {repeats}",
+        f"lucky in m: fitness is chaotic: {repeats}, it ranges from 362 to 511",
+        f"lost in m: fitness is chaotic: {repeats}, it ranges from diverged to 511",
     ]
