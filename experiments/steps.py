@@ -68,7 +68,7 @@ def ranges(design: Design, scenario: Scenario) -> Ranges:
     """Every metric of a design as it is, its smallest and its largest over steps and windows."""
     found: Ranges = {}
     for times in FINER:
-        for key, value in _metrics(design, _finer(scenario, times)):
+        for key, value in _metrics(design, finer(scenario, times)):
             own, low, high = found.get(key, [value] * 3)
             found[key] = [own, min(low, value), max(high, value)]
     return found
@@ -79,7 +79,8 @@ def figures(design: Design, scenario: Scenario) -> dict[str, Ranged]:
     return {key: Ranged.of(*own) for key, own in ranges(design, scenario).items()}
 
 
-def _finer(scenario: Scenario, times: int) -> Scenario:
+def finer(scenario: Scenario, times: int) -> Scenario:
+    """The scenario with so many times its substeps, as far as there may be."""
     steps = min(times * scenario.simulation.substeps, MAX_SUBSTEPS)
     simulation = scenario.simulation.model_copy(update={"substeps": steps})
     return scenario.model_copy(update={"simulation": simulation})

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from experiments.shared import markdown
-from experiments.steps import Ranged, figures
+from experiments.steps import Ranged, figures, finer
 from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
@@ -90,8 +90,9 @@ def paired(program: str, found: Comparison) -> Iterator[list[str]]:
 @click.command(cls=Plain)
 @click.option("--machines", default=MACHINES, help="Beside the nominal one.")
 @click.option("--program", "wanted", multiple=True, type=click.Choice([*PROGRAMS]))
+@click.option("--finer", "times", default=1, help="Times the substeps, on these machines.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the errors on all machines.")
-def main(machines: int, wanted: tuple[str, ...], plot: Path | None) -> None:
+def main(machines: int, wanted: tuple[str, ...], times: int, plot: Path | None) -> None:
     """Print the tables of the page."""
     rows, pairs, bouts = [], [], []
     for program in wanted or PROGRAMS:
@@ -99,7 +100,7 @@ def main(machines: int, wanted: tuple[str, ...], plot: Path | None) -> None:
         rows += [row(program, name, figures(design, where)) for name, design in each.items()]
         if program == WHOLE:
             continue
-        found = compare(each, where, SPREAD, machines)
+        found = compare(each, finer(where, times), SPREAD, machines)
         pairs += paired(program, found)
         bouts += [bout._replace(name=program) for bout in found.bouts]
     if plot is not None and bouts:

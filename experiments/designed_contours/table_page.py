@@ -1,65 +1,69 @@
 """The designed controller of the milling table beside the published ones, as tables.
 
-The comparisons that the README names come first, each in a folder of its own.
-python -m experiments.designed_contours.table_page runs/table-beside
+python -m experiments.designed_contours.table_page            # the tables of the page, half an hour
 """
 
-import csv
-from collections import defaultdict
 from pathlib import Path
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.shared import markdown
+from experiments.steps import Ranged, figures, finer
 from hfc_design.cli.usage import Plain
 from hfc_design.core.statistics import paired
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.comparing import compare
+from hfc_design.simulation.comparison import Side
 
-Floats = NDArray[np.float64]
-#: What is compared: metric -> how it is called.
+HERE = Path(__file__).parent
+#: What is compared: metric -> what a table calls it.
 METRICS = {
     "path_error_mm": "path error",
     "worst_glitch_mm": "impulse",
     "rms_contour_error_mm": "rms",
 }
 CHATTER = "rms_voltage_change_V"
-#: The designed one, by the name in its file.
 OWN = "table"
-MICRONS = 1e3
-NOMINAL = ("motion", "controller", "path error / impulse / rms [um]", "chatter [V]")
+CONTROLLERS = {name: HERE / f"{name}.json" for name in (OWN, "table-pid-ff", "table-expert-pid")}
+PUBLISHED = ("huang-neural", "huang-soc", "huang-cross-coupled", "huang-pid")
+OBSERVERS = ("sensors.velocity=observer", "sensors.observer_hz=40")
+LARGE, SMALL = "milling-table-circle", "milling-table-small-circle"
+FEED, SECONDS = "reference.feed_mm_min={}", "simulation.duration_s={}"
+PART = (
+    f"reference={{kind='gcode',file='{HERE / 'table-part.ngc'}',acceleration_mm_s2=20.0}}",
+    SECONDS.format(29.5),
+)
+#: What the tables call it -> scenario, and what is changed of it.
+MOTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "circle-25-fast": (SMALL, (*OBSERVERS, FEED.format(418.9), SECONDS.format(23))),
+    "circle-25-slow": (SMALL, (*OBSERVERS, FEED.format(104.7))),
+    "circle-25-true-velocity": (SMALL, ()),
+    "circle-25": (SMALL, OBSERVERS),
+    "circle-60-fast": (LARGE, (*OBSERVERS, FEED.format(700), SECONDS.format(33))),
+    "circle-60-true-velocity": (LARGE, ()),
+    "circle-60": (LARGE, OBSERVERS),
+    "part": (LARGE, (*OBSERVERS, *PART)),
+}
+SPREAD, MACHINES, SEED = 0.05, 200, 7
+FRICTION = dict.fromkeys(("coulomb_friction", "stiction_rise", "motor_friction"), 0.3)
+TOLERANCES = {"backlash": 0.5, **FRICTION}
+NOMINAL = ("motion", "controller", *(f"{name} [um]" for name in METRICS.values()), "chatter [V]")
 PAIRED = ("motion", "against", "stable", *METRICS.values())
 
 
-class Side:
-    """One design in one motion, on the nominal machine and all others."""
-
-    def __init__(self, rows: list[dict[str, str]]):
-        self.values = {key: np.array([_number(row[key]) for row in rows]) for key in rows[0]}
-
-    def nominal(self) -> str:
-        """Path error, impulse and rms."""
-        return " / ".join(f"{MICRONS * self.values[key][0]:.1f}" for key in METRICS)
-
-    def kept(self) -> str:
-        """Share of the machines that it keeps stable."""
-        return f"{100 * np.mean(self.values['stable'][1:]):.3g} %"
+def scenario(motion: str) -> Scenario:
+    """What a motion is followed in."""
+    return load_scenario(*MOTIONS[motion])
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
-
-
-def sides(file: Path) -> dict[str, Side]:
-    """Every design of a ``comparison.csv``, by its name."""
-    found: dict[str, list[dict[str, str]]] = defaultdict(list)
-    with file.open(newline="") as lines:
-        for row in csv.DictReader(lines):
-            found[row["design"]].append(row)
-    return {name: Side(rows) for name, rows in found.items()}
+def row(motion: str, name: str, found: dict[str, Ranged]) -> list[str]:
+    """A controller on the nominal table."""
+    micron = Ranged.of(1e-3, 1e-3, 1e-3)
+    own = (f"{found[key].over(micron):.1f}" for key in METRICS)
+    return [motion, name, *own, f"{found[CHATTER]:.2f}"]
 
 
 def against(own: Side, other: Side, key: str) -> str:
@@ -67,33 +71,39 @@ def against(own: Side, other: Side, key: str) -> str:
 
     Of the numbers alone: a design that oscillates has not lost by that.
     """
-    mine, theirs = own.values[key][1:], other.values[key][1:]
+    mine, theirs = own.values[key], other.values[key]
     theirs = np.where(np.isnan(theirs), np.inf, theirs)  # diverged
     ratio, interval, _ = paired(np.log(mine) - np.log(theirs))
     low, high = interval or (np.nan, np.nan)
     return f"{(mine < theirs).sum()}, {ratio:.2f} ({low:.2f} to {high:.2f})"
 
 
-def tables(folder: Path) -> tuple[str, str]:
-    """Of the nominal machine, and paired over the others; a row each motion and design."""
-    nominal, others = [], []
-    for file in sorted(folder.glob("*.csv")):
-        found, motion = sides(file), file.stem
-        for name, side in found.items():
-            nominal.append([motion, name, side.nominal(), f"{side.values[CHATTER][0]:.2f}"])
-            kept = f"{found[OWN].kept()}, {side.kept()}"
-            if name != OWN:
-                each = [against(found[OWN], side, key) for key in METRICS]
-                others.append([motion, name, kept, *each])
-    return markdown(NOMINAL, nominal), markdown(PAIRED, others)
+def versus(motion: str, sides: dict[str, Side]) -> list[list[str]]:
+    """A row of each other controller: how the designed one differs, machine by machine."""
+    own, rows = sides[OWN], []
+    for name, side in sides.items():
+        if name != OWN:
+            kept = ", ".join(f"{100 * x.stable.mean():.3g} %" for x in (own, side))
+            rows.append([motion, name, kept, *(against(own, side, key) for key in METRICS)])
+    return rows
 
 
 @click.command(cls=Plain)
-@click.argument("folder", type=click.Path(path_type=Path, exists=True))
-def main(folder: Path) -> None:
+@click.option("--machines", default=MACHINES, help="Beside the nominal one.")
+@click.option("--motion", "wanted", multiple=True, type=click.Choice([*MOTIONS]))
+@click.option("--finer", "times", default=1, help="Times the substeps, on these machines.")
+def main(machines: int, wanted: tuple[str, ...], times: int) -> None:
     """Print the tables of the page."""
-    for table in tables(folder):
-        click.echo(table + "\n")
+    own = CONTROLLERS | {name: name for name in PUBLISHED}
+    designs = {name: load_design(str(source)) for name, source in own.items()}
+    rows, pairs = [], []
+    for motion in wanted or MOTIONS:
+        where = scenario(motion)
+        rows += [row(motion, name, figures(one, where)) for name, one in designs.items()]
+        told = compare(designs, finer(where, times), SPREAD, machines, SEED, tolerances=TOLERANCES)
+        pairs += versus(motion, told.bouts[0].sides)
+    click.echo(markdown(NOMINAL, rows))
+    click.echo(markdown(PAIRED, pairs))
 
 
 if __name__ == "__main__":

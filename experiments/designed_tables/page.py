@@ -5,18 +5,19 @@ python -m experiments.designed_tables.page
 """
 
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 import numpy as np
 
 from experiments.shared import Batch, markdown
+from experiments.steps import Ranged, figures
 from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluating import evaluate
 
 PUBLISHED = {
     "FLC of 2004": "jee-koren-2004-flc",
@@ -61,18 +62,25 @@ def candidates(batch: Path) -> dict[str, list[Design]]:
 
 
 def line(path: str, name: str, designs: list[Design], scenario: Scenario) -> list[str]:
-    """A row: medians over the designs, smallest and largest in brackets."""
-    metrics = [evaluate(design, scenario).metrics for design in designs]
+    """A row: of one design a figure or its range over steps, of several their median and ends."""
+    metrics = [figures(design, scenario) for design in designs]
     cells = []
     for key in KEYS:
-        values = np.array([np.nan if item[key] is None else item[key] for item in metrics])
-        if np.isnan(values).all():  # no axis reverses
+        found = [item[key] for item in metrics if key in item]
+        if not found:  # no axis reverses
             cells.append("-")
-        elif len(values) == 1:
-            cells.append(f"{values[0]:.2f}")
+        elif len(found) == 1:
+            cells.append(f"{found[0]:.2f}")
         else:
-            cells.append(f"{np.median(values):.2f} ({values.min():.2f} to {values.max():.2f})")
+            middle = Ranged.of(*(np.median(x) for x in _columns(found)))
+            ends = min(x.low for x in found), max(x.high for x in found)
+            cells.append(f"{middle:.2f} ({ends[0]:.2f} to {ends[1]:.2f})")
     return [path, name, *cells]
+
+
+def _columns(found: list[Ranged]) -> Iterable[tuple[float, ...]]:
+    """The figures, and the lowest and the highest of each."""
+    return zip(*((float(x), x.low, x.high) for x in found), strict=True)
 
 
 def table(batch: Path) -> str:

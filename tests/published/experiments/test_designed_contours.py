@@ -1,11 +1,13 @@
 """The kept designs of contours, on paths and machines that no search has seen."""
 
+import numpy as np
 import pytest
 from places import ROOT
 
 import hfc_design.api as hfc
-from experiments.designed_contours.table_page import METRICS, sides, tables
+from experiments.designed_contours.table_page import METRICS, OWN, versus
 from hfc_design.runs import run
+from hfc_design.simulation.comparison import Side
 
 FOLDER = ROOT / "experiments" / "designed_contours"
 SMALL = "milling-table-small-circle"
@@ -45,19 +47,16 @@ def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid(monk
     assert all(mine < theirs for mine, theirs in zip(found, figures("huang-pid"), strict=True))
 
 
-def test_the_page_pairs_machines(tmp_path):
-    """Two designs on a nominal machine and three others, by hand."""
-    head = "design,stable,rms_voltage_change_V," + ",".join(METRICS)
-    own = ["table,1,0.5,0.001,0.01,0.002", *["table,1,0.5,0.001,0.01,0.002"] * 3]
-    other = [f"other,{k > 0.5:d},1,{0.002 * k},0.005,nan" for k in (1, 1, 0.25, 2)]
-    (tmp_path / "circle.csv").write_text("\n".join([head, *own, *other]))
-    assert list(sides(tmp_path / "circle.csv")) == ["table", "other"]
-    nominal, paired = tables(tmp_path)
-    assert "| circle | table | 1.0 / 10.0 / 2.0 | 0.50 |" in nominal
-    row = paired.splitlines()[-1].split("|")[1:-1]
-    motion, name, kept, path, impulse, rms = (cell.strip() for cell in row)
+def test_the_page_pairs_machines():
+    """Two designs on three machines, by hand."""
+    held = np.array([True, True, True])
+    alike = {key: np.full(3, 0.001 * (k + 1)) for k, key in enumerate(METRICS)}
+    others = [0.001 * np.array([2.0, 0.5, 4.0]), np.full(3, 0.001), np.full(3, np.nan)]
+    own = Side(held, True, {}, alike)
+    other = Side(held & [True, False, True], True, {}, dict(zip(METRICS, others, strict=True)))
+    ((motion, name, kept, path, impulse, rms),) = versus("circle", {OWN: own, "other": other})
     assert (motion, name, kept) == ("circle", "other", "100 %, 66.7 %")
-    # Of the three others the ratios are 0.5, 2 and 0.25; 2; nothing to compare with.
+    # The ratios are 0.5, 2 and 0.25; 2; nothing to compare with.
     assert path.startswith("2, 0.50")
     assert impulse.startswith("0, 2.00")
     assert rms.startswith("3, 0.00")
