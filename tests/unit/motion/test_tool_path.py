@@ -1,10 +1,13 @@
 """How far a machine is off a program of any axes, against a search by brute force and by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.motion import gcode
+from hfc_design.motion.contour import nearest as nearest_in_the_plane
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.limits import AxisLimits, MovedAxis
 from hfc_design.motion.program import program
@@ -45,10 +48,21 @@ def moved(part):
     return time, part.samples(time), behind + 0.1 * swing
 
 
-def of_chords(program, samples, actual):
+def lagging(scenario):
+    """Axes that lag as those of the published PID do, each by a time of its own, and swing."""
+    program, time = scenario.path, scenario.simulation.time
+    samples = program.samples(time)
+    late = program.samples(np.maximum(time - 0.03, 0.0)).position
+    axes = len(late)
+    lag = np.array([0.9, 0.4, 0.9, 0.2, 0.3])[:axes, None]
+    swing = 0.02 * np.sin(np.outer([7.0, 11.0, 13.0, 17.0, 19.0][:axes], time))
+    return program, samples, samples.position + lag * (late - samples.position) + swing
+
+
+def of_chords(program, samples, actual, long=0.02):
     """Contour error and error of the orientation by chords of the whole path, sample by sample."""
     linear, path = program.linear, program.path
-    ways = np.unique(np.concatenate([path.knots, np.arange(0.0, path.knots[-1], 0.02)]))
+    ways = np.unique(np.concatenate([path.knots, np.arange(0.0, path.knots[-1], long)]))
     comb = path.at(ways).position
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(comb[linear]), axis=0))])
     commanded = np.interp(samples.distance, ways, along)
@@ -60,8 +74,8 @@ def of_chords(program, samples, actual):
             high = np.searchsorted(along, there + far, "right")
             near = comb[:, max(low - 1, 0) : high + 1]
             start, chord = near[:, :-1], np.diff(near)
-            long = np.maximum(squares @ chord**2, 1e-300)
-            share = np.clip(squares @ (chord * (place[:, None] - start)) / long, 0.0, 1.0)
+            length = np.maximum(squares @ chord**2, 1e-300)
+            share = np.clip(squares @ (chord * (place[:, None] - start)) / length, 0.0, 1.0)
             off = place[:, None] - start - share * chord
             found.append(off[:, (squares @ off**2).argmin()])
         yield k, np.linalg.norm(found[0][linear]), np.linalg.norm(found[1][~linear])
@@ -76,19 +90,24 @@ def test_errors_are_those_of_a_fine_comb(part, moved):
         assert found.turned[k] == pytest.approx(turned, rel=1e-3, abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["five-axis-blade", "five-axis-program", "five-axis-robust"])
+@pytest.mark.parametrize(
+    "name", [f"five-axis-{x}" for x in ("blade", "program", "program-printed", "robust")]
+)
 def test_errors_in_the_built_in_programs_are_those_of_a_fine_comb(name):
-    scenario = load_scenario(name)
-    program, time = scenario.path, scenario.simulation.time[::8]
-    samples = program.samples(time)
-    late = program.samples(np.maximum(time - 0.03, 0.0)).position
-    # Axes lag as those of the published PID do, each by a time of its own, and swing.
-    lag = np.array([[0.9], [0.4], [0.9], [0.2], [0.3]])
-    swing = 0.02 * np.sin(np.outer([7.0, 11.0, 13.0, 17.0, 19.0], time))
-    actual = samples.position + lag * (late - samples.position) + swing
+    """At every sample."""
+    program, samples, actual = lagging(load_scenario(name))
     found = nearest(program, samples, actual)
     for k, contour_error, _ in of_chords(program, samples, actual):
         assert found.contour_error[k] == pytest.approx(contour_error, rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["feed-drive-contour", "milling-table-robust"])
+def test_so_are_those_of_programs_in_x_and_y(name):
+    program, samples, actual = lagging(load_scenario(name))
+    found = np.abs(nearest_in_the_plane(program, samples, actual).error)
+    flat = SimpleNamespace(path=program.path, linear=np.array([True, True]))
+    for k, contour_error, _ in of_chords(flat, samples, actual, 0.004):
+        assert found[k] == pytest.approx(contour_error, rel=1e-3, abs=1e-6)
 
 
 def test_a_tip_that_lags_on_the_path_is_on_it_while_tables_turn():
