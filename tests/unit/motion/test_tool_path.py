@@ -70,9 +70,11 @@ def of_chords(program, samples, actual, long=0.02):
         found = []
         for squares in (np.where(linear, 1.0, 0.0), np.where(linear, 1.0, 0.05**2)):
             far = 4.0 * np.sqrt(squares @ (place - samples.position[:, k]) ** 2)
-            low = np.searchsorted(along, there - far)
-            high = np.searchsorted(along, there + far, "right")
-            near = comb[:, max(low - 1, 0) : high + 1]
+            ends = np.clip([there - far, there + far], 0.0, along[-1])
+            low, high = np.searchsorted(along, ends)
+            around = slice(max(low - 1, 0), high + 1)
+            first, last = np.stack([np.interp(ends, along[around], x[around]) for x in comb], 1)
+            near = np.column_stack([first, comb[:, low:high], last])
             start, chord = near[:, :-1], np.diff(near)
             length = np.maximum(squares @ chord**2, 1e-300)
             share = np.clip(squares @ (chord * (place[:, None] - start)) / length, 0.0, 1.0)
