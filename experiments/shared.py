@@ -50,9 +50,10 @@ class Batch:
 
     def values(self, label: str, *metrics: str) -> list[float | None]:
         """Metrics of the run with a label, ``Ranged`` where its steps were tried."""
-        return [self._value(self.run(label), metric) for metric in metrics]
+        return [self.value(self.run(label), metric) for metric in metrics]
 
-    def _value(self, run: Run, metric: str) -> float | None:
+    def value(self, run: Run, metric: str) -> float | None:
+        """A metric of a run, ``Ranged`` where its steps were tried."""
         limits = self.steps.get(run.path, {}).get(metric)
         return run.score[metric] if limits is None else Ranged.of(*limits)
 
@@ -67,16 +68,16 @@ class Batch:
         return [self._row(*pair) for pair in each]
 
     def _row(self, item: Reproduced, wanted: Published) -> list[str]:
-        """With the range that finer steps give it, where a single run stands behind it."""
+        """With the range that finer steps give it; of several runs that of their median."""
         cells = figure_row(item)
         sides = [
-            [self._value(run, metric) for run in self.runs if matches(settings, run.settings)]
+            [self.value(run, metric) for run in self.runs if matches(settings, run.settings)]
             for settings, metric in wanted.sides
         ]
-        found = [side[0] for side in sides if len(side) == 1 and isinstance(side[0], Ranged)]
+        found = [*filter(None, map(_median, sides))]
         if len(found) == len(sides):
             own = found[0].over(found[1]) if len(found) == 2 else found[0]
-            cells[3] = number(own)
+            cells[3] = number(own, ".3g" if own.high < 1e3 else ".0f")
             if item.published:
                 cells[4] = number(own.over(Ranged.of(*[item.published] * 3)), ".2f")
             if len(found) == 1 and (other := self._windows(wanted)):
@@ -89,6 +90,14 @@ class Batch:
         run = next(run for run in self.runs if matches(settings, run.settings))
         limits = self.steps[run.path].get(metric + WINDOWED)
         return "" if limits is None else f"{Ranged.of(*limits):.3g}{WINDOWED}"
+
+
+def _median(side: Sequence[float | None]) -> Ranged | None:
+    """Of runs whose steps were tried; None of others."""
+    found = [x for x in side if isinstance(x, Ranged)]
+    if not found or len(found) < len(side):
+        return None
+    return Ranged.of(*np.median([(x, x.low, x.high) for x in found], axis=0).tolist())
 
 
 def chaotic(batch: Batch) -> str:
@@ -111,6 +120,13 @@ def calculated(
     ratio = found / published if published else None
     told = (number(published), number(found), number(ratio, ".2f"))
     return [figure, quantity, *told, remark]
+
+
+def ratio(one: float | None, other: float | None) -> float | None:
+    """Of two figures, a range where they are; None where one is missing."""
+    if one is None or other is None:
+        return None
+    return one.over(other) if isinstance(one, Ranged) and isinstance(other, Ranged) else one / other
 
 
 def number(value: float | None, form: str = ".3g") -> str:

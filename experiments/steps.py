@@ -54,6 +54,10 @@ class Ranged(float):
         sides = [a / b for a in (self.low, self.high) for b in (other.low, other.high)]
         return Ranged.of(self / other, min(sides), max(sides))
 
+    def with_also(self, value: float) -> "Ranged":
+        """The same where it may be another ``value`` too."""
+        return Ranged.of(self, min(self.low, value), max(self.high, value))
+
     @property
     def wide(self) -> bool:
         """Whether it is a range."""

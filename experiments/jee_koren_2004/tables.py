@@ -1,6 +1,6 @@
 """Tables of the page of Jee & Koren 2004 (JK04), of the runs of its batches; see ``page``."""
 
-from experiments.shared import Batch, markdown, number
+from experiments.shared import Batch, markdown, number, ratio
 
 DESIGNS = {name: f"jee-koren-2004-{name.lower()}" for name in ("FLC", "AFLC", "PID")}
 CONTOUR = tuple(f"cycle_{k}_rms_contour_error_BLU" for k in (1, 2, 3))
@@ -82,22 +82,25 @@ def friction_sets(batch: Batch) -> str:
     for own in sets:
         machine = dict(zip(keys, own, strict=True))
 
-        def of(name: str, scenario: str, machine: dict[str, float] = machine) -> dict[str, float]:
+        def of(
+            name: str, scenario: str, *metrics: str, machine: dict[str, float] = machine
+        ) -> list[float | None]:
             where = {"design": DESIGNS[name], "scenario": f"{scenario}.toml"}
-            return batch.run(**where, **machine).score
+            run = batch.run(**where, **machine)
+            return [batch.value(run, metric) for metric in metrics]
 
-        flc, aflc = of("FLC", "circle"), of("AFLC", "circle")
-        pid, slow = of("PID", "slow-circle"), of("AFLC", "slow-circle")
-        easy = of("PID", "slow-circle-frictionless", {keys[0]: own[0]})
-        follows = flc[AXIAL[-1]] < 100.0  # else the largest singleton is too small
         contour = CONTOUR[-1]
+        axial, fixed = of("FLC", "circle", AXIAL[-1], contour)
+        learnt, adapted = of("AFLC", "circle", AXIAL[-1], contour)
+        slow = of("PID", "slow-circle", contour, LARGEST)
+        slow += of("PID", "slow-circle-frictionless", contour, machine={keys[0]: own[0]})
+        follows = axial is not None and axial < 100.0  # else the largest singleton is too small
         lines.append([
             *(f"{value:g}" for value in own),
-            f"{flc[AXIAL[-1]]:.3g}" if follows else "cannot follow",
-            *(f"{value:.3g}" for value in (pid[contour], pid[LARGEST], easy[contour])),
-            f"{aflc[AXIAL[-1]]:.3g}",
-            f"{flc[contour] / aflc[contour]:.2f}" if follows else "–",
-            f"{slow[contour]:.3g}",
+            number(axial) if follows else "cannot follow",
+            *map(number, (*slow, learnt)),
+            number(ratio(fixed, adapted), ".2f") if follows else "–",
+            *map(number, of("AFLC", "slow-circle", contour)),
         ])  # fmt: skip
     head = ("K", "F_c", "rise", "FLC axial", "PID contour", "PID largest", "PID, no friction",
             "AFLC axial", "FLC / AFLC", "AFLC, fig. 12a")  # fmt: skip

@@ -48,7 +48,7 @@ def show_usable(found: Json | None) -> None:
     heads = [
         *("pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
         *(f"chatter\nmedian\n[{command}]", f"\nlargest\n[{command}]"),
-        *(f"peak\nmedian\n[{command}]", f"\nlargest\n[{command}]", "at limit\nlargest\n[%]"),
+        *(f"peak\nmedian\n[{command}]", f"\nlargest\n[{command}]", "at limit\nlargest\n[% time]"),
     ]
     for head in heads:
         table.add_column(head, justify="right")
@@ -100,28 +100,29 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     asked = isinstance(scenario.fitness, TolerancesSettings)
     if not (asked and len(values) and np.median(values) < 1.0):
         return ""
-    return f"exceeds its own tolerances: by a factor of {1.0 / np.median(values):.3g} on average"
+    return f"exceeds its targets by a factor of {1.0 / np.median(values):.3g} on average"
 
 
 def _caption(found: Json) -> str:
     low, high = found["interval"]
     lines = [
-        f"{100 * found['share']:.4g} % pass ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
-        "confidence): stable, and every constraint met"
+        f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
+        "confidence) pass: stable, all constraints met",
+        "median, 95 %, largest: over machines; chatter: rms command change per sample",
     ]
     if found["gain"] is None:
         lines.append("gain: the nominal machine does not pass")
     else:
         lines.append(f"gain: the nominal machine passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
-        changes = f"merit changes by {100 * found['precision']:.2g} % from float32 to float64"
+        changes = f"numerics: merit changes by {100 * found['precision']:.2g} % in float64"
         if found["substeps"] is not None:
             changes += f", {100 * found['substeps']:.2g} % with finer time steps"
         lines.append(changes)
     if chaos := merit_told(found):
         lines.append(chaos)
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
-        lines.append("* tested on the nominal machine only")
+        lines.append("* required on the nominal machine only")
     return "\n".join(lines)
 
 

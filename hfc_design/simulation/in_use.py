@@ -99,6 +99,7 @@ class Usable(NamedTuple):
         share, count = float(self.good.mean()), len(self.good)
         machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
         passes = "pass every motion" if len(self.motions) > 1 else "pass"
+        passes += " required of them" if len(self.asked) < len(self.motions) else ""
         if self.yes:
             return f"yes: {machines} {passes}"
         if self.loop_stable is False and not self._nominal:

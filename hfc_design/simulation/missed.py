@@ -1,4 +1,4 @@
-"""The scenario's own tolerances that a design misses: a loop may be stable, and still far off.
+"""The tolerances of the fitness, its targets, that a design exceeds: stable, and still far off.
 
 Plain numbers, as ``usable.json`` and design files have them. Never imports JAX.
 """
@@ -29,12 +29,10 @@ def missed_told(found: Json, motions: int = 2) -> str:
         KeyError, TypeError, AttributeError, ValueError: it has been edited.
     """
     told = [
-        f"{name} by a factor of {_short(one['times'])}"
-        + (f" in {one['motion']}" if motions > 1 else "")
+        f"{name} {_short(one['times'])}" + (f" in {one['motion']}" if motions > 1 else "")
         for name, one in found.items()
     ]
-    own = "tolerance" if len(told) == 1 else "tolerances"
-    return f"exceeds its own {own}: {', '.join(told)}" if told else ""
+    return f"exceeds its targets by these factors: {', '.join(told)}" if told else ""
 
 
 def _short(times: float) -> str:

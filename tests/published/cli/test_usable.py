@@ -39,7 +39,7 @@ def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
         (row,) = [line for line in done.stdout.splitlines() if line.startswith(f"{name} ")][:1]
         assert float(row.split()[1]) == pytest.approx(100 * one["share"], rel=1e-3)
     picture = (tmp_path / "d.svg").read_text()
-    share = f"{100 * found['share']:.4g} % pass "
+    share = f"{100 * found['share']:.4g} % pass"
     for text in (
         "pd-only on two",
         "12 machines within",

@@ -43,9 +43,9 @@ def test_the_table_by_hand(capsys):
     text = " ".join(told.out.split())
     assert "error once settled chatter peak at limit" in text
     assert "[urad]" in text
-    assert "98 % pass (89.35 to 99.95 % with 95 % confidence)" in text
-    assert "passes with the command scaled by 0.5 to 1.26" in text
-    assert "merit changes by 1.2 % from float32 to float64, 0.34 % with finer time steps" in text
+    assert "98 % (89.35 to 99.95 % with 95 % confidence) pass: stable" in text
+    assert "passes with its command multiplied by 0.5 to 1.26" in text
+    assert "numerics: merit changes by 1.2 % in float64, 0.34 % with finer time steps" in text
     assert told.err == WARNING + "\n"
 
 
@@ -81,7 +81,7 @@ def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
     show_usable(ANSWER | {"usable": True, "answer": "yes: all", "missed": missed})
     first, second, *_ = capsys.readouterr().out.splitlines()
     assert first == "Can I use it? yes: all"
-    assert second == "exceeds its own tolerance: settled_rms_error by a factor of 910 in b"
+    assert second == "exceeds its targets by these factors: settled_rms_error 910 in b"
 
 
 def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):

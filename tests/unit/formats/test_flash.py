@@ -69,8 +69,7 @@ def test_the_page_ends_with_what_counts_of_the_score():
     score["usable"]["missed"] = missed
     text = page(named_design("pd-only").model_copy(update={"score": score}))
     assert (
-        "by up to 3 %; but it exceeds its own tolerance: rms_error by a factor of 910 in there"
-        in text
+        "by up to 3 %; but it exceeds its targets by these factors: rms_error 910 in there" in text
     )
     score["usable"]["missed"] = {"rms_error": 3}  # has been edited
     assert "exceeds" not in page(named_design("pd-only").model_copy(update={"score": score}))
