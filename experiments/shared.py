@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from experiments.steps import FILE, WINDOWED, Ranged, Ranges
+from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
 from hfc_design.batch.folder import told as noted
 from hfc_design.batch.plan import LABEL, Published, matches
 from hfc_design.batch.published import Reproduced, figure_row, reproduced
@@ -20,6 +20,7 @@ from hfc_design.batch.runs import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
+from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import range_told
 
@@ -61,6 +62,12 @@ class Batch:
         """What the run with a label does, simulated again."""
         return finished_run(self.folder / self.run(label).path)[1].evaluation
 
+    def motions(self, label: str) -> list[Evaluation]:
+        """The same, and in finer steps."""
+        scenario, result = finished_run(self.folder / self.run(label).path)
+        found = [evaluate(result.design, finer(scenario, times)) for times in FINER[1:]]
+        return [result.evaluation, *found]
+
     def published(self) -> list[list[str]]:
         """``HEAD`` of every published figure."""
         listed = (told.published for own in batches_below(self.folder) for told in noted(own))
@@ -79,7 +86,7 @@ class Batch:
             own = found[0].over(found[1]) if len(found) == 2 else found[0]
             cells[3] = number(own, ".3g" if own.high < 1e3 else ".0f")
             if item.published:
-                cells[4] = number(own.over(Ranged.of(*[item.published] * 3)), ".2f")
+                cells[4] = number(own.over(Ranged.among([item.published])), ".2f")
             if len(found) == 1 and (other := self._windows(wanted)):
                 cells[6] = "; ".join(filter(None, (cells[6], other)))
         return [*cells[:5], cells[6]]
@@ -117,8 +124,9 @@ def calculated(
     figure: str, quantity: str, published: float | None, found: float, remark: str = ""
 ) -> list[str]:
     """A row of ``HEAD`` that no run stands behind."""
-    ratio = found / published if published else None
-    told = (number(published), number(found), number(ratio, ".2f"))
+    own = found if isinstance(found, Ranged) else Ranged.among([found])
+    times = own.over(Ranged.among([published])) if published else None
+    told = (number(published), number(found), number(times, ".2f"))
     return [figure, quantity, *told, remark]
 
 

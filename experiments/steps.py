@@ -8,7 +8,7 @@ reversal, of which no paper says how long it is: beside it stands what 0.8 to 2 
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import click
@@ -48,6 +48,11 @@ class Ranged(float):
         found = cls(value)
         found.low, found.high = low, high
         return found
+
+    @classmethod
+    def among(cls, values: Sequence[float]) -> "Ranged":
+        """The first of some values, and their ends."""
+        return cls.of(values[0], min(values), max(values))
 
     def over(self, other: "Ranged") -> "Ranged":
         """The ratio; its range holds whatever either of both is."""

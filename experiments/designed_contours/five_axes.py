@@ -73,7 +73,7 @@ def row(program: str, name: str, found: Mapping[str, Ranged]) -> list[str]:
     """A controller on the nominal machine."""
     beyond = max(x for key, x in found.items() if OVERSHOOT in key)
     own = [*(found[key] for key in MEASURED), beyond, found[CHATTER]]
-    return [program, name, *(f"{x.over(Ranged.of(1e-3, 1e-3, 1e-3)):.3g}" for x in own)]
+    return [program, name, *(f"{x.over(Ranged.among([1e-3])):.3g}" for x in own)]
 
 
 def paired(program: str, found: Comparison) -> Iterator[list[str]]:

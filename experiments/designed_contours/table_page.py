@@ -64,7 +64,7 @@ def row(motion: str, name: str, found: dict[str, Ranged], side: Side) -> list[st
 
     Where last bits decide, that gives another figure of the same range.
     """
-    micron = Ranged.of(1e-3, 1e-3, 1e-3)
+    micron = Ranged.among([1e-3])
     each = [found[key].with_also(side.nominal[key]) for key in METRICS]
     own = (f"{one.over(micron):.1f}" for one in each)
     return [motion, name, *own, f"{found[CHATTER]:.2f}"]
@@ -103,8 +103,8 @@ def main(machines: int, wanted: tuple[str, ...], times: int) -> None:
     rows, pairs = [], []
     for motion in wanted or MOTIONS:
         where = scenario(motion)
-        rows += [row(motion, name, figures(one, where)) for name, one in designs.items()]
-        told = compare(designs, finer(where, times), SPREAD, machines, SEED, tolerances=TOLERANCES)
+        stepped = finer(where, times)
+        told = compare(designs, stepped, SPREAD, machines, SEED, tolerances=TOLERANCES)
         sides = told.bouts[0].sides
         rows += [row(motion, x, figures(one, where), sides[x]) for x, one in designs.items()]
         pairs += versus(motion, sides)

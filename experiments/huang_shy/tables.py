@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.shared import Batch, Floats, calculated, markdown
+from experiments.steps import Ranged
 from hfc_design.files.pairing import load_design
 from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.simulation.evaluating import evaluate
@@ -52,9 +53,13 @@ def axes(batch: Batch) -> list[list[str]]:
     """Rows of ``HEAD`` of figs. 5 to 8."""
     rows = []
     for figure, label, axis, *printed in OF_AXES:
-        peaks = of_axis(batch.motion(label), axis)
-        for what, value, own in zip(("tracking error", "impulse"), printed, peaks, strict=True):
-            rows.append(calculated(figure, f"{label}, 60 mm: {what} of {axis} [mm]", value, own))
+        each = zip(*(of_axis(found, axis) for found in batch.motions(label)), strict=True)
+        for what, value, own in zip(("tracking error", "impulse"), printed, each, strict=True):
+            rows.append(
+                calculated(
+                    figure, f"{label}, 60 mm: {what} of {axis} [mm]", value, Ranged.among(own)
+                )
+            )
     return rows
 
 
@@ -62,16 +67,21 @@ def learning(batch: Batch) -> list[list[str]]:
     """Rows of ``HEAD``: how long what begins without a rule exceeds what is printed of it."""
     rows = []
     for label, printed in (("SOC", 0.015), ("25 mm, SOC", 0.01)):
-        found = batch.motion(label)
-        quiet = found.contour.undisturbed
         what = f"{label}: last beyond {printed:g} mm but for reversals [s]"
-        error = np.where(quiet, found.contour.error, 0.0)
-        rows.append(calculated("-", what, None, _last(found.time, error, printed)))
-    sine = batch.motion("sine, SOC")
+        last = [
+            _last(
+                found.time, np.where(found.contour.undisturbed, found.contour.error, 0.0), printed
+            )
+            for found in batch.motions(label)
+        ]
+        rows.append(calculated("-", what, None, Ranged.among(last)))
     what = "sine, SOC: last beyond 0.03 mm in the first half [s]"
-    half = sine.time < 10.0
-    last = _last(sine.time[half], sine.axes[0].motion.error[half], 0.03)
-    return [*rows, calculated("3", what, None, last)]
+    last = [
+        _last(sine.time[half], sine.axes[0].motion.error[half], 0.03)
+        for sine in batch.motions("sine, SOC")
+        for half in [sine.time < 10.0]
+    ]
+    return [*rows, calculated("3", what, None, Ranged.among(last))]
 
 
 def _last(time: Floats, error: Floats, limit: float) -> float:
