@@ -112,7 +112,7 @@ def draws(count: int = 15) -> str:
 def of_laps(batch: Batch, label: str) -> list[list[float]]:
     """Path error and impulse [mm] of each lap."""
     names = [[f"lap_{k + 1}_{peak}" for peak in PEAKS] for k in range(LAPS)]
-    return [[float(value or 0.0) for value in batch.values(label, *own)] for own in names]
+    return [[value or 0.0 for value in batch.values(label, *own)] for own in names]
 
 
 def machines(comparison: Path) -> str:
