@@ -1,31 +1,26 @@
 """Numbers that a run's folder has beside its design, as they are read back: checked."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import ConfigDict, Field
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import (
-    Finite,
-    NotNegative,
-    Record,
-    RunError,
-    UserError,
-    checked,
-)
+from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserError, checked
 from hfc_design.core.texts import about, content, decoded, json_of
+
+Item = TypeVar("Item")
+#: By the names of motions; of at least one.
+Named = Annotated[dict[str, Item], Field(min_length=1)]
 
 
 class Beside(Record):
-    """What a page needs of a file; it may have more."""
+    """What a page needs of a file; it may have more. No number stands where one is not finite."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
-class Reached(Beside):
-    """``attainable.json``, of a motion."""
-
+class _Reached(Beside):
     bound: NotNegative
     reached: NotNegative
     sum_error: NotNegative | None = None
@@ -34,39 +29,31 @@ class Reached(Beside):
 class AttainableFile(Beside):
     """``attainable.json``."""
 
-    motions: Annotated[dict[str, Reached], Field(min_length=1)]
+    motions: Named[_Reached]
     left_out: str = ""
 
 
-class Measure(Beside):
-    """``usable.json``, of a measure; no number where it is not finite."""
-
+class _Measure(Beside):
     median: Finite | None
     q95: Finite | None = None  # a share has none
     largest: Finite | None
 
 
-class InMotion(Beside):
-    """``usable.json``, of a motion."""
-
+class _InMotion(Beside):
     share: Finite
     reasons: dict[str, int]
     asked_of: Literal["all", "nominal"] = "all"
-    measures: Annotated[dict[str, Measure], Field(min_length=4, max_length=4)]
+    measures: Annotated[dict[str, _Measure], Field(min_length=4, max_length=4)]
 
 
-class Missed(Beside):
-    """``usable.json``, of a tolerance."""
-
+class _Missed(Beside):
     times: Finite
     motion: str
 
 
-class Ends(Beside):
-    """``usable.json``, of a merit that is chaotic."""
-
-    lowest: Finite | None
-    highest: Finite | None
+class _Ends(Beside):
+    lowest: Finite | None = None
+    highest: Finite | None = None
 
 
 class UsableFile(Beside):
@@ -74,7 +61,7 @@ class UsableFile(Beside):
 
     usable: bool
     answer: Annotated[str, Field(min_length=1)]
-    missed: dict[str, Missed] = {}
+    missed: dict[str, _Missed] = {}
     spread: Finite
     machines: int
     share: Finite
@@ -82,18 +69,14 @@ class UsableFile(Beside):
     gain: tuple[Finite, Finite] | None
     precision: Finite | None
     substeps: Finite | None
-    repeats: Ends = Ends(lowest=None, highest=None)
+    repeats: _Ends = _Ends()
     chaotic: bool = False
     units: Annotated[dict[str, str], Field(min_length=3, max_length=3)]
-    motions: Annotated[dict[str, InMotion], Field(min_length=1)]
+    motions: Named[_InMotion]
 
 
 def beside(path: Path, model: type[Beside]) -> Json | None:
-    """What a file beside a run's design says; None if there is none.
-
-    Raises:
-        RunError: it is damaged.
-    """
+    """What a file beside a run's design says; None if there is none. RunError: it is damaged."""
     if not path.exists():
         return None
     try:
