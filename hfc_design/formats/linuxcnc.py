@@ -165,9 +165,8 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
         own = plant_code.coefficients(axis.drive.coefficients(axis.parameters))
-        limits = scenario.limits.of(axis.name).command, design.limits.of(axis.name).command
         name = f"{identifier(axis.name)}-" if plant.axes else ""
-        axes[name] = {"set": own, "limit": min(filter(None, limits), default=None)}
+        axes[name] = {"set": own, "limit": scenario.limits.of(axis.name).command}
         _check_length(axis.name, own, ahead)
     table = np.stack(columns, axis=1)
     loop = {

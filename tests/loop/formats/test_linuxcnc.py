@@ -49,7 +49,8 @@ def test_an_axis_with_a_folder_of_its_own_has_a_loop_of_its_own():
         assert f"names={axis}-machine\n" in text
         assert f"names={axis}-controller\n" in text
         assert f"{other}-" not in text
-        assert re.findall(r"^setp .*controller.limit (.*)$", text, re.M) == limit
+        law = found[f"{axis}/jee_koren_2004_pid_{axis}.c"]
+        assert re.findall(r" own = R\((.*)\);", law) == limit
         rows = table(found[f"{axis}/reference.txt"])
         assert rows.shape[1] == 3
         np.testing.assert_array_equal(rows[:, 0], circle.axes[k].reference)
