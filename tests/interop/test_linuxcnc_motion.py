@@ -3,6 +3,7 @@
 import jax
 import made_up
 import numpy as np
+import pytest
 from hal_session import exported
 
 from hfc_design import runtime
@@ -124,16 +125,19 @@ def circle_of(design, duration):
     )
 
 
-def test_milling_tables_move_as_in_the_simulator(hal, tmp_path):
+@pytest.mark.parametrize("encoder", ["position", "motor_position"])
+def test_milling_tables_move_as_in_the_simulator(hal, encoder, tmp_path):
     """Across the backlash and into the flanks."""
-    scenario = load_scenario("milling-table-circle", ["simulation.duration_s=6"])
+    changes = ["simulation.duration_s=6", f"sensors.feedback={encoder}"]
+    scenario = load_scenario("milling-table-circle", changes)
     told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
     design = named_design("huang-pid").model_copy(update={"provenance": told})
     folder = exported(hal, design, tmp_path / "out")
     hal.run(folder, "loop.hal")
     axes = evaluate(design, scenario).axes
-    for (_, command, position), axis in zip(motion(folder), axes, strict=True):
+    for (error, command, position), axis in zip(motion(folder), axes, strict=True):
         assert abs(position - axis.motion.state.position).max() <= 1e-6
+        assert abs(error - axis.told()["error"]).max() <= 1e-6
         assert abs(command - axis.motion.command).max() <= 1e-4
 
 
