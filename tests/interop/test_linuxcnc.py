@@ -140,7 +140,9 @@ def test_a_pid_rests_until_it_is_enabled_and_winds_up_at_no_limit(hal, tmp_path)
 
 
 def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
-    design = with_controller(named_design("jee-koren-2004-aflc"), sample_time_s=0.001)
+    """The limit is one as in the design: it winds nothing up."""
+    own = {"sample_time_s": 0.001, "integral_gain": 40.0}
+    design = with_controller(named_design("jee-koren-2004-aflc"), **own)
     folder = exported(hal, design, tmp_path / "out")
     error = np.array(feed_oracle.errors(600, 3))
     enable = np.ones(600)
@@ -148,13 +150,14 @@ def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
     pins = {"reference": error.copy(), "position": np.zeros(600), "enable": enable}
     pins["reference"][500] = np.nan
     found = open_loop(hal, folder, 1000000, pins, "setp controller.limit 20", kinds="ffb")
+    design = made_up.limited(design, 20.0)
     controller = runtime.Controller(design)
     for k, (_, command, fault) in enumerate(found):
         wanted = 0.0
         if not enable[k]:
             controller = without_past(design, controller)
         elif k != 500:
-            wanted = min(max(controller.step({"error": float(error[k])}), -20.0), 20.0)
+            wanted = controller.step({"error": float(error[k])})
         assert fault == (k == 500)
         assert abs(command - wanted) <= 1e-6
     assert (abs(found[:, 1]) == 20.0).any()
