@@ -219,11 +219,11 @@ def _command(folder, about, signals, evaluate):
         for item in about["inputs"]:
             signal = signals[item["signal"]]
             if item["samples_ago"]:
-                signal = np.concatenate([[0.0], signal[:-1]])
+                signal = np.concatenate([signal[:1], signal[:-1]])
             values[item["name"]] = np.clip(item["scale"] * signal, item["lowest"], item["highest"])
     else:
         error = signals["error"]
-        change = 0.0 * error if about["form"] == "P" else np.diff(error, prepend=0.0)
+        change = 0.0 * error if about["form"] == "P" else np.diff(error, prepend=error[0])
         names = about.get("names", {"error": "error", "error_change": "error_change"})
         values = {names["error"]: error, names["error_change"]: change}
     with (folder / "manifest.csv").open() as file:

@@ -48,7 +48,7 @@ def inputs(record: FuzzyRecord) -> list[str]:
 def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     """The integral, the compensation, and the steps of a sample in words."""
     low, form, names = record.low_velocity, record.control_form(), record.names
-    change = "error - error of the previous sample, before the first one 0"
+    change = "error - error of the previous sample, in the first one 0"
     output = names.output
     action = output if form != "PI" else f"sum of the outputs of {output} up to this sample"
     steps = [
