@@ -78,7 +78,7 @@ void {{ name }}_init({{ name }}_state *state)
     }
 }
 
-static real commanded({{ name }}_state *state, const {{ name }}_inputs *inputs)
+static real commanded({{ name }}_state *state, const {{ name }}_inputs *inputs, real largest)
 {
     real place = 3 * inputs->spindle_velocity / R({{ highest | number }}), weights[7], friction = 0;
     place = place < -3 ? -3 : place > 3 ? 3 : place;
@@ -90,10 +90,8 @@ static real commanded({{ name }}_state *state, const {{ name }}_inputs *inputs)
     }
     const real pd = R({{ record.kp | number }}) * inputs->error
         + R({{ record.kd | number }}) * inputs->error_rate;
-    real step = R({{ (record.rate * every) | number }}) * inputs->error;
-{% if limit %}
-    step = held(pd + friction, 0, step);
-{% endif %}
+    const real asked = R({{ (record.rate * every) | number }}) * inputs->error;
+    const real step = held(pd + friction, 0, asked, largest);
     for (int k = 0; k < 7; k++) {
         state->table[k] += step * weights[k];
     }

@@ -17,8 +17,10 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.flash import folder as flash
+from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.writing import Content, Format, meanings_of, rendered
 from plants import PLANTS, Drive
+from plants.drive import fed_back
 
 #: Characters of a name in HAL.
 LONGEST = 47
@@ -78,7 +80,7 @@ def _values(design: Design) -> Json:
         known = f"{design.plant.name}; there is {', '.join(ours)}"
         raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
     axis = PlantSettings(**design.plant.model_dump()).each()[0]
-    drive = axis.drive
+    drive = _followed(design, axis.drive)
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
@@ -97,6 +99,19 @@ def _values(design: Design) -> Json:
         "millimetres": axis.length,
         **_plant(drive),
     }
+
+
+def _followed(design: Design, drive: Drive) -> Drive:
+    """The drive with the encoder fed back that the design's scenario names.
+
+    Raises:
+        UserError: it names another one for another axis.
+    """
+    encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
+    if len(encoders) > 1:
+        told = f"sensors.feedback must be one encoder for all axes (got {', '.join(encoders)})"
+        raise UserError(f"design {design.name}: {told}; with limits.axes each has a component")
+    return drive if encoders == [drive.position] else fed_back(drive, encoders[0])
 
 
 def _plant(drive: Drive) -> Json:
@@ -122,12 +137,12 @@ def _signals(design: Design, plant: Drive) -> Json:
         if name not in units:
             told = f"reads {name}, which is no signal of the {plant.name}"
             raise UserError(f"design {design.name}: {told}")
-    pairs = {"error": ("reference", plant.position)}
-    pairs["error_rate"] = ("reference_rate", plant.velocity)
+    position, velocity = plant.seen
+    pairs = {"error": ("reference", position), "error_rate": ("reference_rate", velocity)}
     sources = {name: pairs.get(name, (name,)) for name in read}
-    units[plant.position] = units["error"]
+    units[position] = units["error"]
     return {
-        "position": plant.position,
+        "position": position,
         "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},
         "pins": {pin: units[pin] for pins in sources.values() for pin in pins},
         "meanings": meanings_of(plant)
@@ -165,9 +180,8 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
         own = plant_code.coefficients(axis.drive.coefficients(axis.parameters))
-        limits = scenario.limits.of(axis.name).command, design.limits.of(axis.name).command
         name = f"{identifier(axis.name)}-" if plant.axes else ""
-        axes[name] = {"set": own, "limit": min(filter(None, limits), default=None)}
+        axes[name] = {"set": own, "limit": scenario.limits.of(axis.name).command}
         _check_length(axis.name, own, ahead)
     table = np.stack(columns, axis=1)
     loop = {

@@ -86,7 +86,7 @@ static void run_{name}(void)
     {name}_real command;
     {name}_init(&state);
     while (fread(&inputs, sizeof inputs, 1, stdin) == 1) {{
-        command = {name}_step(&state, &inputs);
+        command = {step};
         fwrite(&command, sizeof command, 1, stdout);
     }}
 }}
@@ -108,14 +108,20 @@ static void run_{name}(void)
 """
 
 
-def together(designs, folder, *flags):
-    """One program of all ``designs``: the name of one, its samples -> commands."""
+def together(designs, folder, *flags, within=None):
+    """One program of all ``designs``: the name of one, its samples -> commands.
+
+    ``within`` is a limit of each that the caller sets.
+    """
     lines = ["#include <stdio.h>", "#include <stdlib.h>"]
-    for k, design in enumerate(designs.values()):
+    for k, (key, design) in enumerate(designs.items()):
         own = design.model_copy(update={"name": f"law{k}"})
         write(folder / own.name, machine_code.sources(own))
         lines += [f'#include "{own.name}/{own.name}.h"']
-        lines += [(ONE_OF if own.kind.law else MACHINE).format(name=own.name)]
+        step = f"{own.name}_step(&state, &inputs)"
+        if within is not None:
+            step = f"{own.name}_step_within(&state, &inputs, {within[key]!r})"
+        lines += [(ONE_OF if own.kind.law else MACHINE).format(name=own.name, step=step)]
     runs = ", ".join(f"run_law{k}" for k in range(len(designs)))
     lines += [f"static void (*const runs[])(void) = {{ {runs} }};"]
     lines += [

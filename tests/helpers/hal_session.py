@@ -129,6 +129,7 @@ def open_loop(hal, folder, period, pins, *extra, kinds=None, after=""):
     """
     kinds = kinds or "f" * len(pins)
     write_rows(folder / "in.txt", kinds, pins.values())
+    extra = extra if "enable" in pins else (*extra, "sets enable 1")
     nets = [f"net {pin} streamer.0.pin.{k} => controller.{pin}" for k, pin in enumerate(pins)]
     count = len(next(iter(pins.values())))
     text = OPEN_LOOP.format(

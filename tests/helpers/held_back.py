@@ -81,6 +81,7 @@ FORMS = {
     "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
     "flc of form PI": ("jee-koren-2004-flc", {"controller.form": "PI"}),
     "aflc that integrates": ("jee-koren-2004-aflc", {"controller.integral_gain": 40.0}),
+    "soflc that integrates": ("jee-koren-1995-soflc", {"controller.integral_gain": 40.0}),
     "hierarchy on a linear part": ("lin-lee-1999-table-1", {"controller.linear": LINEAR}),
     "adapting hierarchy on a linear part": (
         "lin-lee-1999-table-1",

@@ -125,8 +125,24 @@ def test_a_table_that_learns_does_what_the_runtime_does(hal, tmp_path):
         assert abs(command - controller.step({"error": error})) <= 1e-6
 
 
+def test_a_pid_rests_until_it_is_enabled_and_winds_up_at_no_limit(hal, tmp_path):
+    """By hand: at the limit the sum stays 0, and the jump of -55 in sample 210 drives beyond it."""
+    design = with_controller(named_design("jee-koren-2004-pid"), sample_time_s=0.001)
+    folder = exported(hal, design, tmp_path / "out")
+    error, enable = np.repeat([50.0, -5.0], [210, 90]), np.ones(300)
+    enable[:10] = enable[250:260] = 0
+    pins = {"reference": error, "position": np.zeros(300), "enable": enable}
+    found = open_loop(hal, folder, 1000000, pins, "setp controller.limit 30", kinds="ffb")
+    k_p, k_i = design.controller.pid.k_p, design.controller.pid.k_i * 0.001
+    again = -5.0 * (k_p + k_i * np.arange(1, 41))
+    wanted = np.concatenate([[0.0] * 10, [30.0] * 200, [-30.0], again[:39], [0.0] * 10, again])
+    assert abs(found[:, 1] - wanted).max() <= 1e-6
+
+
 def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
-    design = with_controller(named_design("jee-koren-2004-aflc"), sample_time_s=0.001)
+    """The limit is one as in the design: it winds nothing up."""
+    own = {"sample_time_s": 0.001, "integral_gain": 40.0}
+    design = with_controller(named_design("jee-koren-2004-aflc"), **own)
     folder = exported(hal, design, tmp_path / "out")
     error = np.array(feed_oracle.errors(600, 3))
     enable = np.ones(600)
@@ -134,13 +150,14 @@ def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
     pins = {"reference": error.copy(), "position": np.zeros(600), "enable": enable}
     pins["reference"][500] = np.nan
     found = open_loop(hal, folder, 1000000, pins, "setp controller.limit 20", kinds="ffb")
+    design = made_up.limited(design, 20.0)
     controller = runtime.Controller(design)
     for k, (_, command, fault) in enumerate(found):
         wanted = 0.0
         if not enable[k]:
             controller = without_past(design, controller)
         elif k != 500:
-            wanted = min(max(controller.step({"error": float(error[k])}), -20.0), 20.0)
+            wanted = controller.step({"error": float(error[k])})
         assert fault == (k == 500)
         assert abs(command - wanted) <= 1e-6
     assert (abs(found[:, 1]) == 20.0).any()

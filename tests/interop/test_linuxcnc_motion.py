@@ -3,6 +3,7 @@
 import jax
 import made_up
 import numpy as np
+import pytest
 from hal_session import exported
 
 from hfc_design import runtime
@@ -70,27 +71,31 @@ def test_a_fast_c_axis_moves_as_in_the_simulator(hal, tmp_path):
     assert abs(command - axis.motion.command).max() <= 2e-6
 
 
-def sine_of(duration):
+def sine_of(duration, *changes):
     """The beginning of a slow sine."""
-    scenario = load_scenario("c-axis-sine", [f"simulation.duration_s={duration}"])
+    scenario = load_scenario("c-axis-sine", [f"simulation.duration_s={duration}", *changes])
     return scenario.model_dump(mode="json", exclude_none=True)
 
 
 def test_a_linear_controller_moves_as_in_the_simulator(hal, tmp_path):
-    """A PID with feed-forward of velocity, acceleration and Coulomb friction on a sine."""
+    """A PID with feed-forward of velocity, acceleration and Coulomb friction on a sine.
+
+    The drive saturates, which the controller is not told of: its integral winds up in both.
+    """
     ahead = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width": 0.003}
     own = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "derivative_hz": 300.0}
     design = made_up.linear("pid+ff", 1)
     controller = design.controller.model_copy(
         update={**own, "signals": {}, "feed_forward": type(design.controller.feed_forward)(**ahead)}
     )
-    design = design.model_copy(
-        update={"controller": controller, "provenance": {"scenario": sine_of(2.0)}}
-    )
+    told = {"scenario": sine_of(2.0, "limits.command=9")}
+    design = design.model_copy(update={"controller": controller, "provenance": told})
     folder = exported(hal, design, tmp_path / "out")
     hal.run(folder, "loop.hal")
     (axis,) = evaluate(design, own_scenario(design, "pid")).axes
     ((error, command, position),) = motion(folder)
+    assert (abs(command) > 9.0).sum() > 20
+    command = np.clip(command, -9.0, 9.0)
     assert abs(position - axis.motion.state.spindle_angle).max() <= 1e-6
     assert abs(error - axis.motion.error).max() <= 1e-6
     assert abs(command - axis.motion.command).max() <= 1e-4
@@ -120,16 +125,19 @@ def circle_of(design, duration):
     )
 
 
-def test_milling_tables_move_as_in_the_simulator(hal, tmp_path):
+@pytest.mark.parametrize("encoder", ["position", "motor_position"])
+def test_milling_tables_move_as_in_the_simulator(hal, encoder, tmp_path):
     """Across the backlash and into the flanks."""
-    scenario = load_scenario("milling-table-circle", ["simulation.duration_s=6"])
+    changes = ["simulation.duration_s=6", f"sensors.feedback={encoder}"]
+    scenario = load_scenario("milling-table-circle", changes)
     told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
     design = named_design("huang-pid").model_copy(update={"provenance": told})
     folder = exported(hal, design, tmp_path / "out")
     hal.run(folder, "loop.hal")
     axes = evaluate(design, scenario).axes
-    for (_, command, position), axis in zip(motion(folder), axes, strict=True):
+    for (error, command, position), axis in zip(motion(folder), axes, strict=True):
         assert abs(position - axis.motion.state.position).max() <= 1e-6
+        assert abs(error - axis.told()["error"]).max() <= 1e-6
         assert abs(command - axis.motion.command).max() <= 1e-4
 
 

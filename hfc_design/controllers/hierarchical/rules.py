@@ -53,7 +53,7 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     root = f"unit_{record.units[-1].id}"
     steps = [
         "input = min(max(scale * signal, lowest), highest); with samples_ago 1 the signal is that "
-        "of the previous sample, in the first one of that",
+        "of the previous sample, in the first one that of this sample",
         "the units of manifest.csv in its order; each reads inputs or earlier units",
         f"command = kp * error + kd * error_rate + output_scale * {root}",
     ]

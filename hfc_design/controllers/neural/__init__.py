@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Json
 def _c(record: NeuralDesign) -> Json:
     units = len(record.weights.hidden)
     numbers = {"gains": record.gains(), "weights": record.weights, "units": units}
-    return {**numbers, "hyperbolic": True}
+    return {**numbers, "hyperbolic": True, "integrates": True}
 
 
 KIND = Kind(

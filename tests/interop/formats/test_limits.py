@@ -1,13 +1,16 @@
 """C keeps the limits of a command and of its rate as the runtime does."""
 
 import numpy as np
+import pytest
 from c_program import together
 from held_back import FORMS, by_hand, free, limited, samples, slow, stepped
 
+from hfc_design.files.design import Limits
 
-def commanded(own, folder, *flags, real=np.float64):
+
+def commanded(own, folder, *flags, real=np.float64, within=None):
     """Of each of the designs what C commands, and the signals that it has to be of."""
-    run = together(own, folder, *flags)
+    run = together(own, folder, *flags, within=within)
     signals = {case: samples(design) for case, design in own.items()}
     rows = {case: np.stack([*told.values()], axis=1) for case, told in signals.items()}
     return {case: (run(case, rows[case], real), signals[case]) for case in own}
@@ -21,6 +24,20 @@ def test_the_runtime_and_c_keep_a_limit_alike(tmp_path):
         assert 0.95 * limit < np.abs(expected).max() <= limit, case
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * limit, err_msg=case)
         assert np.abs(found).max() <= limit, case
+
+
+@pytest.mark.parametrize("times", [None, 3.0])
+def test_a_limit_of_the_caller_is_one_of_the_design(times, tmp_path):
+    """Bit for bit, of designs without a limit and of those with a larger one."""
+    own = {case: limited(name, **changes) for case, (name, changes) in FORMS.items()}
+    within = {case: design.limits.command for case, design in own.items()}
+    others = {
+        case: design.model_copy(update={"limits": Limits(command=times and times * within[case])})
+        for case, design in own.items()
+    }
+    expected = commanded(own, tmp_path / "own")
+    for case, (found, _) in commanded(others, tmp_path / "caller", within=within).items():
+        np.testing.assert_array_equal(found, expected[case][0], err_msg=case)
 
 
 def test_the_runtime_and_c_keep_a_rate_alike(tmp_path):

@@ -7,12 +7,14 @@ table. At a limit no sum grows: once the error has turned the command leaves the
 
 import numpy as np
 import pytest
-from c_program import built
+from c_program import built, together
 from c_program import commands as run_c
+from held_back import FORMS, limited
 from structured_text import FunctionBlock
 
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
+from hfc_design.files.design import Limits
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller, Machine
 
@@ -24,10 +26,20 @@ STILL = {
     HIERARCHY: {},
     "huang-neural": {"controller.rate": 0.0},
 }
-STANDS = {"error": 30.0, "spindle_velocity": 0.03}
+#: A change of so much is another term than one of 0: it would be seen.
+STANDS = {"error": 12.0, "spindle_velocity": 0.03}
 SMALL = {HIERARCHY: 0.001, "huang-soc": 0.02, "huang-neural": 0.02}
-
-
+#: What has a sum, its error and the turned one: of the form PI a step is less than the limit.
+WINDING = {
+    PID: (30.0, -3.0),
+    "flc that integrates": (30.0, -3.0),
+    "flc of form PI": (5.0, -3.0),
+    "aflc that integrates": (30.0, -3.0),
+    "soflc that integrates": (30.0, -3.0),
+    "hierarchy on a linear part": (0.05, -0.005),
+    "adapting hierarchy on a linear part": (0.05, -0.005),
+    "hierarchy that schedules": (0.05, -0.005),
+}
 STEADY = {"controller.contour.k_i": 0.0, "controller.inner.pid.k_i": 0.0}
 
 
@@ -53,6 +65,14 @@ def in_st(design, rows, folder):
     return [block.step(**row) for row in rows]
 
 
+def within(design, rows, folder):
+    """In C that is told the limit; the design's own is three times as large."""
+    limit = design.limits.command
+    own = {"own": design.model_copy(update={"limits": Limits(command=3.0 * limit)})}
+    run = together(own, folder, within={"own": limit})
+    return run("own", [[*row.values()] for row in rows])
+
+
 IN = {"python": in_python, "c": in_c, "st": in_st}
 
 
@@ -66,7 +86,7 @@ def test_a_standing_error_is_no_kick(language, name, tmp_path):
     assert abs(found[1]) > 0.1
     np.testing.assert_allclose(found, found[1], rtol=1e-13)
     if name == PID:
-        assert found[0] == pytest.approx(30.0 * design.controller.pid.k_p, rel=1e-13)
+        assert found[0] == pytest.approx(12.0 * design.controller.pid.k_p, rel=1e-13)
 
 
 @pytest.mark.parametrize("name", [FLC, HIERARCHY])
@@ -106,7 +126,27 @@ def test_forgetting_is_a_first_sample_again():
     again = row | {"error": -50.0}
     both += [controller.step(again), block.step(**again, reset=True)]
     k_p = design.controller.pid.k_p
-    np.testing.assert_allclose(both, k_p * np.array([30.0, 30.0, -50.0, -50.0]), rtol=1e-13)
+    np.testing.assert_allclose(both, k_p * np.array([12.0, 12.0, -50.0, -50.0]), rtol=1e-13)
+
+
+@pytest.mark.parametrize("case", WINDING)
+@pytest.mark.parametrize("run", [in_python, in_c, within, in_st])
+def test_a_turned_error_takes_the_command_off_its_limit(run, case, tmp_path):
+    """In its second sample, as the change of the error drives in the first."""
+    name, changes = FORMS[case]
+    design = limited(name, **changes)
+    still = dict.fromkeys(design.kind.reads(design.controller), 0.0)
+    rows = [still | {"error": error} for error in np.repeat(WINDING[case], [200, 4])]
+    limit = design.limits.command
+    found = np.array(run(design, rows, tmp_path))
+    assert 0.85 * limit < found[199] <= limit
+    assert -limit < found[201] < found[199]
+    free = design.model_copy(update={"limits": Limits()})
+    assert min(in_python(free, rows, None)[200:]) > limit  # a sum that nothing holds
+    if case == PID:
+        gains, every = design.controller.pid, design.controller.sample_time_s
+        by_hand = -3.0 * (gains.k_p + gains.k_i * every * np.array([1.0, 2.0, 3.0]))
+        np.testing.assert_allclose(found[201:], by_hand, rtol=1e-12)
 
 
 def test_a_contour_error_that_stands_is_no_kick():

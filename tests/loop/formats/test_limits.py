@@ -82,7 +82,7 @@ def test_an_axis_may_have_its_own():
         commanded_alone(design.by_axis()[axis.name], axis)
         assert np.abs(axis.motion.command).max() == limit
     text = machine_code.sources(design.by_axis()["y"])["jee_koren_2004_pid_y.c"]
-    assert "largest = R(4.0); /* command of either sign [unit] */" in text
+    assert "own = R(4.0); /* command of either sign [unit] */" in text
 
 
 def test_axes_of_limits_alone_are_those_of_the_scenario():
@@ -91,7 +91,7 @@ def test_axes_of_limits_alone_are_those_of_the_scenario():
     found = texts(hfc.load_design("jee-koren-2004-pid", changes), "linuxcnc")
     for axis, limit in {"x": "9.0", "y": "4.0"}.items():
         text = found[f"{axis}/jee_koren_2004_pid_{axis}.c"]
-        assert re.findall(r"largest = R\((.*)\); /\* command of either sign", text) == [limit]
+        assert re.findall(r"own = R\((.*)\); /\* command of either sign", text) == [limit]
         assert f"keeps to {limit} unit" in found[f"{axis}/README.md"]
 
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from exported import table, texts, with_controller
+from exported import table, texts, with_controller, with_scenario
 from wording import refused
 
 from hfc_design.files.named_scenario import load_scenario
@@ -49,10 +49,27 @@ def test_an_axis_with_a_folder_of_its_own_has_a_loop_of_its_own():
         assert f"names={axis}-machine\n" in text
         assert f"names={axis}-controller\n" in text
         assert f"{other}-" not in text
-        assert re.findall(r"^setp .*controller.limit (.*)$", text, re.M) == limit
+        law = found[f"{axis}/jee_koren_2004_pid_{axis}.c"]
+        assert re.findall(r" own = R\((.*)\);", law) == limit
         rows = table(found[f"{axis}/reference.txt"])
         assert rows.shape[1] == 3
         np.testing.assert_array_equal(rows[:, 0], circle.axes[k].reference)
+
+
+def test_a_component_reads_the_encoder_that_the_scenario_feeds_back():
+    """Of the whole machine only one; what has a folder for each axis reads the own of each."""
+    pid, loop = load_design("huang-pid"), ("milling-table-circle", "simulation.duration_s=1")
+    both = files(with_scenario(pid, *loop, "sensors.feedback=motor_position"))
+    assert "net x-motor-position <= x-machine.motor-position\n" in both["loop.hal"]
+    assert "net x-true-position x-machine.true-position =>" in both["loop.hal"]
+    assert "`error` | out | mm | reference less motor-position |" in both["README.md"]
+    one = (*loop, "sensors.axes.y.feedback=motor_position")
+    with refused():
+        files(with_scenario(pid, *one))
+    own = {"plant.axes": {"x": {}, "y": {}}, "limits.axes.y": {"command": 10.0}}
+    apart = files(with_scenario(load_design("huang-pid", own), *one))
+    for axis, pin in {"x": "position", "y": "motor-position"}.items():
+        assert f"net {axis}-{pin} <= {axis}-machine.{pin}\n" in apart[f"{axis}/loop.hal"]
 
 
 def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason():

@@ -45,7 +45,7 @@ def test_reference_is_all_of_the_scenario():
     assert rows.shape == (3000, 3)
     assert np.allclose(rows[:, 0], angle, rtol=0, atol=1e-15)
     assert np.allclose(rows[:, 2], 5.0, rtol=0, atol=1e-14)
-    assert "setp controller.limit 120.0\n" in found["loop.hal"]
+    assert "setp machine.limit 120.0\n" in found["loop.hal"]
     assert "halsampler -n 3000 " in found["loop.hal"]
     assert found["loop.hal"].count(" depth=3001 ") == 2  # a queue of HAL leaves one place empty
     assert "3000 samples of the scenario c-axis-sine, all of it" in found["README.md"]
