@@ -42,7 +42,7 @@ def show_usable(found: Json | None) -> None:
         (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
     )
     command = found["units"][chatter]
-    table = plain_table(caption=_caption(found), caption_justify="left")
+    table = plain_table()
     table.add_column("motion", no_wrap=True)
     one, two = HEADS[tracking]
     heads = [
@@ -63,6 +63,8 @@ def show_usable(found: Json | None) -> None:
         mark = "" if one.get("asked_of") != "nominal" else " *"
         table.add_row(name + mark, *(measured(x, factor, _short, "-") for factor, x in cells))
     show_whole(table)
+    for one in _below(found):
+        print(fill(one, room()))
 
 
 def settling_told(found: Json | None, asked: Collection[str]) -> str:
@@ -103,7 +105,8 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     return f"exceeds its targets by a factor of {1.0 / np.median(values):.3g} on average"
 
 
-def _caption(found: Json) -> str:
+def _below(found: Json) -> list[str]:
+    """What stands below the table, a line each."""
     low, high = found["interval"]
     lines = [
         f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
@@ -123,7 +126,7 @@ def _caption(found: Json) -> str:
         lines.append(chaos)
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
         lines.append("* required on the nominal machine only")
-    return "\n".join(lines)
+    return lines
 
 
 def _short(value: float) -> str:

@@ -41,8 +41,9 @@ from hfc_design.formats.writing import (
 LIMITED = "command = min(max(command, -largest_command), largest_command)"
 #: Clamping anti-windup, see ``controllers.controller.held``.
 NOT_WOUND_UP = (
-    "where command is beyond largest_command in either direction, a sum that this sample moves "
-    "further in that direction stays as it was at the sample before, and command is added up again"
+    "where command is beyond largest_command in either direction, an integral that this sample "
+    "moves further in that direction stays as it was at the sample before, and command is added "
+    "up again"
 )
 RATE_LIMITED = (
     "command = min(max(command, previous_command - largest_change), previous_command + "

@@ -248,15 +248,12 @@ def _command(folder, about, signals, evaluate):
     pushed = compensation(low, **signals) if low else np.zeros(len(output))
     steps = about["integral_gain"] * about["sample_time_s"] * signals["error"]
     integral = action = 0.0
-    found = []
+    summed, found = about["form"] == "PI", []
     for inferred, step, push in zip(output, steps, pushed, strict=True):
-        sums = [inferred + (action if about["form"] == "PI" else 0.0), integral + step]
-        beyond = sum(sums) + push if abs(sum(sums) + push) > largest else 0.0
-        if about["form"] == "PI" and (sums[0] - action) * beyond > 0.0:
-            sums[0] = action
-        if step * beyond > 0.0:
-            sums[1] = integral
-        action, integral = sums
+        action = np.clip(action + inferred, -largest, largest) if summed else inferred
+        whole = action + integral + step + push
+        if not (abs(whole) > largest and step * whole > 0.0):
+            integral += step
         found.append(np.clip(action + integral + push, -largest, largest))
     return np.array(found)
 

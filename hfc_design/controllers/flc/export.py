@@ -50,7 +50,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     low, form, names = record.low_velocity, record.control_form(), record.names
     change = "error - error of the previous sample, in the first one 0"
     output = names.output
-    action = output if form != "PI" else f"sum of the outputs of {output} up to this sample"
+    action = output if form != "PI" else f"sum of the outputs of {output}, within largest_command"
     steps = [
         f"{names.error_change} = {'0' if form == 'P' else change}",
         f"the unit {output} reads both in BLU; they are neither scaled nor limited",
@@ -174,7 +174,7 @@ def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
         ],
         "start": "",
         "current": "",
-        "integrates": bool(table.k_i) or record.control_form() == "PI",
+        "integrates": bool(table.k_i),
         "form": record.control_form(),
         "error_centres": [term[1] for term in error_terms],
         "change_centres": [term[1] for term in change_terms],

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
+from hfc_design.controllers.controller import AxisLaw, Signals, held, limited, outside
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Triangles, Xp, dot, total
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
@@ -93,7 +93,7 @@ def sample(
     in_change = memberships(xp, gains.change_terms, change)
     inferred = fuzzy = infer(xp, in_error, in_change, gains.singletons)
     if law.structure == "PI":
-        fuzzy = memory.fuzzy + inferred
+        fuzzy = limited(xp, law.limit, memory.fuzzy + inferred)
     integral = memory.integral + gains.k_i * law.sample_time * error
     pushed = None
     if gains.compensation is not None:
@@ -101,8 +101,6 @@ def sample(
     command = _sum(fuzzy, integral, pushed)
     if law.limit is not None:
         integral = held(xp, law.limit, command, memory.integral, integral)
-        if law.structure == "PI":
-            fuzzy = held(xp, law.limit, command, memory.fuzzy, fuzzy)
         command = _sum(fuzzy, integral, pushed)
     table = gains.error_terms, gains.change_terms, gains.singletons
     parts = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)

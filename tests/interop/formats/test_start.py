@@ -29,11 +29,11 @@ STILL = {
 #: A change of so much is another term than one of 0: it would be seen.
 STANDS = {"error": 12.0, "spindle_velocity": 0.03}
 SMALL = {HIERARCHY: 0.001, "huang-soc": 0.02, "huang-neural": 0.02}
-#: What has a sum, its error and the turned one: of the form PI a step is less than the limit.
+#: What has a sum, its error and the turned one.
 WINDING = {
     PID: (30.0, -3.0),
     "flc that integrates": (30.0, -3.0),
-    "flc of form PI": (5.0, -3.0),
+    "flc of form PI": (30.0, -3.0),
     "aflc that integrates": (30.0, -3.0),
     "soflc that integrates": (30.0, -3.0),
     "hierarchy on a linear part": (0.05, -0.005),
