@@ -1,5 +1,6 @@
 """What a drive is: one axis with one command, as somebody writes it in thirty lines."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -162,8 +163,18 @@ def only_positive(
     return fault
 
 
+#: A unit: it stands in comments of code and in commands, where nothing in it may end them.
+UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
 #: Signals that every drive has.
 COMMON = ("error", "error_rate", "command", "load")
+
+
+NAMED = "a name of letters, digits and _, 32 at most"
+
+
+def is_name(text: str) -> bool:
+    """Whether a text can name a signal or an axis, in every language."""
+    return text.isascii() and text.isidentifier() and len(text) <= 32
 
 
 def called(thing: Any, part: str, *given: Any) -> Any:
@@ -204,6 +215,17 @@ def drive_fault(drive: Drive) -> str | None:
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
+        *(
+            f"meanings: {x!r} has to be a line of text"
+            for x in drive.meanings.values()
+            if not x.isprintable()
+        ),
+        *(
+            f"the unit {x!r} may have letters, digits, spaces and /.^%°·()+-, 32 at most"
+            for x in (*drive.units.values(), *drive.parameter_units.values())
+            if not UNIT.fullmatch(x)
+        ),
+        *(f"{x!r} has to be {NAMED}" for x in drive.units if not is_name(x)),
         called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

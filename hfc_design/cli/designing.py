@@ -1,5 +1,6 @@
 """``hfc design``: a search from the options of a command line to tables on a terminal."""
 
+import shlex
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -121,7 +122,7 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
     try:
         check(scenario)
         if scenario.motions:
-            return f"near the best? hfc attainable {folder}"
+            return f"near the best? hfc attainable {shlex.quote(str(folder))}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # there is no bound, or it was not found
         return ""

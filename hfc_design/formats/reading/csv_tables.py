@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import inf
 from os.path import isdir, isfile
 from pathlib import Path
+from shlex import quote
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats.reading.system import (
@@ -49,7 +50,7 @@ def _instead(folder: Path) -> str:
     if not others:
         return "a hierarchy's tables hold no terms to import"
     if len(others) == 1:
-        return f"of an engine a file is imported, as in hfc import {folder / others[0]}"
+        return f"of an engine a file is imported, as in hfc import {quote(str(folder / others[0]))}"
     return (
         f"its {len(others)} files are the units of a hierarchy; each is imported alone, as in hfc "
         f"import {folder / others[0]}, and all together from --to json"
