@@ -199,19 +199,16 @@ def drive_fault(drive: Drive) -> str | None:
         return f"signals has to give a dict, and gives {signals!r}"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
+    of_parameters = {"exact": drive.exact, "parameter_units": drive.parameter_units}
+    of_parameters["resolutions"] = drive.resolutions.values()
     faults = [
         *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
         *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
         *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
-        *(f"exact: no parameter is called {x!r}" for x in drive.exact if x not in dir(parameters)),
         *(
-            f"parameter_units: no parameter is called {x!r}"
-            for x in drive.parameter_units
-            if x not in dir(parameters)
-        ),
-        *(
-            f"resolutions: no parameter is called {x!r}"
-            for x in drive.resolutions.values()
+            f"{key}: no parameter is called {x!r}"
+            for key, names in of_parameters.items()
+            for x in names
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),

@@ -76,6 +76,7 @@ def design(
     from hfc_design.cli.usable_table import settling_told, show_usable
     from hfc_design.core.console import busy
     from hfc_design.core.lock import alone
+    from hfc_design.core.records import in_a_line
     from hfc_design.files.doubts import doubts
     from hfc_design.report.page import write_page
     from hfc_design.report.verdict import baselines
@@ -87,7 +88,7 @@ def design(
     if not resume:
         found = run.new_run(found, folder)
     for line in doubts(found):  # a search with a wrong unit takes as long as with the right one
-        click.echo(f"hfc: warning: {line}", err=True)
+        click.echo(in_a_line(f"hfc: warning: {line}"), err=True)
     result, summary = _searched(found, folder, anyway, quiet)
     told = _near_the_best(found, result, folder)
     with nullcontext() if quiet else busy("the report, on machines that no search has seen"):

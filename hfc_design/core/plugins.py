@@ -30,6 +30,7 @@ from pydantic import (
     create_model,
 )
 
+from hfc_design.core.dotted import flat
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
 from hfc_design.core.own_faults import raised
@@ -100,7 +101,7 @@ class Group(Generic[Thing]):
         if not found:
             raise UserError(
                 f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
-                "ones by --use module:OBJECT, or runtime.use('module:OBJECT')"
+                "ones: --use module:OBJECT or runtime.use"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -273,13 +274,9 @@ def options(texts: Iterable[str]) -> str:
 @AfterValidator
 def naming_modules(provenance: Json) -> Json:
     """Validates a provenance: its plug-ins are nothing but modules and what is in them."""
-    named = provenance.get("plugins", {})
-    for what, parts in named.items() if isinstance(named, dict) else [("", named)]:
-        for name, text in parts.items() if isinstance(parts, dict) else [("", None)]:
-            if not isinstance(text, str) or not REFERENCE.fullmatch(text):
-                key = ".".join(filter(None, ("plugins", what, name)))
-                told = short(parts if text is None else text)
-                raise ValueError(f"{key} = {told}: has to name each as module:OBJECT")
+    for key, text in flat({"plugins": provenance.get("plugins", {})}).items():
+        if not isinstance(text, str) or not REFERENCE.fullmatch(text):
+            raise ValueError(f"{key} = {short(text)}: has to name each as module:OBJECT")
     return provenance
 
 

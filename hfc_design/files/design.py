@@ -220,11 +220,10 @@ def named_design(source: AnyDesign) -> Design:
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
     if not exists(path):
         raise no_such("design", name, builtin_designs())
-    typed = quote(name)
     if path.is_dir() and exists(path / "batch.json"):
         raise UserError(
-            f"{name}: is the folder of a batch, not of a design; name one of the runs in it, "
-            f"which hfc report {typed} lists, or draw their searches: hfc plot {typed} convergence"
+            f"{name}: is the folder of a batch, not of a design; name one of its runs, which "
+            "hfc report FOLDER lists, or draw their searches: hfc plot FOLDER convergence"
         )
     if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")

@@ -321,7 +321,7 @@ def test_a_mistyped_plant_is_told_beside_its_parameters():
         {"plant": {"a": "m:P; touch x"}},
         {"plant": {"a": "m"}},
         {"plant": {"a": ["m:P"]}},
-        {"plant": "m:P"},
+        {"plant": "m:P -c"},
         {"plant": {"a": "-c:P"}},
         ["m:P"],
     ],
