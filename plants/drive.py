@@ -165,16 +165,12 @@ def only_positive(
 
 #: A unit: it stands in comments of code and in commands, where nothing in it may end them.
 UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
+#: A signal or an axis, in every language.
+NAME = re.compile(r"[A-Za-z_]\w{0,31}", re.ASCII)
+NAMED = "letters, digits and _, 32 at most"
+UNITS = "letters, digits, spaces and /.^%°·()+-, 32 at most"
 #: Signals that every drive has.
 COMMON = ("error", "error_rate", "command", "load")
-
-
-NAMED = "a name of letters, digits and _, 32 at most"
-
-
-def is_name(text: str) -> bool:
-    """Whether a text can name a signal or an axis, in every language."""
-    return text.isascii() and text.isidentifier() and len(text) <= 32
 
 
 def called(thing: Any, part: str, *given: Any) -> Any:
@@ -199,6 +195,7 @@ def drive_fault(drive: Drive) -> str | None:
         return f"signals has to give a dict, and gives {signals!r}"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
+    units, told = [*drive.units.values(), *drive.parameter_units.values()], drive.meanings.values()
     of_parameters = {"exact": drive.exact, "parameter_units": drive.parameter_units}
     of_parameters["resolutions"] = drive.resolutions.values()
     faults = [
@@ -212,17 +209,9 @@ def drive_fault(drive: Drive) -> str | None:
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
-        *(
-            f"meanings: {x!r} has to be a line of text"
-            for x in drive.meanings.values()
-            if not x.isprintable()
-        ),
-        *(
-            f"the unit {x!r} may have letters, digits, spaces and /.^%°·()+-, 32 at most"
-            for x in (*drive.units.values(), *drive.parameter_units.values())
-            if not UNIT.fullmatch(x)
-        ),
-        *(f"{x!r} has to be {NAMED}" for x in drive.units if not is_name(x)),
+        *(f"meanings: {x!r} has to be a line of text" for x in told if not x.isprintable()),
+        *(f"the unit {x!r} has to be {UNITS}" for x in units if not UNIT.fullmatch(x)),
+        *(f"the signal {x!r} has to be {NAMED}" for x in drive.units if not NAME.fullmatch(x)),
         called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

@@ -49,7 +49,7 @@ def test_what_a_drive_names_exists(sledge):
 @pytest.mark.parametrize("text", ["m*/", '"', "a\\", "N\nm", "??/", "m" * 33])
 def test_a_unit_can_end_no_comment(text, sledge):
     line = why_not(replace(sledge, units=sledge.units | {"command": text}))
-    assert line.startswith(f"plant 'sledge': the unit {text!r} may have ")
+    assert line.startswith(f"plant 'sledge': the unit {text!r} has to be ")
     why_not(replace(sledge, parameter_units={"mass": text}))
 
 
