@@ -1,5 +1,6 @@
 """What a drive is: one axis with one command, as somebody writes it in thirty lines."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -162,6 +163,12 @@ def only_positive(
     return fault
 
 
+#: A unit: it stands in comments of code and in commands, where nothing in it may end them.
+UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
+#: A signal or an axis, in every language.
+NAME = re.compile(r"[A-Za-z_]\w{0,31}", re.ASCII)
+NAMED = "letters, digits and _, 32 at most"
+UNITS = "letters, digits, spaces and /.^%°·()+-, 32 at most"
 #: Signals that every drive has.
 COMMON = ("error", "error_rate", "command", "load")
 
@@ -188,22 +195,23 @@ def drive_fault(drive: Drive) -> str | None:
         return f"signals has to give a dict, and gives {signals!r}"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
+    units, told = [*drive.units.values(), *drive.parameter_units.values()], drive.meanings.values()
+    of_parameters = {"exact": drive.exact, "parameter_units": drive.parameter_units}
+    of_parameters["resolutions"] = drive.resolutions.values()
     faults = [
         *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
         *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
         *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
-        *(f"exact: no parameter is called {x!r}" for x in drive.exact if x not in dir(parameters)),
         *(
-            f"parameter_units: no parameter is called {x!r}"
-            for x in drive.parameter_units
-            if x not in dir(parameters)
-        ),
-        *(
-            f"resolutions: no parameter is called {x!r}"
-            for x in drive.resolutions.values()
+            f"{key}: no parameter is called {x!r}"
+            for key, names in of_parameters.items()
+            for x in names
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
+        *(f"meanings: {x!r} has to be a line of text" for x in told if not x.isprintable()),
+        *(f"the unit {x!r} has to be {UNITS}" for x in units if not UNIT.fullmatch(x)),
+        *(f"the signal {x!r} has to be {NAMED}" for x in drive.units if not NAME.fullmatch(x)),
         called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

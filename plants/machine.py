@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from jax import lax, tree
 from jax import numpy as jnp
 
-from plants.drive import Drive, Scalar, called, drive_fault, fed_back
+from plants.drive import NAME, NAMED, Drive, Scalar, called, drive_fault, fed_back
 from plants.stepped import step_fault
 
 #: Name of the axis of a machine that has one.
@@ -125,6 +125,8 @@ def plant_fault(plant: Drive | Machine) -> str | None:
             return fault
     if not machine.axes or len(machine.axes) != len(machine.drives):
         return "needs a drive for each of its axes"
+    if wrong := [axis for axis in machine.axes if not NAME.fullmatch(axis)]:
+        return f"its axis {wrong[0]!r} has to be {NAMED}"
     if machine.forces is None:
         return None
     fixed = machine.coefficients(tuple(drive.parameters() for drive in machine.drives))

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from hfc_design.batch.structures import Winner
 from hfc_design.core.console import plain_table, show_whole, terminal
-from hfc_design.core.records import UserError, harmless
+from hfc_design.core.records import UserError, harmless, in_a_line
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.numbers import score
@@ -81,7 +81,7 @@ def trees(path: Path, found: Sequence[Winner]) -> list[Drawing]:
             design = load_design(str(path / one.runs[0].path))
         except UserError as error:
             told = f"hfc: warning: the structure of {one.runs[0].path} is not drawn"
-            print(f"{told}: {error.lines[0]}", file=sys.stderr)
+            print(in_a_line(f"{told}: {error.lines[0]}"), file=sys.stderr)
             continue
         with suppress(UserError):
             drawn += list(_drawn(one, design))

@@ -1,5 +1,6 @@
 """``hfc design``: a search from the options of a command line to tables on a terminal."""
 
+import shlex
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -75,6 +76,7 @@ def design(
     from hfc_design.cli.usable_table import settling_told, show_usable
     from hfc_design.core.console import busy
     from hfc_design.core.lock import alone
+    from hfc_design.core.records import in_a_line
     from hfc_design.files.doubts import doubts
     from hfc_design.report.page import write_page
     from hfc_design.report.verdict import baselines
@@ -86,7 +88,7 @@ def design(
     if not resume:
         found = run.new_run(found, folder)
     for line in doubts(found):  # a search with a wrong unit takes as long as with the right one
-        click.echo(f"hfc: warning: {line}", err=True)
+        click.echo(in_a_line(f"hfc: warning: {line}"), err=True)
     result, summary = _searched(found, folder, anyway, quiet)
     told = _near_the_best(found, result, folder)
     with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
@@ -121,7 +123,8 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
     try:
         check(scenario)
         if scenario.motions:
-            return f"How near is it to the best possible controller? hfc attainable {folder}"
+            command = f"hfc attainable {shlex.quote(str(folder))}"
+            return f"How near is it to the best possible controller? {command}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # there is no bound, or it was not found
         return ""

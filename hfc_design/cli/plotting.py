@@ -1,5 +1,6 @@
 """The command that draws: what a design is, or several designs or searches over one another."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -135,7 +136,9 @@ def _check(names: Texts, what: str) -> None:
         if context.params[key]:
             raise UserError(f"{flags[key]}: is not for {what}")
     if what == MOTION and len(names) == 1:
-        raise UserError(f"{MOTION} draws several designs; hfc simulate {names[0]} --plot draws one")
+        raise UserError(
+            f"{MOTION} draws several designs; hfc simulate {shlex.quote(names[0])} --plot draws one"
+        )
     if what not in OPTIONS and len(names) > 1:
         raise UserError(f"{what}: draws one design; {CONVERGENCE} and {MOTION} draw several")
 

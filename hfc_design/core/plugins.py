@@ -8,6 +8,7 @@ scripts only, so that nothing a file says is ever imported. Never imports JAX.
 import importlib
 import pkgutil
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from types import ModuleType
 from typing import Any, Generic, TypeVar, get_type_hints
 
 from pydantic import (
+    AfterValidator,
     ConfigDict,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
@@ -28,6 +30,7 @@ from pydantic import (
     create_model,
 )
 
+from hfc_design.core.dotted import flat
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
 from hfc_design.core.own_faults import raised
@@ -37,6 +40,8 @@ from hfc_design.core.wording import near, one_of
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
+#: ``module:OBJECT``, as ``--use`` takes it.
+REFERENCE = re.compile(r"\w[\w.-]*:\w[\w.]*")
 ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
 #: Every group, by the option that names one of it, without its dashes.
 GROUPS: "dict[str, Group[Any]]" = {}
@@ -96,7 +101,7 @@ class Group(Generic[Thing]):
         if not found:
             raise UserError(
                 f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
-                "ones by --use module:OBJECT, or runtime.use('module:OBJECT')"
+                "ones: --use module:OBJECT or runtime.use"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -253,18 +258,32 @@ def uses(named: Any, known: bool = True) -> str:
     """`` --use module:OBJECT`` for each of ``sources``, or of those that are not known here."""
     groups = named.items() if isinstance(named, dict) else ()
     own = [(what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)]
-    return "".join(
-        f" --use {source}"
+    return options(
+        str(source)
         for what, parts in own
         for name, source in parts.items()
-        if known or name not in GROUPS[what].names()
+        if REFERENCE.fullmatch(str(source)) and (known or name not in GROUPS[what].names())
     )
+
+
+def options(texts: Iterable[str]) -> str:
+    """`` --use module:OBJECT`` for each, as a shell reads it."""
+    return "".join(f" --use {shlex.quote(text)}" for text in texts)
+
+
+@AfterValidator
+def naming_modules(provenance: Json) -> Json:
+    """Validates a provenance: its plug-ins are nothing but modules and what is in them."""
+    for key, text in flat({"plugins": provenance.get("plugins", {})}).items():
+        if not isinstance(text, str) or not REFERENCE.fullmatch(text):
+            raise ValueError(f"{key} = {short(text)}: has to name each as module:OBJECT")
+    return provenance
 
 
 def resuming(folder: Path) -> str:
     """How a run that was stopped goes on, with the own parts that this process was given."""
-    own = "".join(f" --use {text}" for _, text in given())
-    return f"continue with: hfc design --resume --out {folder}{own}"
+    own = options(text for _, text in given())
+    return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{own}"
 
 
 def _check_fields(thing: Any, source: str) -> None:
@@ -325,9 +344,10 @@ def _module_meant(text: str) -> str:
 def _found_at(reference: str) -> Any:
     """What ``module:OBJECT`` names."""
     module, _, name = reference.partition(":")
-    if not module or not name:
+    meant = _module_meant(reference)
+    if not module or not name or not (meant or REFERENCE.fullmatch(reference)):
         raise UserError("has to look like module:OBJECT")
-    if meant := _module_meant(reference):
+    if meant:
         raise UserError(f"a module is named without its .py and its folder; {meant}")
     here = str(Path.cwd())
     if here not in sys.path:

@@ -1,5 +1,6 @@
 """Checked records of what a user wrote, and the lines about what is wrong with it."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -98,13 +99,17 @@ class Record(BaseModel):
         return data | dict.fromkeys(wrong, ...)
 
 
-#: Characters of a message: nobody reads more.
-LONGEST = 520
+#: Characters of a message, which has "hfc: " before it: nobody reads more.
+LONGEST = 295
+#: What is quoted in a line that is too long: of such a path or value the ends are enough.
+LONG_WORD = re.compile(r"\S{101,}")
 
 
 def in_a_line(message: str) -> str:
     """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
     line = " ".join(message.split())
+    if len(line) > LONGEST:
+        line = LONG_WORD.sub(lambda found: f"{found[0][:60]}...{found[0][-30:]}", line)
     if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
         line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
     return harmless(line)

@@ -54,8 +54,8 @@ RULES = {
     "invalid_key": "has to have texts as its keys",
     "invalid-json-value": "is nothing that a file can hold",
 }
-#: Letters of names in a row where one may have been meant, and where none is near.
-SOME, MOST = 200, 430
+#: Letters of names in a row.
+MOST = 150
 #: Of a kind that nobody thought of.
 NOT_ALLOWED = "is not allowed here"
 _FIRST = "with a letter or digit in front"
@@ -108,8 +108,7 @@ def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     names = [*known]
     meant = "".join(f"did you mean {one}? " for one in near(given, names))
     told = ", ".join(names) or "none"
-    most = SOME if meant else MOST
-    if len(told) > most:
-        first = told[:most].rpartition(", ")[0]
+    if len(told) > MOST:
+        first = told[:MOST].rpartition(", ")[0]
         told = f"{first} and {len(names) - first.count(', ') - 1} more"
     return f"{meant}{head} {told}"

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from operator import not_
 from os.path import exists
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
@@ -18,7 +19,7 @@ from hfc_design.core.arguments import a_kind
 from hfc_design.core.dotted import Changes, changed, lists, set_keys
 from hfc_design.core.faults import inside
 from hfc_design.core.numbers import finite
-from hfc_design.core.plugins import chosen, resuming, uses
+from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
 from hfc_design.core.records import (
     Asked,
     Finite,
@@ -132,7 +133,8 @@ class Design(Record, metaclass=Asked):
     #: the controller itself asks for no more than this; left out: it knows no limits
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
     score: Told = {}  # what it scored where it was made; nothing computes with it
-    provenance: Told = {}  # what it was made with; nothing computes with it
+    #: what it was made with; nothing computes with it
+    provenance: Annotated[Told, naming_modules] = {}
     _axis: str = ""
 
     def __repr__(self) -> str:
@@ -220,8 +222,8 @@ def named_design(source: AnyDesign) -> Design:
         raise no_such("design", name, builtin_designs())
     if path.is_dir() and exists(path / "batch.json"):
         raise UserError(
-            f"{name}: is the folder of a batch, not of a design; name one of the runs in it, "
-            f"which hfc report {name} lists, or draw their searches: hfc plot {name} convergence"
+            f"{name}: is the folder of a batch, not of a design; name one of its runs, which "
+            "hfc report FOLDER lists, or draw their searches: hfc plot FOLDER convergence"
         )
     if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
@@ -241,7 +243,9 @@ def read_design(path: str | Path) -> Design:
     """
     if Path(path).suffix.lower() in IMPORTED:
         told = "is a controller of another program"
-        raise UserError(f"{path}: {told}; hfc import {path} --out NAME.json makes a design of it")
+        raise UserError(
+            f"{path}: {told}; hfc import {quote(str(path))} --out NAME.json makes a design of it"
+        )
     return parse_design(read_text(path), path)
 
 

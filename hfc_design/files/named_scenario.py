@@ -78,9 +78,8 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 
 def _folder_told(path: Path) -> str:
     """What can be done with a folder where a scenario is wanted."""
-    file = path / CONFIG
-    if exists(file):
-        return f"is a run folder; {resuming(path)}, or begin anew from {file}"
+    if exists(path / CONFIG):
+        return f"is a run folder; {resuming(path)}, or begin anew from its {CONFIG}"
     return "is a folder; give a TOML file, or the name of a built-in scenario"
 
 

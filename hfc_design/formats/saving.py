@@ -25,10 +25,13 @@ def learns(design: Design) -> bool:
     return bool(found and found[0])
 
 
-def values(design: Design) -> Json | None:
-    """What the templates read of the numbers that are saved; None where nothing is learnt."""
+def values(design: Design, learning: bool = True) -> Json | None:
+    """What the templates read of the numbers that are saved.
+
+    None where the kind does not tell them, and where nothing is learnt if that is asked for.
+    """
     found = _members(design.controller, _axes(design))
-    if found is None or not found[0]:
+    if found is None or (learning and not found[0]):
         return None
     learnt, past = found[0], [*found[1], *_rate(design)]
     # Of one axis the state of its law is a part of the state where there is another one.

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Parameters, Scalar
+from hfc_design.core.wording import one_of
 from plants import Drive
 
 #: Whatever ends further than by this factor from where it began is told: units may be wrong.
@@ -90,11 +90,8 @@ def free(drive: Drive, changes: Mapping[str, float], names: Sequence[str] | None
     sizes, signs, begun = [], [], []
     for name in (names := [*dict.fromkeys(names)]):
         if name not in start._fields:
-            near = get_close_matches(name, start._fields)
-            raise ValueError(
-                f"{name[:60]}: {drive.name} has no such parameter; "
-                + (f"did you mean {' or '.join(near)}?" if near else ", ".join(start._fields))
-            )
+            told = one_of(name, start._fields)
+            raise ValueError(f"{name[:60]}: {drive.name} has no such parameter; {told}")
         value = float(getattr(start, name))
         signed = drive.fault({**changes, name: -(value or SMALL)}) is None
         if value == 0.0 and not signed:

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.plugins import given
+from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
 from hfc_design.identify import plots, words
 from hfc_design.identify.aim import scenario_text
@@ -69,5 +69,5 @@ def page(found: Identified, command: str) -> Page:
         profiles={one.name: plots.profiled(one, units.get(one.name, "")) for one in found.profiles},
         limit=LIMIT,
         command=command,
-        use="".join(f" --use {text}" for _, text in given()),
+        use=options(text for _, text in given()),
     )

@@ -1,6 +1,7 @@
 """A design run: scenario -> search -> run folder, with a checkpoint that survives anything."""
 
 import json
+import shlex
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -78,7 +79,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(
             f"--out {folder}: already holds a run; name another folder, or go on with it: "
-            f"hfc design --resume --out {folder}"
+            f"hfc design --resume --out {shlex.quote(str(folder))}"
         )
 
     def copied(key: str, file: AnyFile) -> Path:

@@ -32,7 +32,7 @@ def plain_lines(error: Exception, start: str = "", written: str = "") -> list[st
     for line in lines:
         assert line.startswith(start)
         assert line.isprintable()
-        assert len(line) <= 520
+        assert len(line) <= 295
         assert library_words(line) in written, line
     assert len(lines) <= MOST + 1
     return lines

@@ -23,8 +23,9 @@ ASKED = os.environ.get("HFC_WORDING", "compare")
 PLACES = [
     (re.compile(r"/\S*?/pytest-of-\S+?/pytest-\d+/(?:popen-gw\d+/)?[^/\s:'\"]+"), "TMP"),
     (re.compile(re.escape(str(TESTS.parent))), "ROOT"),
-    # Where a long line is cut hangs on the length of these.
-    (re.compile(r"^(.{150}).* \.\.\. .*$", re.MULTILINE), r"\1 ..."),
+    # Where a long line is cut, and whether it is, hangs on the length of these.
+    (re.compile(r"^(.{100}).* \.\.\. .*$", re.MULTILINE), r"\1 ..."),
+    (re.compile(r"^(?=.*(?:TMP|ROOT))(.{100}).{90,}$", re.MULTILINE), r"\1 ..."),
 ]
 #: Test -> what was said in it, entry by entry.
 SAID: dict[str, list[str]] = defaultdict(list)

@@ -77,7 +77,7 @@ class GainsSettings(ControllerSettings):
         known = f"those that {self.kind!r} has are for {', '.join(self.own_plants)}"
         return (
             f"{', '.join(missing)}: no range; {known}, not for {plant} {counted}; give each its "
-            "[low, high], or take kind = 'pid+ff', which finds its own from the drive"
+            "[low, high], or take kind = 'pid+ff', which finds its own"
         )
 
     @property

@@ -31,6 +31,7 @@ from hfc_design.controllers.linear.record import (
 )
 from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
+from hfc_design.core.wording import one_of
 
 
 class PdRecord(Record):
@@ -286,7 +287,7 @@ class HierarchicalSettings(ControllerSettings):
                 if name not in known:
                     return (
                         f"controller.inputs: {name!r} is no signal of the {drive.name}; "
-                        f"there is {', '.join(known)}"
+                        f"{one_of(name, known)}"
                     )
                 if names.count(name) > 1:
                     return f"controller.inputs: {name!r} stands there twice"

@@ -241,7 +241,7 @@ class LinearSettings(ControllerSettings):
             for name in self.signals or ():
                 if name not in told:
                     no_signal = f"controller.signals: {name!r} is no signal of the {drive.name}"
-                    return f"{no_signal}; there is {', '.join(told)}"
+                    return f"{no_signal}; {one_of(name, told)}"
             known = self.names(told)
             for name in self.ranges:
                 if name not in known:

@@ -2,9 +2,10 @@
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code, machine_code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.writing import signal_meanings, signal_units
 
@@ -49,6 +50,7 @@ def controller(design: Design) -> Model:
         "state": [f"{name}_state controller"],
         "faulty": FAULTY,
         "controller": name,
+        "controllers": [part(design, "controller")],
         "inputs": inputs,
         "outputs": outputs,
         "whole": whole,
@@ -57,6 +59,12 @@ def controller(design: Design) -> Model:
     what = f"{design.controller.kind} controller {design.name} for the plant {design.plant.name}"
     every = design.controller.sample_time_s
     return Model("controller", name, what, every, variables, sources, "fmu/controller.c.j2", values)
+
+
+def part(design: Design, member: str) -> Json:
+    """What the templates read of a controller, which is a member of the model's state."""
+    own = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
+    return own | {"saved": saving.values(design, learning=False)}
 
 
 def path_variables(design: Design) -> list[Variable]:

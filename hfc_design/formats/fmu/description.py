@@ -65,7 +65,7 @@ class Description(NamedTuple):
     def fmi2(self, token: str) -> str:
         """``modelDescription.xml`` of FMI 2.0."""
         root = self._root("2.0", guid=token)
-        told = self._told(canGetAndSetFMUstate="true", canSerializeFMUstate="true")
+        told = self._told(canGetAndSetFMUstate="true", canSerializeFMUstate=self._known())
         files = _sub(_sub(root, "CoSimulation", told), "SourceFiles")
         for name in self.compiled:
             _sub(files, "File", {"name": name})
@@ -84,7 +84,7 @@ class Description(NamedTuple):
     def fmi3(self, token: str) -> str:
         """``modelDescription.xml`` of FMI 3.0."""
         root = self._root("3.0", instantiationToken=token)
-        told = self._told(canGetAndSetFMUState="true", canSerializeFMUState="true")
+        told = self._told(canGetAndSetFMUState="true", canSerializeFMUState=self._known())
         _sub(root, "CoSimulation", told | {"fixedInternalStepSize": repr(self.model.every)})
         self._between(root)
         listed = _sub(root, "ModelVariables")
@@ -121,6 +121,11 @@ class Description(NamedTuple):
         """Attributes of the co-simulation."""
         step = {"canHandleVariableCommunicationStepSize": "false"}
         return {"modelIdentifier": self.model.name, **step, **others}
+
+    def _known(self) -> str:
+        """Whether it is known what every state is, so that bytes of it can be checked."""
+        states = [x["saved"] for x in self.model.values["controllers"]]
+        return "false" if None in states else "true"
 
     def _between(self, root: ElementTree.Element) -> None:
         """What both versions have before the variables."""

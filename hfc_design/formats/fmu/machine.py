@@ -17,7 +17,7 @@ from hfc_design.formats.fmu.axes import (
     moments,
     reading_of,
 )
-from hfc_design.formats.fmu.control import commands_machine, path_variables
+from hfc_design.formats.fmu.control import commands_machine, part, path_variables
 from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.fmu.sensing import converter, sensing
 
@@ -67,15 +67,13 @@ def loop(design: Design) -> Model:
     path = path_variables(design)[:-1] if whole and machine_code.sees_path(design) else []
     variables, told = [TIME, *path], []
     for k, axis in enumerate(axes):
-        head, part = head_of(axis, axes), parts[0 if whole else k]
+        head, law = head_of(axis, axes), parts[0 if whole else k]
         own, of_axis = axis_of(k, axis, head, states[k])
         sensed, noises = sensing(scenario, axis, head)
-        variables += followed(axis.drive, head, part["reads"])
+        variables += followed(axis.drive, head, law["reads"])
         variables += [load_of(axis.drive, head), *noises, *of_axis, *moments(axis.drive, head)]
-        signals = [given(name, k, head) for name in part["reads"]]
-        told.append(
-            own | sensed | converter(scenario, axis) | {"told": signals, "controller": part}
-        )
+        signals = [given(name, k, head) for name in law["reads"]]
+        told.append(own | sensed | converter(scenario, axis) | {"told": signals, "controller": law})
     steps = [own["step"] for own in told]
     steps += [x["resolution"] for own in told for x in (*own["encoders"], *own["apart"])]
     values: Json = {"axes": told, "controllers": parts, "quantized": any(steps), "whole": None}
@@ -144,14 +142,12 @@ def _model(
 def _controllers(design: Design, axes: list[Axis]) -> tuple[list[Json], dict[str, str]]:
     """The controller of the machine, or that of each axis, and the files of all."""
     if commands_machine(design):
-        own = {"name": code.c_name(design), "member": "controller"}
-        return [own | {"reads": list(code.signals(design))}], machine_code.sources(design)
+        return [part(design, "controller")], machine_code.sources(design)
     parts: list[Json] = []
     files: dict[str, str] = {}
     each = design.by_axis()
     for k, axis in enumerate(axes):
-        part = each.get(axis.name, design)
-        files |= machine_code.sources(part)
-        own = {"name": code.c_name(part), "member": f"controller_{k}"}
-        parts.append(own | {"reads": list(code.signals(part))})
+        own = each.get(axis.name, design)
+        files |= machine_code.sources(own)
+        parts.append(part(own, f"controller_{k}"))
     return parts, files

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import inf
 from os.path import isdir, isfile
 from pathlib import Path
+from shlex import quote
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats.reading.system import (
@@ -48,12 +49,11 @@ def _instead(folder: Path) -> str:
     others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
         return "a hierarchy's tables hold no terms to import"
+    command = f"hfc import {quote(str(folder / others[0]))}"
     if len(others) == 1:
-        return f"of an engine a file is imported, as in hfc import {folder / others[0]}"
-    return (
-        f"its {len(others)} files are the units of a hierarchy; each is imported alone, as in hfc "
-        f"import {folder / others[0]}, and all together from --to json"
-    )
+        return f"of an engine a file is imported, as in {command}"
+    told = f"its {len(others)} files are the units of a hierarchy"
+    return f"{told}; each is imported alone, {command}, and all together from --to json"
 
 
 def read(texts: dict[str, str]) -> System:

@@ -150,6 +150,7 @@ def test_a_faulty_sample_is_a_warning_that_is_told_once(slave):
         slave.put(error=x)
         assert slave.step() == (GOOD if isfinite(x) else WARNING)
         assert slave.get("command") == pytest.approx(expected, abs=0, nan_ok=True)
+        assert slave.read(slave.written(slave.kept()))[0] == GOOD
     ((status, text),) = slave.told
     assert status == WARNING
     assert text.startswith(b"at 0.01 s an input is infinite or not a number")

@@ -46,6 +46,21 @@ def test_what_a_drive_names_exists(sledge):
     api.register(replace(sledge, exact={"mass"}))
 
 
+@pytest.mark.parametrize("text", ["m*/", '"', "a\\", "N\nm", "??/", "m" * 33])
+def test_a_unit_can_end_no_comment(text, sledge):
+    line = why_not(replace(sledge, units=sledge.units | {"command": text}))
+    assert line.startswith(f"plant 'sledge': the unit {text!r} has to be ")
+    why_not(replace(sledge, parameter_units={"mass": text}))
+
+
+def test_what_code_says_of_a_drive_is_a_name_or_a_line(sledge):
+    why_not(replace(sledge, meanings={"speed": "up\n*/"}))
+    why_not(replace(sledge, units=sledge.units | {"speed; x": "m"}))
+    why_not(api.side_by_side(**{"x; y": sledge}))
+    odd = sledge.units | {"command": "% (°C·N²)/µΩ", "load": "1/min"}
+    api.register(replace(sledge, units=odd, meanings={"command": '*/ "<b>'}))
+
+
 def test_a_step_gives_back_the_record_that_it_was_given(sledge):
     state = type(sledge.initial_state(0.0))
 

@@ -25,7 +25,7 @@ def line(read, *arguments):
     with pytest.raises(UserError) as caught:
         read(*arguments)
     line = str(caught.value)
-    assert len(line) <= LONGEST == 520
+    assert len(line) <= LONGEST == 300 - len("hfc: ")
     assert line.isprintable()
     return line
 
@@ -168,10 +168,10 @@ def test_steps_beyond_all_numbers(change):
 
 
 def test_a_long_message_keeps_both_ends():
-    told = str(UserError("mine.toml: " + "x" * 5000 + ": has to be small"))
+    told = str(UserError("mine.toml: " + "xxx " * 1000 + ": has to be small"))
     assert told.startswith("mine.toml: xxx")
-    assert " ... xxx" in told
-    assert told.endswith("xxx: has to be small")
+    assert " ... " in told
+    assert told.endswith("xxx : has to be small")
     assert str(UserError("a\n\tb \x1b[31m\u202e\ud800")) == "a b ?[31m??"
 
 

@@ -12,6 +12,7 @@ from plain_words import plain_lines
 from wording import refused, refused_command
 
 from hfc_design.core.dotted import changed
+from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario, scenario_toml
@@ -312,3 +313,33 @@ def test_a_mistyped_plant_is_told_beside_its_parameters():
         load_scenario(wrong)
     keys = {line.split(" = ")[0] for line in found.error.lines}
     assert {"scenario: plant.name", "scenario: plant.parameters.poles"} <= keys
+
+
+@pytest.mark.parametrize(
+    "plugins",
+    [
+        {"plant": {"a": "m:P; touch x"}},
+        {"plant": {"a": "m"}},
+        {"plant": {"a": ["m:P"]}},
+        {"plant": "m:P -c"},
+        {"plant": {"a": "-c:P"}},
+        ["m:P"],
+    ],
+)
+def test_plugins_of_a_design_are_modules_with_an_object(plugins):
+    """They stand in the commands that pages tell."""
+    data = json.loads(GOOD)
+    data["provenance"]["plugins"] = plugins
+    with refused() as found:
+        parse_design(json.dumps(data), "d.json")
+    assert "\n" not in found.refusal
+    data["provenance"]["plugins"] = {"plant": {"a": "some.own-module:Parts.PLANT"}}
+    parse_design(json.dumps(data), "d.json")
+
+
+def test_commands_in_lines_are_those_of_a_shell(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert uses({"plant": {"a": "m:P; touch x", "b": "ü:P"}}) == " --use 'ü:P'"
+    (tmp_path / "a; touch x").mkdir()
+    refused_command("score", "a; touch x")
+    refused_command("score", "$(touch x).fis")

@@ -38,7 +38,8 @@ def test_the_numbers_are_those_of_the_design():
 
 
 def test_no_code_comes_with_a_name_or_what_a_drive_says_of_its_signals(own_plugins):
-    api.register(replace(C_AXIS, name="spiteful", meanings={"deflection": HOSTILE}))
+    told = {"deflection": HOSTILE.replace("\n", " ")}  # a line, or it is refused
+    api.register(replace(C_AXIS, name="spiteful", meanings=told))
     for plant in ("spiteful", HOSTILE):
         own = TABLE_1.plant.model_copy(update={"name": plant})
         design = TABLE_1.model_copy(update={"name": HOSTILE, "plant": own})

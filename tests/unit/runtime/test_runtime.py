@@ -36,7 +36,7 @@ from hfc_design.core.records import UserError
 try:
     runtime.load("own.json")
 except UserError as error:
-    assert "or runtime.use('module:OBJECT')" in str(error), error
+    assert "or runtime.use" in str(error), error
 runtime.use("mykind:LAW")
 own = runtime.load("own.json").step({"error": 2.0})
 print(own, [name for name in sys.modules if name[:3] == "jax"])
