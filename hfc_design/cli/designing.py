@@ -37,8 +37,6 @@ PARETO_HELP = "Look for the front of two or three objectives, as in tracking,eff
 POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
-#: For whoever has got a design that cannot be used.
-ADVICE = "twice the --generations, or a smaller robust.spread"
 
 
 @click.command(short_help="Search a controller for SCENARIO.")
@@ -107,7 +105,8 @@ def design(
     if told:
         click.echo(told)
     if use and not use["usable"]:
-        click.echo(f"To get a usable design, try --seed {found.run.seed + 1}, {ADVICE}")
+        more = f"--seed {found.run.seed + 1}, twice the --generations, or a smaller robust.spread"
+        click.echo(f"To get a usable design, try {more}")
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 

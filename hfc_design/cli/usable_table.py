@@ -12,17 +12,12 @@ from hfc_design.core.statistics import share_interval
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import measured, merit_told
+from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
-#: Measure of tracking -> what it is called, over two columns.
-HEADS = {
-    "settled_rms_error": ("error once", "settled"),
-    "estimated_rms_contour_error": ("estimated", "contour error"),
-}
 #: The measure that asks a design to settle.
 UNSETTLED = "unsettled"
 
@@ -44,7 +39,7 @@ def show_usable(found: Json | None) -> None:
     command = found["units"][chatter]
     table = plain_table()
     table.add_column("motion", no_wrap=True)
-    one, two = HEADS[tracking]
+    one, _, two = TITLES[tracking].rpartition(" ")  # over two columns
     heads = [
         *("pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
         *(f"chatter\nmedian\n[{command}]", f"\nlargest\n[{command}]"),

@@ -109,8 +109,14 @@ def _integral(name: str, unit: str, meaning: str, term: Term) -> Measure:
     return Measure(name, unit, meaning, lambda zero: zero, update, lambda sums: sums)
 
 
-def _contour(one: Measure, where: Callable[[PathFrame], Scalar] | None = None) -> Measure:
-    """The measure of a motion's error as one of its contour error; ``where`` else than 1, of 0."""
+def _estimated(
+    make: Callable[..., Measure],
+    name: str,
+    told: str,
+    where: Callable[[PathFrame], Scalar] | None = None,
+) -> Measure:
+    """A measure of the contour error as the control can know it; ``where`` else than 1, of 0."""
+    one = make(ESTIMATED + name, "error", told.format("estimated contour error"), _error)
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         assert path is not None  # it is measured on paths only
@@ -213,7 +219,6 @@ def _limited(moment: Moment) -> Truth:
     return moment.limited
 
 
-_OFF = "estimated contour error"
 #: Before the names of the four measures of it: what tables have without it is found afterwards, by
 #: a search for the nearest point of the path.
 ESTIMATED = "estimated_"
@@ -226,28 +231,18 @@ MEASURES: dict[str, Measure] = {
         rms("settled_rms_error", "error", "rms of the error once settled", _error, _settled),
         largest("settled_max_error", "error", "largest error once settled", _error, _settled),
         _integral("iae", "error s", "integral of the error's magnitude", _error),
-        _contour(
-            rms(f"{ESTIMATED}rms_contour_error", "error", f"root mean square of the {_OFF}", _error)
-        ),
-        _contour(
-            largest(f"{ESTIMATED}max_contour_error", "error", f"largest {_OFF}", _error),
-        ),
-        _contour(
-            largest(
-                f"{ESTIMATED}path_error",
-                "error",
-                f"largest {_OFF} away from starts and reversals",
-                _error,
-            ),
+        _estimated(rms, "rms_contour_error", "root mean square of the {}"),
+        _estimated(largest, "max_contour_error", "largest {}"),
+        _estimated(
+            largest,
+            "path_error",
+            "largest {} away from starts and reversals",
             lambda path: path.undisturbed,
         ),
-        _contour(
-            largest(
-                f"{ESTIMATED}worst_glitch",
-                "error",
-                f"largest {_OFF} after an axis reverses",
-                _error,
-            ),
+        _estimated(
+            largest,
+            "worst_glitch",
+            "largest {} after an axis reverses",
             lambda path: path.reversing,
         ),
         largest("overshoot", "error", "how far the axis goes beyond its goal", lambda x: x.beyond),

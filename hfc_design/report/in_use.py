@@ -5,19 +5,14 @@ from collections.abc import Sequence
 from hfc_design.core.numbers import Json
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import NONE, short
-from hfc_design.report.usable_plots import TITLES
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import measured, merit_told
+from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told
 from hfc_design.simulation.settling import EXPLAINED, reasons_told
 
 
 def in_use(found: Json) -> Json:
-    """What the page needs of the numbers of ``usable``.
-
-    Raises:
-        KeyError, TypeError, AttributeError, ValueError: they have been edited.
-    """
+    """What the page needs of the numbers of ``usable``."""
     each = found["motions"].items()
     sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
     told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]

@@ -6,14 +6,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.pictures.figure import OTHER, OWN, drawable, framed, gridded, plain
 from hfc_design.pictures.numbers import readable
-from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.in_use import TITLES, Usable
 
 #: Share of the machines that a panel shows: a few that run away would make the others a line.
 SHOWN = 0.99
-TITLES = {
-    "settled_rms_error": "error once settled",
-    "estimated_rms_contour_error": "estimated contour error",
-}
 
 
 def distributions(found: Usable, title: str) -> Figure:

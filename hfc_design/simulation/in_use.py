@@ -20,6 +20,11 @@ UNSTABLE = (
     "show it)"
 )
 
+#: What measures of tracking are called.
+TITLES = {
+    "settled_rms_error": "error once settled",
+    "estimated_rms_contour_error": "estimated contour error",
+}
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9
 

@@ -23,11 +23,7 @@ def missed(motions: Json) -> Json:
 
 
 def missed_told(found: Json, motions: int = 2) -> str:
-    """The same as a line, "" where nothing is missed; of a single motion without its name.
-
-    Raises:
-        KeyError, TypeError, AttributeError, ValueError: it has been edited.
-    """
+    """The same as a line, "" where nothing is missed; of a single motion without its name."""
     told = [
         f"{name} {_short(one['times'])}" + (f" in {one['motion']}" if motions > 1 else "")
         for name, one in found.items()

@@ -8,9 +8,6 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import TOLD, ends_told, range_told
 
-#: What stands beside the range of a chaotic figure.
-WHOLE = "all other figures are of the unchanged run"
-
 
 def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
     """Fitness, merit and metrics, a row each; a column for each evaluation.
@@ -66,5 +63,7 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
         if one.chaotic:
             told = (key for key in scenario.judge().titles if key in one.ranges)
             ranges = [f"{key} ranges from {ends_told(one.ranges[key])}" for key in told]
-            found.append(f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; {WHOLE}")
+            found.append(
+                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all else is of the unchanged run"
+            )
     return found
