@@ -50,7 +50,7 @@ def show(found: Json, least: float) -> None:
 
 def _signals(found: Json) -> None:
     scaled = ("scale", "scaled", "clamped") if "inputs" in found else ()
-    table = _table("signals", "signal", "reading", "unit", *scaled)
+    table = _table("signals", "signal", "value", "unit", *scaled)
     table.columns[2].justify = "left"
     units = found["units_of_signals"]
     inputs = {item["name"]: item for item in found.get("inputs", ())}
@@ -69,7 +69,7 @@ def _signals(found: Json) -> None:
 
 def _unit(unit: Json, least: float) -> None:
     row, column = unit["row"], unit["column"]
-    title, labels = f"{unit['unit']}: degrees of its terms", list(row["degrees"])
+    title, labels = f"unit {unit['unit']}: degrees of the terms", list(row["degrees"])
     if labels == list(column["degrees"]) and sum(max(len(x), 5) + 1 for x in labels) <= WIDEST:
         table = _table(title, "input", "value", *labels)
         for side in (row, column):
@@ -96,7 +96,7 @@ def _unit(unit: Json, least: float) -> None:
         number = f"{len(hidden)} more below {100 * least:g} %"
         table.add_row(number, "", f"{100 * rest:.2f} %", "", style="dim")
     show_whole(table, 2)
-    terminal().print(f"  {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
+    terminal().print(f"  output of {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
 
 
 def _counting(side: Json) -> list[tuple[str, float]]:
@@ -107,13 +107,13 @@ def _counting(side: Json) -> list[tuple[str, float]]:
 def _command(found: Json) -> None:
     unit = found["command_unit"]
     if "scheduled" in found:
-        law = _table(f"scheduled law [{unit}]", "part", unit)
+        law = _table("scheduled law", "part", f"value [{unit}]")
         for name, value in found["scheduled"].items():
             law.add_row(PARTS.get(name, name), f"{value:.6g}")
         law.add_section()
         law.add_row("scheduled law", f"{sum(found['scheduled'].values()):.6g}")
         show_whole(law)
-    table = _table(f"command [{unit}]", "part", unit)
+    table = _table("command", "part", f"value [{unit}]")
     for name, value in found["parts"].items():
         line = PARTS.get(name, name)
         if name == "fuzzy" and "output_scale" in found:

@@ -18,8 +18,6 @@ from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
-#: The measure that asks a design to settle.
-UNSETTLED = "unsettled"
 
 
 def show_usable(found: Json | None) -> None:
@@ -43,7 +41,11 @@ def show_usable(found: Json | None) -> None:
     heads = [
         *("pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
         *(f"chatter\nmedian\n[{command}]", f"\nlargest\n[{command}]"),
-        *(f"peak\nmedian\n[{command}]", f"\nlargest\n[{command}]", "at limit\nlargest\n[% time]"),
+        *(
+            f"peak\nmedian\n[{command}]",
+            f"command\nlargest\n[{command}]",
+            "at limit\nlargest\n[% time]",
+        ),
     ]
     for head in heads:
         table.add_column(head, justify="right")
@@ -65,12 +67,9 @@ def show_usable(found: Json | None) -> None:
 def settling_told(found: Json | None, asked: Collection[str]) -> str:
     """What a scenario that has ``asked`` for these constraints may ask for, "" for nothing."""
     unsettled = found is not None and not found["usable"] and "oscillate" in found["answer"]
-    if not unsettled or UNSETTLED in asked:
+    if not unsettled or "unsettled" in asked:
         return ""
-    return (
-        "The loop oscillates: a small disturbance does not die out. The search did not require "
-        "that; add --set constraints.unsettled=0.3"
-    )
+    return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
 
 
 def answer(found: Robustness) -> str:
@@ -97,7 +96,7 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     asked = isinstance(scenario.fitness, TolerancesSettings)
     if not (asked and len(values) and np.median(values) < 1.0):
         return ""
-    return f"exceeds its targets by a factor of {1.0 / np.median(values):.3g} on average"
+    return f"targets missed (value / target): {1.0 / np.median(values):.3g} on average"
 
 
 def _below(found: Json) -> list[str]:
@@ -106,14 +105,16 @@ def _below(found: Json) -> list[str]:
     lines = [
         f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
         "confidence) pass: stable, all constraints met",
-        "median, 95 %, largest: over machines; chatter: rms command change per sample",
+        "median, 95th percentile, largest: over the machines",
+        "chatter: rms change of the command from one sample to the next",
     ]
     if found["gain"] is None:
-        lines.append("gain: the nominal machine does not pass")
+        lines.append("gain margin: none, the nominal machine does not pass")
     else:
-        lines.append(f"gain: the nominal machine passes {gain_told(found['gain'])}")
+        lines.append(f"gain margin: the nominal machine passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
-        changes = f"numerics: merit changes by {100 * found['precision']:.2g} % in float64"
+        precision = f"{100 * found['precision']:.2g} % in float64 instead of float32"
+        changes = f"numerics: merit changes by {precision}"
         if found["substeps"] is not None:
             changes += f", {100 * found['substeps']:.2g} % with finer time steps"
         lines.append(changes)

@@ -42,4 +42,4 @@ def gain_told(gain: tuple[float, float]) -> str:
     low, high = (f"{factor:.3g}" for factor in gain)
     low = f"at most {low}" if gain[0] <= SMALLEST_FACTOR * (1.0 + 1e-9) else low
     high = f"at least {high}" if gain[1] >= LARGEST_FACTOR * (1.0 - 1e-9) else high
-    return f"with its command multiplied by {low} to {high}"
+    return f"with the command multiplied by {low} to {high}"

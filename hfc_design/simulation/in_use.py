@@ -22,8 +22,8 @@ UNSTABLE = (
 
 #: What measures of tracking are called.
 TITLES = {
-    "settled_rms_error": "error once settled",
-    "estimated_rms_contour_error": "estimated contour error",
+    "settled_rms_error": "rms error once settled",
+    "estimated_rms_contour_error": "estimated rms contour error",
 }
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9

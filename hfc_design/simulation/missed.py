@@ -28,7 +28,7 @@ def missed_told(found: Json, motions: int = 2) -> str:
         f"{name} {_short(one['times'])}" + (f" in {one['motion']}" if motions > 1 else "")
         for name, one in found.items()
     ]
-    return f"exceeds its targets by these factors: {', '.join(told)}" if told else ""
+    return f"targets missed (value / target): {', '.join(told)}" if told else ""
 
 
 def _short(times: float) -> str:

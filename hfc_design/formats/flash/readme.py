@@ -156,5 +156,5 @@ def _usable(told: object) -> str:
     found = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
         if missed := missed_told(told.get("missed", {})):
-            found += f"; but it {plain(missed)}"
+            found += f"; {plain(missed)}"
     return found

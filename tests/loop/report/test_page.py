@@ -60,12 +60,12 @@ def test_whether_it_can_be_used(report):
     assert places == sorted(places)  # the answer, the picture that shows it, and then tables
     part = text[text.index("On other machines") : text.index("The controller</h2>")]
     heads = re.findall(r'<th scope="col"[^>]*>(.*?)</th>', part)
-    assert heads[1:3] == ["pass [%]", "error once settled [µrad]"]
+    assert heads[1:3] == ["pass [%]", "rms error once settled [µrad]"]
     rows = re.findall(r'<tr><th scope="row">(.*?)</tr>', part)
     cells = [re.split("<[^>]+>", row)[0::2] for row in rows]
     assert [cell[0] for cell in cells] == ["ramp *", "position"]
     assert part.count("* is required on the nominal machine only.") == 1
-    assert "passes with its command multiplied by 0.455 to at least 16." in part
+    assert "passes with the command multiplied by 0.455 to at least 16." in part
     assert cells[0][1:4] == ["100", "3.57 / 3570", "3.79 / 3790"]
     assert cells[1][1:3] == ["99.8", "7.14 / 7140"]
     named = re.findall("<dt>(.*?)</dt>", part)  # every reason that follows is explained

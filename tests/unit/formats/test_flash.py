@@ -64,15 +64,13 @@ def test_the_page_ends_with_what_counts_of_the_score():
     assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
     assert "usable on 98.4 % of 1000 machines whose parameters are off by up to 3 %" in text
     assert "- chaotic where it was scored" in text
-    assert "exceeds" not in text
+    assert "targets missed" not in text
     missed = {"rms_error": {"times": 910.0, "motion": "there"}}
     score["usable"]["missed"] = missed
     text = page(named_design("pd-only").model_copy(update={"score": score}))
-    assert (
-        "by up to 3 %; but it exceeds its targets by these factors: rms_error 910 in there" in text
-    )
+    assert "by up to 3 %; targets missed (value / target): rms_error 910 in there" in text
     score["usable"]["missed"] = {"rms_error": 3}  # has been edited
-    assert "exceeds" not in page(named_design("pd-only").model_copy(update={"score": score}))
+    assert "targets missed" not in page(named_design("pd-only").model_copy(update={"score": score}))
     for left_out in ("fitness", "settling", "stick", "judged"):
         assert left_out not in text
     assert "measure" not in page(named_design("pd-only"))

@@ -9,9 +9,9 @@ from hfc_design.simulation.gain_range import gain_range, gain_told
 @pytest.mark.parametrize(
     ("gain", "words"),
     [
-        ((0.5, 2.0), "with its command multiplied by 0.5 to 2"),
-        ((0.5, 16.0), "with its command multiplied by 0.5 to at least 16"),
-        ((16.0 ** (-31 / 32), 2.0), "with its command multiplied by at most 0.0682 to 2"),
+        ((0.5, 2.0), "with the command multiplied by 0.5 to 2"),
+        ((0.5, 16.0), "with the command multiplied by 0.5 to at least 16"),
+        ((16.0 ** (-31 / 32), 2.0), "with the command multiplied by at most 0.0682 to 2"),
     ],
 )
 def test_beyond_the_ends_of_the_scan_nothing_is_said(gain, words):
