@@ -37,17 +37,11 @@ def show_usable(found: Json | None) -> None:
     command = found["units"][chatter]
     table = plain_table()
     table.add_column("motion", no_wrap=True)
-    one, _, two = TITLES[tracking].rpartition(" ")  # over two columns
-    heads = [
-        *("pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"),
-        *(f"chatter\nmedian\n[{command}]", f"\nlargest\n[{command}]"),
-        *(
-            f"peak\nmedian\n[{command}]",
-            f"command\nlargest\n[{command}]",
-            "at limit\nlargest\n[% time]",
-        ),
-    ]
-    for head in heads:
+    one, _, two = TITLES[tracking].partition(" ")  # over two columns
+    heads = ["pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
+    for what in ("chatter", "peak"):
+        heads += [f"| {what}\nmedian\n[{command}]", f"\nlargest\n[{command}]"]
+    for head in [*heads, "| at limit\nlargest\n[% time]"]:
         table.add_column(head, justify="right")
     for name, one in found["motions"].items():
         told = one["measures"]
@@ -96,7 +90,7 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     asked = isinstance(scenario.fitness, TolerancesSettings)
     if not (asked and len(values) and np.median(values) < 1.0):
         return ""
-    return f"targets missed (value / target): {1.0 / np.median(values):.3g} on average"
+    return f"targets missed, value / target: {1.0 / np.median(values):.3g} on average"
 
 
 def _below(found: Json) -> list[str]:
@@ -106,15 +100,15 @@ def _below(found: Json) -> list[str]:
         f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
         "confidence) pass: stable, all constraints met",
         "median, 95th percentile, largest: over the machines",
-        "chatter: rms change of the command from one sample to the next",
+        "chatter: rms change of the command from one sample to the next; peak: largest command; "
+        "at limit: share of the last quarter of the motion with the command at its limit",
     ]
     if found["gain"] is None:
         lines.append("gain margin: none, the nominal machine does not pass")
     else:
         lines.append(f"gain margin: the nominal machine passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
-        precision = f"{100 * found['precision']:.2g} % in float64 instead of float32"
-        changes = f"numerics: merit changes by {precision}"
+        changes = f"numerics: merit changes by {100 * found['precision']:.2g} % in float64"
         if found["substeps"] is not None:
             changes += f", {100 * found['substeps']:.2g} % with finer time steps"
         lines.append(changes)

@@ -22,7 +22,7 @@ UNSTABLE = (
 
 #: What measures of tracking are called.
 TITLES = {
-    "settled_rms_error": "rms error once settled",
+    "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
 #: What no drive does, in whatever unit a table has it.

@@ -25,10 +25,11 @@ def missed(motions: Json) -> Json:
 def missed_told(found: Json, motions: int = 2) -> str:
     """The same as a line, "" where nothing is missed; of a single motion without its name."""
     told = [
-        f"{name} {_short(one['times'])}" + (f" in {one['motion']}" if motions > 1 else "")
+        f"{name} {_short(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in found.items()
     ]
-    return f"targets missed (value / target): {', '.join(told)}" if told else ""
+    worst = " in the worst motion" if motions > 1 else ""
+    return f"targets missed, value / target{worst}: {', '.join(told)}" if told else ""
 
 
 def _short(times: float) -> str:

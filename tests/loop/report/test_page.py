@@ -60,7 +60,7 @@ def test_whether_it_can_be_used(report):
     assert places == sorted(places)  # the answer, the picture that shows it, and then tables
     part = text[text.index("On other machines") : text.index("The controller</h2>")]
     heads = re.findall(r'<th scope="col"[^>]*>(.*?)</th>', part)
-    assert heads[1:3] == ["pass [%]", "rms error once settled [µrad]"]
+    assert heads[1:3] == ["pass [%]", "settled rms error [µrad]"]
     rows = re.findall(r'<tr><th scope="row">(.*?)</tr>', part)
     cells = [re.split("<[^>]+>", row)[0::2] for row in rows]
     assert [cell[0] for cell in cells] == ["ramp *", "position"]

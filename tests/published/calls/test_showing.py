@@ -45,7 +45,7 @@ def test_a_figure_that_shows_itself_and_is_written_where_it_is_asked_for(kind, t
 
 @pytest.mark.parametrize(
     ("kind", "title"),
-    [("robustness", "rms error [mrad]"), ("usable", "rms error once settled\n[mrad]")],
+    [("robustness", "rms error [mrad]"), ("usable", "settled rms error\n[mrad]")],
 )
 def test_on_many_machines_in_a_column_every_text_is_whole_and_no_numbers_touch(kind, title):
     figure = hfc.plot(FOUND[kind](), width="88mm")

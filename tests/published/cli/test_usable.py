@@ -44,7 +44,7 @@ def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
         "pd-only on two",
         "12 machines within",
         share,
-        "error once settled",
+        "settled rms error",
         "chatter",
         "peak command",
     ):

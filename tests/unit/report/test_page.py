@@ -22,7 +22,7 @@ def test_an_error_in_metres_has_a_unit_that_needs_no_power_of_ten():
     units = USED["units"] | {"settled_rms_error": "m"}
     motions = {name: told(1.0, {}, scale) for name, scale in (("one", 1.0), ("two", 2.0))}
     found = in_use(USED | {"units": units, "motions": motions})
-    assert found["heads"][2:4] == ["rms error once settled [µm]", "chatter [V]"]
+    assert found["heads"][2:4] == ["settled rms error [µm]", "chatter [V]"]
     assert found["rows"][0][2] == "3.57 / 3570"
     assert found["rows"][1][2] == "7.14 / 7140"
 
