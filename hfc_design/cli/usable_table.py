@@ -100,7 +100,8 @@ def _below(found: Json) -> list[str]:
         f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
         "confidence) pass: stable, all constraints met",
         "median, 95th percentile, largest: over the machines",
-        "chatter: rms change of the command from one sample to the next; peak: largest command; "
+        "settled: from settled_after_s on; chatter: rms change of the command from one sample to "
+        "the next; peak: largest command; "
         "at limit: share of the last quarter of the motion with the command at its limit",
     ]
     if found["gain"] is None:
