@@ -11,6 +11,7 @@ from hfc_design.core.console import ProgressBar, plain_table, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.missed import three_digits
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told
@@ -92,7 +93,4 @@ def _refused(draws: int) -> str:
 
 
 def _short(value: float | None) -> str:
-    """At most eight characters; quantiles of a random draw deserve no more."""
-    if value is None:
-        return "-"
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
+    return "-" if value is None else three_digits(value)

@@ -13,7 +13,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import TITLES, measured, merit_told
-from hfc_design.simulation.missed import missed_told
+from hfc_design.simulation.missed import missed_told, three_digits
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
@@ -52,7 +52,7 @@ def show_usable(found: Json | None) -> None:
             (100, told["limit_share"]["largest"]),
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
-        table.add_row(name + mark, *(measured(x, factor, _short, "-") for factor, x in cells))
+        table.add_row(name + mark, *(measured(x, factor, three_digits, "-") for factor, x in cells))
     show_whole(table)
     for one in _below(found):
         print(fill(one, room()))
@@ -118,7 +118,3 @@ def _below(found: Json) -> list[str]:
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
         lines.append("* required on the nominal machine only")
     return lines
-
-
-def _short(value: float) -> str:
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"

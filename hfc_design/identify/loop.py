@@ -93,7 +93,8 @@ def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
     assert told.reference is not None
     steps, every = len(told.load), told.sample_time
     reference = told.reference
-    rate = np.diff(reference, append=reference[-1]) / every  # as a table of a scenario has it
+    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
+    rate = np.gradient(reference, every)  # where it is, not half a sample later
     rise, bend = between(told.load)
     shares = np.arange(2 * substeps + 1) / (2 * substeps)
     loads = tuple(curved(told.load, rise, bend, share) for share in shares)
@@ -104,7 +105,7 @@ def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
         loads=loads,
         noise=(still,) * noises,
         target=reference,
-        reference_acceleration=still,
+        reference_acceleration=faster / every**2,
         sliding=still,
         end=reference,
         heading=still,

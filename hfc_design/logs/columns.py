@@ -87,12 +87,11 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
     Raises:
         ValueError: there is no such column.
     """
-    if one.column not in log.columns and f"{one.column} [{one.unit}]" in log.columns:
-        return one._replace(column=f"{one.column} [{one.unit}]")
+    whole = [x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"] == one.column]
+    if one.column not in log.columns and len(whole) != 1:
+        raise ValueError(f"has no column {one.column[:60]!r}; {there(log)}")
     if one.column not in log.columns:
-        whole = [x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"] == one.column]
-        meant = f"did you mean {one.name}={whole[0][:60]}? " if whole else ""
-        raise ValueError(f"has no column {one.column[:60]!r}; {meant}{there(log)}")
+        one = one._replace(column=whole[0])
     if one.unit is not None:
         return one
     told = TOLD.fullmatch(one.column)

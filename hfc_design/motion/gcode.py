@@ -107,12 +107,15 @@ def notes(text: str) -> list[str]:
     """What the program ``text`` has that a machine may do otherwise, a line each with its first."""
     found: dict[str, str] = {}
     for number, code in _lines(text):
+        words = words_of(code)
         if code.lstrip().startswith(SKIPPED):
             found.setdefault(SKIPPED, f"line {number}: {NOTED_BLOCK}")
-        for letter, value in words_of(code):
+        for letter, value in words:
             if letter == "G" and value in NOTED_G:
                 told = f"line {number}: G{value:g}: {NOTED_G[int(value)]}"
                 found.setdefault(f"G{value:g}", told)
+        if any(letter == "M" and value in ENDS for letter, value in words):
+            break
     return [*found.values()]
 
 
@@ -123,7 +126,7 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
         raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
     begun = False
     for number, code in enumerate(lines, 1):
-        if code.strip() == "%":
+        if code.lstrip().startswith("%"):
             if begun:
                 return
         else:

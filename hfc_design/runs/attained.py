@@ -66,11 +66,7 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 
 def kept_attained(folder: Path) -> Json | None:
-    """What a run folder says of how near its design comes to its bound; None if nothing.
-
-    Raises:
-        RunError: its file is damaged.
-    """
+    """How near a run's design comes to its bound; None if nobody said. RunError: it is damaged."""
     return beside(folder / ATTAINABLE, AttainableFile)
 
 

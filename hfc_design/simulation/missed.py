@@ -25,12 +25,13 @@ def missed(motions: Json) -> Json:
 def missed_told(found: Json, motions: int = 2) -> str:
     """The same as a line, "" where nothing is missed; of a single motion without its name."""
     told = [
-        f"{name} {_short(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
+        f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in found.items()
     ]
     worst = " in the worst motion" if motions > 1 else ""
     return f"targets missed, value / target{worst}: {', '.join(told)}" if told else ""
 
 
-def _short(times: float) -> str:
-    return f"{times:.0f}" if 1e3 <= times < 1e6 else f"{times:.3g}"
+def three_digits(value: float) -> str:
+    """Of a number as tables have it, up to a million without an exponent."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"

@@ -79,6 +79,13 @@ def test_a_name_with_another_unit_than_the_drives_is_taken_by_itself_and_said():
         found(columns | {"position_mm": PLACE})
 
 
+def test_a_column_is_also_called_without_its_unit_and_may_be_of_another():
+    columns = {"time [ms]": TIME, "Ist [mm]": PLACE, "command": VOLTS}
+    one = found(columns, "time=time [s]", "position=Ist")
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    assert one.sample_time == pytest.approx(1e-3)
+
+
 @pytest.mark.parametrize("end", ["kg", "raw", "counts", "c", "error_um"])
 def test_a_name_that_ends_in_no_unit_of_the_signal_is_not_it(end):
     """Counts are no radians, and c is no speed of light, though a library of units says so."""
@@ -212,7 +219,6 @@ BAD = [
     ("p u", []),
     ("p u", ["command=u", "position=p"]),
     ("time p q u", ["position=p [mm]", "position=q [mm]"]),
-    ("time Ist u", ["command=u", "position=Ist [mm]"]),
     ("time position still", ["command=still"]),
     ("time still command", ["position=still"]),
     ("back position command", ["time=back"]),

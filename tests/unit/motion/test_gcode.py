@@ -368,3 +368,10 @@ def test_a_file_in_a_change_lies_where_the_user_is(tmp_path, monkeypatch):
     change = "reference={kind='gcode', file='mine.ngc'}"
     assert load_scenario("feed-drive-circle", [change]).reference.duration_s > 2.0
     assert load_scenario("feed-drive-contour").reference.duration_s > 20.0
+
+
+@pytest.mark.parametrize("end", ["M2", "M30 "])
+def test_what_stands_behind_the_end_of_a_program_is_no_code(end):
+    text = f"G21\nG4 P1\nG1 X2 F100\n{end}\nTool list: T1 end mill\nG43 H1"
+    assert len(gcode.blocks(text)) == 1
+    assert [line.split(":")[0] for line in gcode.notes(text)] == ["line 2"]
