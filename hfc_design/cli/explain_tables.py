@@ -69,7 +69,7 @@ def _signals(found: Json) -> None:
 
 def _unit(unit: Json, least: float) -> None:
     row, column = unit["row"], unit["column"]
-    title, labels = f"fuzzy unit {unit['unit']}: degrees of the terms", list(row["degrees"])
+    title, labels = f"fuzzy unit '{unit['unit']}': degrees of the terms", list(row["degrees"])
     if labels == list(column["degrees"]) and sum(max(len(x), 5) + 1 for x in labels) <= WIDEST:
         table = _table(title, "input", "value", *labels)
         for side in (row, column):
@@ -97,7 +97,7 @@ def _unit(unit: Json, least: float) -> None:
         table.add_row(number, "", f"{100 * rest:.2f} %", "", style="dim")
     show_whole(table, 2)
     terminal().print(
-        f"  output of fuzzy unit {unit['unit']} = {unit['output']:.6g}\n", highlight=False
+        f"  output of fuzzy unit '{unit['unit']}' = {unit['output']:.6g}\n", highlight=False
     )
 
 

@@ -90,7 +90,7 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     asked = isinstance(scenario.fitness, TolerancesSettings)
     if not (asked and len(values) and np.median(values) < 1.0):
         return ""
-    return f"targets missed, value / target: {1.0 / np.median(values):.3g} on average"
+    return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
 
 
 def _below(found: Json) -> list[str]:
@@ -100,14 +100,14 @@ def _below(found: Json) -> list[str]:
         f"{100 * found['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
         "confidence) pass: stable, all constraints met",
         "median, 95th percentile, largest: over the machines",
-        "settled: from settled_after_s on; chatter: rms change of the command from one sample to "
-        "the next; peak: largest command; "
-        "at limit: share of the last quarter of the motion with the command at its limit",
+        "settled: after settled_after_s of the scenario; chatter: rms change of the command from "
+        "one sample to the next; peak: largest command; at limit: share of the last quarter of the "
+        "motion with the command at its limit",
     ]
     if found["gain"] is None:
         lines.append("gain margin: none, the nominal machine does not pass")
     else:
-        lines.append(f"gain margin: the nominal machine passes {gain_told(found['gain'])}")
+        lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
         changes = f"numerics: merit changes by {100 * found['precision']:.2g} % in float64"
         if found["substeps"] is not None:

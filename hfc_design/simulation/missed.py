@@ -29,7 +29,7 @@ def missed_told(found: Json, motions: int = 2) -> str:
         for name, one in found.items()
     ]
     worst = " in the worst motion" if motions > 1 else ""
-    return f"targets missed, value / target{worst}: {', '.join(told)}" if told else ""
+    return f"targets missed, value divided by target{worst}: {', '.join(told)}" if told else ""
 
 
 def three_digits(value: float) -> str:

@@ -114,7 +114,8 @@ def test_the_shares_add_up_to_the_command_and_to_the_law(tmp_path):
         10.0 * found["units"][-1]["output"] * scheduled, rel=1e-12
     )
     printed = explained(tmp_path, design)
-    assert "scheduled law [V]" in printed
+    assert "scheduled law" in printed
+    assert "value [V]" in printed
     assert "x 10 x scheduled law" in printed
 
 
