@@ -25,7 +25,8 @@ from hfc_design.files.machine import (
     reading_fault,
 )
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
-from hfc_design.files.robust import RobustSettings, unknown_parameter
+from hfc_design.files.robust import AROUND, RobustSettings, unknown_parameter
+from hfc_design.files.stress import ALSO, StressSettings
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
@@ -87,6 +88,8 @@ class Scenario(Record, metaclass=Asked):
     constraints: Constraints = Field({}, exclude_if=not_)
     #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)
+    #: what the answer tries beside these machines; left out: the defaults
+    stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:
         return line("Scenario", self._told())
@@ -106,6 +109,14 @@ class Scenario(Record, metaclass=Asked):
     def _tolerances_of_parameters(self) -> "Scenario":
         if told := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
             raise ValueError(f"robust.tolerances.{told}")
+        also = self.robust.tolerances if self.robust else {}
+        for name in ALSO:
+            size = getattr(self.stress, name)
+            if name in self.stress.model_fields_set and name in also:
+                raise ValueError(
+                    f"stress.{name} = {size}: robust.tolerances.{name} = {also[name]:g} has it "
+                    "already; leave one of them out"
+                )
         return self
 
     @model_validator(mode="after")
@@ -215,6 +226,17 @@ class Scenario(Record, metaclass=Asked):
         """What stands around the drive of each axis."""
         each = (self.limits.of(axis) for axis in self.plant.machine.axes)
         return tuple(Around(own.delay_samples, own.lag_s) for own in each)
+
+    @property
+    def longest_delay(self) -> float | None:
+        """Samples that a command waits at most around a drive; None where nothing stands there."""
+        around = self.around
+        also: dict[str, float] = self.robust.tolerances if self.robust else {}
+        if not any(one != Around() for one in around) and not (AROUND.keys() & also):
+            return None
+        margin = self.robust.margin if self.robust else 1.0
+        more = margin * also.get("delay_samples", 0.0)
+        return float(max(one.delay_samples for one in around)) + more
 
     @property
     def target(self) -> Target:

@@ -52,7 +52,8 @@ class Judging:
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
             wider = 1.0 if final else self._robust.margin
-            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+            own = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+            self._machines = simulate.standing(own, scenario, self._loop)
         self._allowed = self._ensemble
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)

@@ -35,7 +35,7 @@ from hfc_design.simulation.sensors import (
     without_steps,
 )
 from plants import Drive, Machine
-from plants.around import Around, Sampled, Standing, sampled, surrounded
+from plants.around import Sampled, Standing, sampled, surrounded
 from plants.blocks import bell, larger, once, pick, ratio, smaller
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
@@ -90,24 +90,21 @@ class Loop(NamedTuple):
         return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
 
 
-def closed_loop(scenario: Scenario, controller: Controller, longest: float | None = None) -> Loop:
+def closed_loop(scenario: Scenario, controller: Controller, later: float | None = None) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it.
 
-    With a ``longest`` delay [samples] there is room for that around its drives, whatever the
-    machines have there.
+    With a number of samples there is room around its drives, and for a delay ``later`` by them.
     """
     machine, simulation = scenario.machine, scenario.simulation
     every = simulation.sample_time_s
     sensors = (sensors_of(scenario.sensors.of(axis), every) for axis in machine.axes)
     limits = [scenario.limits.of(axis) for axis in machine.axes]
-    around = scenario.around
-    if longest is None and any(one != Around() for one in around):
-        longest = 0.0
+    longest = scenario.longest_delay
     standing: tuple[Sampled, ...] = ()
-    if longest is not None:
-        waits = ceil(max(longest, *(one.delay_samples for one in around)))
+    if longest is not None or later is not None:
+        waits = ceil((longest or 0.0) + (later or 0.0))
         machine = surrounded(machine, waits, simulation.substeps)
-        standing = tuple(sampled(one, every, simulation.substeps, waits) for one in around)
+        standing = tuple(sampled(x, every, simulation.substeps, waits) for x in scenario.around)
     return Loop(
         machine,
         controller,

@@ -70,6 +70,7 @@ class Margins(NamedTuple):
     gain_down: float | None  # factor below 1
     phase: float | None  # lag [deg]
     delay: float | None  # samples
+    crossover: float | None = None  # the highest angle at which the loop has the magnitude 1
 
 
 def margins(loop: OpenLoop) -> Margins:
@@ -105,6 +106,7 @@ def margins(loop: OpenLoop) -> Margins:
         max((float(x) for x in factors if x < 1.0), default=None),
         float(off.min()) if unity else None,
         float(waits.min()) if unity else None,
+        max(unity, default=None),
     )
 
 
