@@ -1,6 +1,7 @@
 """What is told of a stress: does the design hold, and at what size does it break? No JAX."""
 
 from collections.abc import Iterable
+from math import isfinite
 from typing import NamedTuple
 
 from hfc_design.core.numbers import Json
@@ -24,7 +25,7 @@ class Stressed(NamedTuple):
 
     def numbers(self) -> Json:
         """As plain data."""
-        return self._asdict()
+        return self._asdict() | {"merit": self.merit if isfinite(self.merit) else None}
 
 
 def breaking(each: Iterable[Stressed]) -> str:
@@ -40,8 +41,8 @@ def breaking(each: Iterable[Stressed]) -> str:
 #: Heads of ``rows``.
 HEADS = ("stress", "holds on [%]", "merit [times]")
 ABOUT = (
-    "stress: one at a time on machines that hold without it, in all motions that are required of "
-    "them; merit: of the median machine, times that without it"
+    "stress: one at a time on machines that hold without it, in all motions required of them; "
+    "merit: of the median machine, times that without it"
 )
 
 
@@ -51,7 +52,7 @@ def rows(found: Iterable[Json]) -> list[list[str]]:
         [
             one["name"],
             f"{100 * one['share']:.3g}",
-            f"{one['merit']:.2f}" if one["holds"] else "breaks",
+            f"{one['merit'] or 0.0:.2f}" if one["holds"] else "breaks",
         ]
         for one in found
     ]
