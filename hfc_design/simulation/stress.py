@@ -80,7 +80,7 @@ def stressed(
     count = min(own.machines, machines.size)
     some = machines.take(np.arange(count))
     without = Judged(*(part[:count] for part in found))
-    each = [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
+    each = _asked(scenario, crossover)
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
     whole = [_held(scenario, without, one) for one in judged]
     broken = [k for k, (held, _) in enumerate(whole) if not _enough(held, own.share)]
@@ -100,6 +100,31 @@ def stressed(
             row if k not in parts else _breaking(scenario, without, row, case, parts[k], one)
         )
     return tuple(told)
+
+
+def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
+    """The machines, of which every other one is under a stress, each in turn.
+
+    What needs another motion is not among them.
+    """
+    kinds = [one for one in _asked(scenario, None) if one.applied(one.size)[2] is None]
+    places, parts = [np.arange(0, machines.size, 2)], []
+    parts.append(standing(machines.take(places[0]), scenario, loop).true)
+    for k, case in enumerate(kinds):
+        own = np.arange(1 + 2 * k, machines.size, 2 * len(kinds))
+        if len(own):
+            changes, friction, _ = case.applied(case.size)
+            some = _rubbing(scenario, machines.take(own), friction)
+            places.append(own)
+            parts.append(standing(some, scenario, loop, changes).true)
+    order = np.argsort(np.concatenate(places))
+    true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
+    return Machines(machines.told, true)
+
+
+def _asked(scenario: Scenario, crossover: float | None) -> list[Case]:
+    """Those with a size."""
+    return [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
 
 
 def _breaking(
