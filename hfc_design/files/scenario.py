@@ -54,6 +54,8 @@ class RunSettings(Record):
     seed: int = Field(0, ge=0)
     #: of the numbers in a search; the choice in the end is made in float64
     precision: Literal["float32", "float64"] = "float32"
+    #: times the asked budget that a search may take in all while the answer is not yes; 1: once
+    extend: int = Field(3, ge=1, le=100, exclude_if=(3).__eq__)
     #: steps that polish the design when the search has ended; 0: none
     polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)
 

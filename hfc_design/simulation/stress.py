@@ -108,6 +108,8 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
     What needs another motion is not among them.
     """
     kinds = [one for one in _asked(scenario, None) if one.applied(one.size)[2] is None]
+    if not kinds:
+        return standing(machines, scenario, loop)
     places, parts = [np.arange(0, machines.size, 2)], []
     parts.append(standing(machines.take(places[0]), scenario, loop).true)
     for k, case in enumerate(kinds):
