@@ -34,7 +34,7 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.measures import Units, path_fault
+from hfc_design.objectives.measures import Units, in_units, path_fault
 from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
@@ -112,6 +112,8 @@ class Scenario(Record, metaclass=Asked):
         if told := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
             raise ValueError(f"robust.tolerances.{told}")
         also = self.robust.tolerances if self.robust else {}
+        if self.stress.load is not None:
+            in_units("stress.load", self.stress.load, "load", self.units)
         for name in ALSO:
             size = getattr(self.stress, name)
             if name in self.stress.model_fields_set and name in also:

@@ -13,7 +13,6 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Gains, Mask
-from hfc_design.core.quantities import number
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import Axis
 from hfc_design.files.motions import put, way
@@ -21,6 +20,7 @@ from hfc_design.files.robust import friction_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.measures import in_units
 from hfc_design.objectives.metrics import late_samples
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop
@@ -312,7 +312,7 @@ def loads(scenario: Scenario, motions: Sequence[Samples]) -> list[float]:
     """The load of the stress on each axis; 0 where nobody can say how much that is."""
     own, axes = scenario.stress.load, scenario.plant.each()
     if own is not None:
-        return [number(own, scenario.units.signals["load"], scenario.units.millimetres)] * len(axes)
+        return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
     largest = [max(float(np.abs(x.axes[k].loads).max()) for x in motions) for k in range(len(axes))]
     return largest if any(largest) else [_held_by_a_part(scenario, axis) for axis in axes]
 
