@@ -100,7 +100,7 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
-        raise UserError(f"a controller of kind {kind} is no list of gains")
+        raise UserError(f"a controller of kind {kind} is no list of gains; pd, pid or pid+ff is")
     wanted(gains, Mapping, "table of gains and their values")
     where = load_scenario(scenario)
     found = design_with({"kind": kind, **of_gains(dict(gains))}, where)

@@ -133,7 +133,8 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
         return
     if out is None:
         raise UserError("hfc pick needs --out FILE for the design")
-    point = chosen(front, scenario, point, None if nearest is None else _wanted(nearest))
+    wanted = None if nearest is None else numbers_of("--nearest", nearest, "chatter=2")
+    point = chosen(front, scenario, point, wanted)
     design, evaluation, numbers = picked(scenario, result, point)
     write_whole(out, (design_json(design) + "\n").encode())
     if numbers is not None:
@@ -142,8 +143,8 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
     click.echo(f"design {out}")
 
 
-def _wanted(told: str) -> dict[str, float | str]:
-    """Costs by the names of their objectives; UserError: the text is of another form."""
+def numbers_of(option: str, told: str, example: str) -> dict[str, float | str]:
+    """Numbers, or texts with a unit, by their names; UserError: the text is of another form."""
     from hfc_design.core.numbers import number_or_none
     from hfc_design.core.records import UserError
 
@@ -151,7 +152,7 @@ def _wanted(told: str) -> dict[str, float | str]:
     for pair in told.split(","):
         name, equals, text = pair.partition("=")
         if not equals or not text.strip():
-            raise UserError(f"--nearest {told}: has to be NAME=NUMBER,... as in chatter=2")
+            raise UserError(f"{option} {told}: has to be NAME=NUMBER,... as in {example}")
         number = number_or_none(text)
         wanted[name.strip()] = text.strip().strip("'\"") if number is None else number
     return wanted

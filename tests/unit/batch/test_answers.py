@@ -67,9 +67,8 @@ def test_the_best_usable_design_of_a_batch_is_picked(judged):
     own = judged / f"{3:016x}" / "design.json"
     assert (judged / "best.json").read_text() == own.read_text()
     score = json.loads(own.read_text())["score"]  # which nothing else of a design goes with yet
-    own.write_text(
-        json.dumps(json.loads((BUILTIN / "pd-only.json").read_text()) | {"score": score})
-    )
+    whole = json.loads((BUILTIN / "pd-only.json").read_text())
+    own.write_text(json.dumps(whole | {"score": score}))
     assert hfc_design.api.pick(judged).name == "pd-only"
 
 
