@@ -31,7 +31,7 @@ class CAxisParameters(NamedTuple):
     rotor_damping: float = 2.05  # of the motor, b_r [N m s/rad]
     spindle_inertia: float = 5.102  # of spindle and workpiece, J_c [kg m2]
     gear_ratio: float = 1.0  # motor angle over spindle angle, N [1]
-    stiffness: float = 200.0  # of the transmission, k [N m/rad]
+    stiffness: float = 200.0  # of the transmission, told at the motor's side, k [N m/rad]
     bristle_stiffness: float = 17000.0  # of the LuGre friction, sigma_0 [N m/rad]
     bristle_damping: float = 126.5  # of the LuGre friction, sigma_1 [N m s/rad]
     viscous_friction: float = 0.4  # of the spindle, sigma_2 [N m s/rad]

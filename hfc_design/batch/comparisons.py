@@ -48,7 +48,8 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
     for group in groups:
         if len(group.scores) >= 2:
             tasks[group.task].append(group)
-    pairs = [pair for inside in tasks.values() for pair in combinations(inside[:COMPARED], 2)]
+    highest = (sorted(own, key=lambda one: -one.median)[:COMPARED] for own in tasks.values())
+    pairs = [pair for inside in highest for pair in combinations(inside, 2)]
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
     exactly = np.zeros(len(pairs), bool)
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.batch.outcome import VERDICTS, Use
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.batch.runs import Run
 from hfc_design.core.numbers import Floats
@@ -51,6 +52,29 @@ class Group(NamedTuple):
         """How many finished runs found no design that keeps every constraint."""
         return sum(bool(run.score.get(LEAST_VIOLATED)) for run in self.finished)
 
+    @property
+    def judged(self) -> list[Use]:
+        """What its finished runs say of whether their designs can be used, as far as they do."""
+        return [run.use for run in self.finished if run.use.verdict]
+
+    @property
+    def usable(self) -> str:
+        """Of how many seeds the answer is yes, "" where nobody has asked."""
+        yes = sum(one.verdict == VERDICTS[0] for one in self.judged)
+        return f"{yes} of {len(self.judged)}" if self.judged else ""
+
+    @property
+    def share(self) -> float:
+        """Median share of unseen machines that pass; nan where nobody has asked."""
+        return float(np.median([one.share or 0.0 for one in self.judged] or [np.nan]))
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Among groups of its task, the best first: by verdicts, share, median score."""
+        counts = [one.verdict for one in self.judged]
+        told = [-counts.count(x) / max(len(counts), 1) for x in VERDICTS[:2]]
+        return *told, -np.nan_to_num(self.share), np.isnan(self.median), -self.median
+
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""
         values: dict[str, list[float]] = defaultdict(list)
@@ -71,7 +95,7 @@ class Group(NamedTuple):
 
 
 def grouped(runs: Sequence[Run]) -> list[Group]:
-    """The groups, task by task, the highest median first."""
+    """The groups, task by task, the best first: see ``Group.place``."""
     known = [run for run in runs if run.settings]
     keys = dict.fromkeys(key for run in known for key in run.settings if key != SEED)
     differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
@@ -89,7 +113,7 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
             _group(task, measure, dict(zip(differing, own, strict=True)), inside)
             for own, inside in members.items()
         ]
-        found += sorted(groups, key=lambda group: (np.isnan(group.median), -group.median))
+        found += sorted(groups, key=lambda group: group.place)
     return [group._replace(number=k) for k, group in enumerate(found, 1)]
 
 

@@ -4,6 +4,7 @@ Raw: a design is not read as one, since that of a run made with another version 
 """
 
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -17,9 +18,16 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of
-from hfc_design.runs.run import DESIGN, HISTORY
+from hfc_design.runs.run import DESIGN, HISTORY, USABLE
 
 JUDGED_BY = "judged_by"
+#: Answers to whether a design can be used, the best first.
+VERDICTS = ("yes", "on this model only", "no")
+#: Margins of a loop, and which of several counts.
+MARGINS: dict[str, Callable[[list[float]], float]] = {
+    "sensitivity": max,
+    **dict.fromkeys(("gain_margin", "phase_margin_deg", "delay_margin_samples"), min),
+}
 
 
 class Ended(NamedTuple):
@@ -43,12 +51,53 @@ def ended(path: Path) -> Ended:
     if not isinstance(score, dict):
         raise ValueError("has no score")
     judged_by, ranges = score.pop(JUDGED_BY, ""), _ranges(score)
+    score.pop("usable", None)  # ``use`` has more of it
     found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
     if found.get("fitness") is None and score.get("fitness", "") is not None:
         raise ValueError("has no fitness that is a number")  # null: the design diverged
     lowest = {key: one["lowest"] for key, one in ranges.items()}
     all_of_it = {"fitness": None} | found | lowest
     return Ended(all_of_it, text(judged_by), ranges, _structure(design.get("controller")))
+
+
+class Use(NamedTuple):
+    """What a run says of whether its design can be used; empty where nobody has asked."""
+
+    verdict: str = ""  # one of ``VERDICTS``
+    share: float | None = None  # of unseen machines that pass
+    margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
+    answer: str = ""
+
+    @property
+    def place(self) -> tuple[int, float]:
+        """Among runs, the best first: by the verdict, then by the share."""
+        return ([*VERDICTS, ""].index(self.verdict), -(self.share or 0.0))
+
+
+def use(path: Path) -> Use:
+    """What the folder of a run says of whether its design can be used.
+
+    Raises:
+        ValueError: the file is damaged.
+    """
+    if not (path / USABLE).exists():
+        return Use()
+    found = json_of(decoded(content(path / USABLE)))
+    if not isinstance(found, dict) or not isinstance(found.get("usable"), bool):
+        raise ValueError("has no answer")
+    verdict = found.get("verdict", "yes" if found["usable"] else "no")
+    if verdict not in VERDICTS:
+        raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
+    each = {key: _each(key, found.get("margins")) for key in MARGINS}
+    margins = {key: MARGINS[key](numbers) for key, numbers in each.items() if numbers}
+    return Use(verdict, _number(found.get("share")), margins, text(found.get("answer", "")))
+
+
+def _each(key: str, told: object) -> list[float]:
+    """Every number that a table, or a table in it, has by a ``key``."""
+    inside = told.values() if isinstance(told, dict) else told if isinstance(told, list) else ()
+    own = _number(told.get(key)) if isinstance(told, dict) else None
+    return [x for one in inside for x in _each(key, one)] + ([] if own is None else [own])
 
 
 def _structure(controller: object) -> str:

@@ -13,7 +13,7 @@ from hfc_design.batch import structure_tables
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import FITNESS, MERIT, Group
 from hfc_design.batch.metric_table import metrics
-from hfc_design.batch.outcome import text
+from hfc_design.batch.outcome import MARGINS, text
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import Run, listed
@@ -52,6 +52,9 @@ def page(
     measured = metrics(path, groups[:GROUPS])
     known = next((run.settings for run in runs if run.settings), {})
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
+    judged = any(run.use.verdict for run in runs)
+    margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
+    told = [*scores, *(("answer", "share [%]", *margins) if judged else ())]
     return rendered(
         "batch.html.j2",
         path.resolve().name,
@@ -82,10 +85,11 @@ def page(
         trees=trees,
         **_comparison_table(comparisons),
         left_out=any(task["groups"] > compared.COMPARED for task in tasks),
-        trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
+        trouble_rows=[[run.title, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
-        run_head=["run", "group", *keys, "seed", "state", *scores, "generations"],
-        run_rows=_run_rows(found, keys, scores),
+        run_head=["run", "group", *keys, "seed", "state", *told, "generations"],
+        run_rows=_run_rows(found, keys, told),
+        judged=judged,
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
@@ -94,8 +98,9 @@ def page(
 def _group_table(groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Any]:
     """What the page shows of all groups."""
     shown = groups[:GROUPS]
+    answers = ["usable", "pass [%]"] if any(group.judged for group in shown) else []
     return {
-        "group_head": ["group", *keys, "runs", "median", "quartiles", "best"],
+        "group_head": ["group", *keys, "runs", "median", "quartiles", "best", *answers],
         "group_rows": [group_row(group, keys) for group in shown],
         "group_best": _best(shown, len(keys)),
         "groups": len(groups),
@@ -141,14 +146,15 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
 
 
 def group_row(group: Group, keys: Sequence[str]) -> list[str]:
-    """A group as tables show it: number, settings, runs, median, quartiles, best."""
+    """A group as tables show it: number, settings, runs, median, quartiles, best, how usable."""
     own = (group.settings[key] for key in keys)
     count, total = len(group.finished), len(group.runs)
     row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
     if not group.finished:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles
-    return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
+    row += [score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
+    return [*row, group.usable, f"{100 * group.share:.4g}"] if group.judged else row
 
 
 def _best(groups: Sequence[Group], keys: int) -> list[list[int]]:
@@ -179,22 +185,28 @@ def _p(value: float) -> str:
 
 
 def _run_rows(
-    found: Findings, keys: Sequence[str], scores: Sequence[str]
+    found: Findings, keys: Sequence[str], told: Sequence[str]
 ) -> list[tuple[str, list[str]]]:
     """Of each run the address of its own page, if it has one, and what the table says."""
     number = found.number_of()
     rows = []
     for run in found.runs[:RUNS]:
         own = (run.setting(key) for key in (*keys, SEED))
-        told = [run.path, str(number.get(run.path, "–")), *own, run.state]
-        told += [_score(run, key) for key in scores]
-        told.append(str(len(run.best)))
-        rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
+        row = [run.title, str(number.get(run.path, "–")), *own, run.state]
+        row += [_told(run, key) for key in told]
+        row.append(str(len(run.best)))
+        rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", row))
     return rows
 
 
-def _score(run: Run, key: str) -> str:
-    """Fitness or merit of a run, a range where it is chaotic."""
+def _told(run: Run, key: str) -> str:
+    """Answer, share or a margin of a run; fitness or merit, a range where it is chaotic."""
+    use = {"answer": run.use.verdict, "share [%]": run.use.share, **run.use.margins}
+    if key in (*MARGINS, "answer", "share [%]"):
+        found = use.get(key)
+        if isinstance(found, float):
+            return f"{100 * found if key == 'share [%]' else found:.4g}"
+        return found or "–"
     if key in run.ranges:
         return range_told(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged

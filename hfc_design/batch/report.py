@@ -10,7 +10,7 @@ from typing import Any
 from hfc_design.batch import folder, structure_tables
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import Group
-from hfc_design.batch.outcome import JUDGED_BY, text
+from hfc_design.batch.outcome import JUDGED_BY, MARGINS, text
 from hfc_design.batch.page import page
 from hfc_design.batch.published import Reproduced
 from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
@@ -115,12 +115,19 @@ def _run_columns(found: Findings) -> dict[str, Column]:
     runs, number = found.runs, found.number_of()
     columns: dict[str, Column] = {
         "run": [run.path for run in runs],
+        "called": [run.title for run in runs],
         "group": [number.get(run.path) for run in runs],
         "state": [run.state for run in runs],
         "generations": [len(run.best) for run in runs],
     }
     for key in dict.fromkeys(key for run in runs for key in run.settings):
         columns[key] = _of_one_type([run.settings.get(key) for run in runs])
+    if any(run.use.verdict for run in runs):
+        columns["verdict"] = [run.use.verdict or None for run in runs]
+        columns["share"] = [run.use.share for run in runs]
+        for key in (key for key in MARGINS if any(key in run.use.margins for run in runs)):
+            columns[key] = [run.use.margins.get(key) for run in runs]
+        columns["answer"] = [run.use.answer or None for run in runs]
     for key in dict.fromkeys(key for run in runs for key in run.score):
         columns[key] = [run.score.get(key) for run in runs]
     for key in dict.fromkeys(key for run in runs for key in run.ranges):

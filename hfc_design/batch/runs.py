@@ -11,15 +11,15 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from hfc_design.batch import folder
-from hfc_design.batch.outcome import Ended, ended, history, text
+from hfc_design.batch.outcome import VERDICTS, Ended, Use, ended, history, text, use
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.texts import content, decoded, toml_of
-from hfc_design.files.cells import PLAN, SEED
+from hfc_design.files.cells import PLAN, SEED, names
 from hfc_design.report import REPORT
-from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
+from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY, USABLE
 
 State = folder.State | Literal["unreadable"]
 #: What ``config.toml`` says beside the settings.
@@ -40,6 +40,13 @@ class Run(NamedTuple):
     judged_by: str = ""  # title of the merit; "" where an earlier version made the run
     ranges: dict[str, Json] = {}  # of a fitness or merit that is chaotic; ``score`` has its lowest
     structure: str = ""  # of its design; "" where its kind has but one
+    use: Use = Use()  # whether its design can be used
+    called: str = ""  # by what differs in the cells of its batch; "" outside of one
+
+    @property
+    def title(self) -> str:
+        """What people call it: what differs in the cells of its batch, or its path."""
+        return text((Path(self.path).parent / self.called).as_posix()) if self.called else self.path
 
     def setting(self, key: str) -> str:
         """A setting as a reader sees it, a dash where there is none."""
@@ -64,15 +71,39 @@ def runs_below(path: Path) -> list[Run]:
     alone: list[Run] = []
     for place in _folders(path):
         if (place / PLAN).exists():
-            for cell in folder.entries(place):
+            cells = folder.entries(place)
+            told = names({cell.name: cell.settings for cell in cells})
+            for cell in cells:
                 settings = {SCENARIO: "c-axis-ramp", SEED: 0} | cell.settings
-                planned.append(_read(place / cell.name, path, settings, cell.state, cell.reason))
+                own = _read(place / cell.name, path, settings, cell.state, cell.reason)
+                planned.append(own._replace(called=told[cell.name]))
         else:
             alone.append(_alone(place, path))
     found = planned + _told_apart(alone, {key for run in planned for key in run.settings})
     if not found:
         raise UserError(f"{path}: holds no runs ({PLAN}, or folders with a {CONFIG})")
-    return found
+    return sorted(found, key=_place) if any(run.use.verdict for run in found) else found
+
+
+def _place(run: Run) -> tuple[int, float, float]:
+    """Where a run stands: by whether its design can be used, the share, the merit."""
+    return *run.use.place, -(run.score.get("merit") or 0.0)
+
+
+def best_usable(path: Path) -> Run:
+    """The run below a folder whose design is the best one that can be used.
+
+    Raises:
+        UserError: there is none, or no run says whether its design can be used.
+    """
+    first = runs_below(path)[0]
+    if not first.use.verdict:
+        told = "no run says whether its design can be used; one of a scenario with [robust] does"
+        raise UserError(f"{path}: {told}")
+    if first.use.verdict != VERDICTS[0]:
+        told = f"no run has a design that can be used; nearest is {first.title}"
+        raise UserError(f"{path}: {told}: {first.use.answer}")
+    return first
 
 
 def batches_below(path: Path) -> list[Path]:
@@ -125,11 +156,16 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
     end, best, searched = Ended({}, "", {}, ""), np.empty(0), not (path / GIVEN).exists()
+    answer = Use()
     if state == "finished":
         try:
             end = ended(path)
         except ValueError as error:
             state, reason = "unreadable", _told(DESIGN, error)
+        try:
+            answer = use(path)
+        except ValueError as error:
+            reason = f"{reason}; {_told(USABLE, error)}".removeprefix("; ")
     if (path / HISTORY).exists() or (state == "finished" and searched):
         try:
             best = history(path)
@@ -138,7 +174,7 @@ def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "")
     if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     page = (path / REPORT).exists()
-    how = (end.judged_by, end.ranges, end.structure)
+    how = (end.judged_by, end.ranges, end.structure, answer)
     return Run(_below(path, top), settings, state, reason, end.score, best, page, searched, *how)
 
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from hfc_design.batch import comparisons as compared
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import FITNESS, Group
@@ -17,12 +19,26 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     """What came out of a task, nothing of groups whose runs are too few to tell them apart.
 
     Args:
-        groups: of the task, the highest median first.
+        groups: of the task, the best first.
         comparisons: of all tasks, which p is corrected for.
     """
-    highest = groups[0]
+    highest = max(groups, key=lambda group: np.nan_to_num(group.median, nan=-np.inf))
     if not highest.finished:
         return "No run has finished."
+    return f"{_answered(groups[0])}{_highest(highest, groups, comparisons)}"
+
+
+def _answered(first: Group) -> str:
+    """Of the group that stands first how many designs can be used, where somebody has asked."""
+    if not first.judged:
+        return ""
+    return (
+        f"{first.usable} designs of group {first.label} can be used; {100 * first.share:.4g} % of "
+        "the unseen machines pass in the median. "
+    )
+
+
+def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     against = [item for item in comparisons if item.first is highest]
     if against and (needed := compared.too_few(comparisons)):
         several = f"{len(comparisons)} comparisons need" if len(comparisons) > 1 else "it takes"

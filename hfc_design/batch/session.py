@@ -3,7 +3,7 @@
 import json
 import statistics
 import sys
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
@@ -18,7 +18,7 @@ from hfc_design.batch.work import Outcome, Place, begin, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, harmless
-from hfc_design.files.cells import LABEL, PLAN
+from hfc_design.files.cells import PLAN, names
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -71,7 +71,7 @@ def batch(
     print(f"{len(cells)} cells in {target}: {finished} finished, {len(watch.failed)} failed")
     for reason in dict.fromkeys(watch.failed.values()):
         alike = [name for name, own in watch.failed.items() if own == reason]
-        print(f"{', '.join(alike)}: {reason}", file=sys.stderr)
+        print(f"{'; '.join(alike)}: {reason}", file=sys.stderr)
     report.report(target)
     if watch.failed:
         raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
@@ -86,11 +86,12 @@ def show_status(out: Path) -> None:
         print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
     left = [entry for entry in found if entry.state != "finished"]
     if left:
-        _show((x.name, x.state, f"{_told(x.settings)}\n{x.reason}".rstrip()) for x in left)
+        told = names({entry.name: entry.settings for entry in found})
+        _show((f"{told[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
 
 
 def _show(cells: Iterable[tuple[str, str, str]]) -> None:
-    table = Table("cell", "state", "settings", box=None)
+    table = Table("cell", "state", "folder", box=None)
     for row in islice(cells, LISTED):
         table.add_row(*row)
     terminal().print(table)
@@ -98,9 +99,9 @@ def _show(cells: Iterable[tuple[str, str, str]]) -> None:
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
-    same, apart = _same(cells), _apart(cells)
+    same, told = _same(cells), _names(cells)
     print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
-    _show((name, state, _told(apart[name])) for name, state in states.items())
+    _show((told[name], state, name) for name, state in states.items())
     if len(cells) > LISTED:
         print(f"and {len(cells) - LISTED} more")
     left = [cell for cell in cells if states[cell.name] != "finished"]
@@ -121,18 +122,8 @@ def _same(cells: Iterable[Cell]) -> Json:
     return {k: v for k, v in items if all(k in own and own[k] == v for own in others)}
 
 
-def _apart(cells: list[Cell]) -> dict[str, Json]:
-    """What sets each cell apart from the others; of a label what differs inside it."""
-    labelled: dict[str | None, list[Cell]] = defaultdict(list)
-    for cell in cells:
-        labelled[cell.settings.get(LABEL)].append(cell)
-    same = {label: _same(inside if label else cells) for label, inside in labelled.items()}
-    found = {}
-    for cell in cells:
-        label = cell.settings.get(LABEL)
-        own = {key: value for key, value in cell.settings.items() if key not in same[label]}
-        found[cell.name] = {LABEL: label} | own if label else own
-    return found
+def _names(cells: Iterable[Cell]) -> dict[str, str]:
+    return names({cell.name: cell.settings for cell in cells})
 
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
@@ -167,7 +158,7 @@ class Watch(ProgressBar):
 
     def __init__(self, cells: list[Cell]):
         super().__init__("cells", len(cells))
-        self._apart = _apart(cells)
+        self._names = _names(cells)
         self._done, self._waited = 0, False
         self.failed: dict[str, str] = {}  # cell -> reason
 
@@ -175,7 +166,7 @@ class Watch(ProgressBar):
         """Show where the running cell is."""
         self.show(
             line=f"generation {search.generation}/{cell.scenario.search.generations}  "
-            f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {cell.name}"
+            f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {self._names[cell.name]}"
         )
 
     def workers(self, count: int) -> None:
@@ -189,9 +180,8 @@ class Watch(ProgressBar):
         """Count a cell that is done."""
         self._done += 1
         if found.state == "failed":
-            self.failed[cell.name] = found.reason
+            self.failed[self._names[cell.name] or cell.name] = found.reason
         self.show(completed=self._done)
         if found.seconds or found.reason:
             told = found.reason or f"{found.seconds:.1f} s"
-            own = _told(self._apart[cell.name])
-            self.say(f"cell {self._done}/{self.total}  {cell.name}  {own}  {told}")
+            self.say(f"cell {self._done}/{self.total}  {self._names[cell.name]}  {told}")

@@ -38,7 +38,7 @@ def _show(groups: list[Group]) -> None:
     """The medians of a task over the seeds, the highest first."""
     title = f"{groups[0].task}: {groups[0].measure}"
     table = plain_table(title=Text(harmless(title)), title_style="")
-    for k, name in enumerate(HEAD):
+    for k, name in enumerate([*HEAD, *(["usable", "pass [%]"] if groups[0].judged else [])]):
         table.add_column(name, justify="right" if k else "left")
     for group in groups[:GROUPS]:
         cells = [harmless(group.label), *group_row(group, [])[1:]]

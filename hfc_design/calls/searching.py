@@ -5,13 +5,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from hfc_design.batch.runs import best_usable, is_run
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import path_of, wanted, whole
 from hfc_design.core.lock import alone
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
-from hfc_design.files.pairing import check_laws
+from hfc_design.files.pairing import check_laws, load_design
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
 from hfc_design.runs.problem import check_memory
@@ -74,15 +75,18 @@ def pick(
     """The design of a point of the front that the run in a folder has found.
 
     That of a number in its ``front.csv``, the one nearest to costs (objective -> a number or a
-    text with a unit), or else the knee.
+    text with a unit), or else the knee. Of the folder of a batch, or of many runs, it is the best
+    design that can be used.
 
     Raises:
-        UserError: there is no finished run, no front, or no such point.
+        UserError: there is no finished run, no front, no such point, or no design that can be used.
         RunError: a file of the run is damaged.
     """
     if point is not None:
         whole("--point", point, 1)
     place = path_of(folder)
+    if place.is_dir() and not is_run(place) and point is None and nearest is None:
+        return load_design(place / best_usable(place).path)
     scenario, result = finished_run(place)
     front = front_needed(place, result)
     return picked(scenario, result, chosen(front, scenario, point, nearest))[0]
@@ -96,7 +100,7 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
-        raise UserError(f"a controller of kind {kind} is no list of gains")
+        raise UserError(f"a controller of kind {kind} is no list of gains; pd, pid or pid+ff is")
     wanted(gains, Mapping, "table of gains and their values")
     where = load_scenario(scenario)
     found = design_with({"kind": kind, **of_gains(dict(gains))}, where)

@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING
 import click
 
 from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import Texts, as_json, force, knowing_plugins, memory, output, setting
+from hfc_design.cli.options import (
+    CHOICES,
+    KNOWN,
+    Texts,
+    as_json,
+    force,
+    memory,
+    output,
+    setting,
+    with_plugins,
+)
 from hfc_design.cli.papers import Papers, for_a_paper
 
 if TYPE_CHECKING:
@@ -22,6 +32,7 @@ if TYPE_CHECKING:
 SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
+SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
@@ -30,9 +41,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 @click.argument("designs", nargs=-1, type=DESIGN)
 @named("--scenario", "scenarios", kind=SCENARIO, multiple=True, help=SCENARIO_HELP)
 @setting
-@click.option(
-    "--spread", type=float, default=0.2, help="Of the machines' parameters [default: 0.2]."
-)
+@click.option("--spread", type=float, help=SPREAD_HELP)
 @click.option(
     "--tolerance",
     "tolerances",
@@ -61,12 +70,12 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 @force
 @memory
 @as_json
-@knowing_plugins
+@with_plugins(KNOWN | {"plant": CHOICES["plant"]})
 def compare(
     designs: Texts,
     scenarios: Texts,
     changes: Texts,
-    spread: float,
+    spread: float | None,
     tolerances: dict[str, float],
     machines: int,
     seed: int,
@@ -76,6 +85,7 @@ def compare(
     csv_file: Path | None,
     as_json: bool,
     papers: Papers,
+    plant: str,
 ) -> None:
     """Put DESIGNS side by side: built-in names, design files, run folders.
 
@@ -87,6 +97,7 @@ def compare(
     motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
@@ -98,16 +109,19 @@ def compare(
         paper = papers(out, "")
     else:
         paper = papers(*((html.parent, f"{html.stem}-") if html else (Path(), "comparison-")))
-    where = [load_scenario(name, changes) for name in scenarios]
+    every = (*filter(None, [plant]), *changes)
+    where = [load_scenario(name, every) for name in scenarios]
     if designs and not where:
         first = next(iter(labelled(designs).values()))
-        where = [own_scenario(first, designs[0], changes)]
+        where = [own_scenario(first, designs[0], every)]
     begun = time.monotonic()
     with Progress() as bar:
         found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    options = {"--scenario": scenarios, "--set": changes, "--spread": (f"{spread:g}",)}
-    options["--tolerance"] = tuple(f"{name}={own:g}" for name, own in tolerances.items())
+    told = (ALL_PLANTS.source(other) or other,) if (other := plant.partition("'")[2][:-1]) else ()
+    options = {"--scenario": scenarios, "--plant": told, "--set": changes}
+    options["--spread"] = (f"{found.spread:g}",)
+    options["--tolerance"] = tuple(f"{name}={own:g}" for name, own in found.tolerances.items())
     options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
     wanted = {out: "", html: PAGE, csv_file: TABLE}
     written = _written(found, _again(found, designs, options), wanted, paper)

@@ -18,9 +18,10 @@ from hfc_design.cli.options import (
     setting,
     with_plugins,
 )
-from hfc_design.cli.trading import show_front, trading
+from hfc_design.cli.trading import numbers_of, show_front, trading
 
 if TYPE_CHECKING:
+    from hfc_design.files.design import Design
     from hfc_design.files.scenario import Scenario
     from hfc_design.runs.run import Result
 
@@ -36,6 +37,7 @@ KEYS = {
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
 EXTEND_HELP = "Search again while the answer is not yes, three times at most [default: --extend]."
 POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
+GAINS_HELP = "No search: a controller by hand, as in --controller pid+ff --gains kp=900,kd=2."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
 
@@ -51,6 +53,7 @@ DEFAULT = "c-axis-practical"
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @click.option("--polish", metavar="STEPS", type=click.IntRange(min=0), help=POLISH_HELP)
 @click.option("--extend/--no-extend", default=None, help=EXTEND_HELP)
+@click.option("--gains", metavar="NAME=NUMBER,...", help=GAINS_HELP)
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
@@ -83,13 +86,13 @@ def design(
     from hfc_design.runs import run
     from hfc_design.runs.polishing import polish_told
 
-    found, folder = _asked_for(scenario, changes, out, resume, anyway, pareto, options)
+    found, folder, given = _asked_for(scenario, changes, out, resume, anyway, pareto, options)
     click.get_current_context().with_resource(alone(folder))  # until the report is written
     if not resume:
-        found = run.new_run(found, folder)
+        found = run.new_run(found, folder, given)
     for line in doubts(found):  # a search with a wrong unit takes as long as with the right one
         click.echo(in_a_line(f"hfc: warning: {line}"), err=True)
-    result, summary = _searched(found, folder, anyway, quiet)
+    result, summary = _searched(found, folder, anyway, quiet or given is not None)
     told = _near_the_best(found, result, folder)
     with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
         rivals = write_page(found, result, folder)
@@ -106,7 +109,7 @@ def design(
         show_front(result.front)
     if told:
         click.echo(told)
-    if use and not use["usable"]:
+    if use and not use["usable"] and result.search is not None:
         more = f"--seed {found.run.seed + 1}, twice the --generations, or a smaller robust.spread"
         click.echo(f"To get a usable design, try {more}")
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
@@ -139,19 +142,22 @@ def _asked_for(
     anyway: bool,
     pareto: str | None,
     options: dict[str, Any],
-) -> tuple["Scenario", Path]:
-    """The scenario and the folder of the run that the options of hfc design ask for.
+) -> tuple["Scenario", Path, "Design | None"]:
+    """The scenario and the folder of the run that the options ask for, and a design by hand.
 
     Raises:
         UserError: options do not go together, a value is not allowed, or there is no such run.
         RunError: the folder cannot be made.
     """
+    from hfc_design.calls.searching import with_gains
     from hfc_design.cli import shown
+    from hfc_design.core.dotted import changed
     from hfc_design.core.records import UserError
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.runs import run
     from hfc_design.runs.problem import check_memory
 
+    gains = options["gains"]
     plugins = [*filter(None, [options[key] for key in CHOSEN])]
     told = {key: x for name, key in KEYS.items() if (x := options[name]) is not None}
     if options["extend"] is False:
@@ -170,10 +176,14 @@ def _asked_for(
                 f"add --preset {known}"
             )
         check_memory(found)
-        return found, out or shown.free_folder(found.name)
-    if out is None or scenario is not None or given or changes or pareto:
+        by_hand = None
+        if gains is not None:
+            told = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
+            by_hand = with_gains(found, found.controller.kind, changed({}, told, "--gains"))
+        return found, out or shown.free_folder(found.name), by_hand
+    if out is None or scenario is not None or given or changes or pareto or gains:
         raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
-    return run.opened_run(out), out
+    return run.opened_run(out), out, None
 
 
 def _searched(

@@ -41,6 +41,7 @@ def export(
     from hfc_design.core.wording import one_of
     from hfc_design.files.pairing import load_design
     from hfc_design.formats import FORMATS, c_folder, check_score
+    from hfc_design.formats.flash.readme import origin
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; {one_of(target, FORMATS)}")
@@ -48,6 +49,8 @@ def export(
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
     check_score(found, anyway)
+    if (told := origin(found)["usable"]) and not told.startswith("usable"):
+        click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
     path = out or free(Path(found.name + (form.ending or form.suffix or f".{target}")))
     if lookup is None:

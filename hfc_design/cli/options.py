@@ -108,7 +108,8 @@ KNOWN = CHOICES | {
 def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
     """Adds --use and the options with these helps, which make known what they name.
 
-    With ``CHOICES`` a command gets each of ``CHOSEN`` as the change of a scenario that chooses it.
+    Of each of ``CHOSEN`` with its help in ``CHOICES`` a command gets the change of a scenario that
+    chooses it.
     """
 
     def decorated(command: Command) -> Command:
@@ -116,7 +117,7 @@ def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
         use: dict[str, Any] = {"multiple": True, "is_eager": True, "metavar": "MODULE:OBJECT"}
         found = click.option("--use", callback=_known, expose_value=False, help=USE, **use)(command)
         for key, text in reversed(helps.items()):
-            told = helps is CHOICES and key in CHOSEN
+            told = key in CHOSEN and text == CHOICES[key]
             own: dict[str, Any] = {"kind": NAMED[key], "callback": _known, "help": text}
             found = named(f"--{key}", expose_value=told, **own)(found)
         return found

@@ -35,6 +35,7 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help=SAMPLES_HELP)
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
+@click.option("--motion", help="Only this one, of a scenario of several, and on all machines.")
 @output("--plot", help="Draw the metrics' distributions.")
 @force
 @memory
@@ -45,9 +46,13 @@ def score(
     scenarios: list["Scenario"],
     spread: float | None,
     as_json: bool,
+    motion: str | None,
     **options: Any,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
+
+    With --plant on another plant, whose parameters --set plant.parameters.NAME=... gives: nearest
+    to a test of the model, wherever the signals that DESIGN reads are there in the same units.
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
     share that is stable, and quantiles of every metric. Stable is what settles: a copy that began
@@ -63,13 +68,16 @@ def score(
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
     if "plot" in given and len(scenarios) > 1:
         raise UserError("--plot draws one scenario; name only one")
+    if motion is not None:
+        scenarios = [where.motion(motion) for where in scenarios]
     for where in scenarios:  # before the first one takes its time
         machine(found, where)
     for k, where in enumerate(scenarios):
         if k and not as_json:
             click.echo()
         shown.score_one(found, where, spread, as_json, **given)
-        if click.get_current_context().params["scenario"] and not as_json:
+        named = click.get_current_context().params["scenario"]
+        if (named or where.plant.name != found.plant.name) and not as_json:
             _show_kept(found, where)
 
 
@@ -117,7 +125,7 @@ def simulate(
     evaluation = evaluate(found, where)
     for note in notes(where, {found.name: evaluation}):
         click.echo(fill(note, room()), err=True)
-    if click.get_current_context().params["scenario"]:
+    if click.get_current_context().params["scenario"] or whole.plant.name != found.plant.name:
         _show_kept(found, whole, err=True)
     if plot is not None:
         from hfc_design.pictures.files import save

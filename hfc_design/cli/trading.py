@@ -1,5 +1,6 @@
 """The trade-off: what ``hfc design --pareto`` asks for, and ``hfc pick``."""
 
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,7 +88,7 @@ def show_front(front: "Front") -> None:
     show_whole(shown)
 
 
-@click.command(short_help="Make a design file of a point of a front.")
+@click.command(short_help="Write the design of a point of a front, or the best of a batch.")
 @click.argument("run", type=PATH)
 @click.option("--point", type=int, help="The point of this number in front.csv.")
 @click.option("--nearest", metavar="NAME=NUMBER,...", help=NEAREST_HELP)
@@ -98,16 +99,28 @@ def show_front(front: "Front") -> None:
 def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Path | None) -> None:
     """Make a design file of a point of the front of RUN, of hfc design --pareto.
 
-    Without a choice it shows the front.
+    Without a choice it shows the front. Of the folder of a batch, or of many runs, it takes the
+    best design that can be used: by the share of machines that pass, then by the merit.
     """
+    from hfc_design.batch.runs import best_usable, is_run
     from hfc_design.cli.shown import show_table
     from hfc_design.cli.usable_table import show_usable
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import UserError
+    from hfc_design.core.texts import content
     from hfc_design.files.design import design_json
     from hfc_design.runs.front import chosen
-    from hfc_design.runs.run import finished_run, front_needed, picked
+    from hfc_design.runs.run import DESIGN, finished_run, front_needed, picked
 
+    if isdir(run) and not is_run(run):
+        if point is not None or nearest is not None or knee:
+            raise UserError(f"{run}: is no run with a front; name one of its runs")
+        best = best_usable(run)
+        click.echo(f"{best.title}: {best.use.answer}\nrun folder {run / best.path}")
+        if out is not None:
+            write_whole(out, content(run / best.path / DESIGN))
+            click.echo(f"design {out}")
+        return
     choices = (point is not None) + (nearest is not None) + knee
     if choices > 1:
         raise UserError("hfc pick takes one of --point, --nearest and --knee")
@@ -120,7 +133,8 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
         return
     if out is None:
         raise UserError("hfc pick needs --out FILE for the design")
-    point = chosen(front, scenario, point, None if nearest is None else _wanted(nearest))
+    wanted = None if nearest is None else numbers_of("--nearest", nearest, "chatter=2")
+    point = chosen(front, scenario, point, wanted)
     design, evaluation, numbers = picked(scenario, result, point)
     write_whole(out, (design_json(design) + "\n").encode())
     if numbers is not None:
@@ -129,8 +143,8 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
     click.echo(f"design {out}")
 
 
-def _wanted(told: str) -> dict[str, float | str]:
-    """Costs by the names of their objectives; UserError: the text is of another form."""
+def numbers_of(option: str, told: str, example: str) -> dict[str, float | str]:
+    """Numbers, or texts with a unit, by their names; UserError: the text is of another form."""
     from hfc_design.core.numbers import number_or_none
     from hfc_design.core.records import UserError
 
@@ -138,7 +152,7 @@ def _wanted(told: str) -> dict[str, float | str]:
     for pair in told.split(","):
         name, equals, text = pair.partition("=")
         if not equals or not text.strip():
-            raise UserError(f"--nearest {told}: has to be NAME=NUMBER,... as in chatter=2")
+            raise UserError(f"{option} {told}: has to be NAME=NUMBER,... as in {example}")
         number = number_or_none(text)
         wanted[name.strip()] = text.strip().strip("'\"") if number is None else number
     return wanted

@@ -9,6 +9,7 @@ import numpy as np
 from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
+from hfc_design.core.wording import percent
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation.gain_range import gain_told
@@ -124,9 +125,9 @@ def _below(found: Json) -> list[str]:
     else:
         lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
     if found["precision"] is not None:
-        changes = f"numerics: merit changes by {100 * found['precision']:.2g} % in float64"
+        changes = f"numerics: merit changes by {percent(found['precision'])} in float64"
         if found["substeps"] is not None:
-            changes += f", {100 * found['substeps']:.2g} % with finer time steps"
+            changes += f", {percent(found['substeps'])} with finer time steps"
         lines.append(changes)
     if chaos := merit_told(found):
         lines.append(chaos)

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterable, Mapping
+from os.path import abspath, isfile
 
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
@@ -10,6 +11,8 @@ from hfc_design.core.texts import DEEPEST, plain_fault, toml_of
 #: Values by dotted key, or texts like "key.sub=value".
 Changes = Iterable[str] | Mapping[str, Plain]
 #: What changes a scenario, and what a design.
+#: Keys that name a file.
+FILES = ("file", "start")
 EXAMPLES = {"--set": "simulation.duration_s=5", "--change": "controller.integral_gain=8"}
 
 
@@ -32,8 +35,19 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
             told = toml_of(f"value = {text}")
         except ValueError:
             told = {}
-        found[key.strip()] = told["value"] if [*told] == ["value"] else text.strip()
+        value = told["value"] if [*told] == ["value"] else text.strip()
+        found[key.strip()] = _from_here(key.strip(), value) if option == "--set" else value
     return found
+
+
+def _from_here(key: str, value: Plain) -> Plain:
+    """A value in which a file's path starts where the user stands, if the file is there."""
+    if isinstance(value, dict):
+        return {name: _from_here(name, x) for name, x in value.items()}
+    if isinstance(value, list):
+        return [_from_here(key, x) for x in value]
+    named = key.rpartition(".")[2] in FILES and isinstance(value, str) and isfile(value)
+    return abspath(value) if named else value
 
 
 def changed(data: Json, changes: Changes, option: str = "--set") -> Json:

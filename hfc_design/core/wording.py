@@ -103,6 +103,11 @@ def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
     return [each[one] for one in (alike or get_close_matches(name, each, most))[:most]]
 
 
+def percent(share: float) -> str:
+    """A share to two digits; what is below a thousandth of a per cent is told as that."""
+    return f"{100 * share:.2g} %" if not 0.0 < share < 1e-5 else "less than 0.001 %"
+
+
 def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     """``there is a, b, c`` with what may have been meant in front."""
     names = [*known]

@@ -1,8 +1,11 @@
 """What a run is called in the batch that it belongs to, whose folders are called by hashes."""
 
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import harmless
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of
 
@@ -12,8 +15,32 @@ PLAN = "batch.json"
 LABEL, SEED = "label", "run.seed"
 
 
+def names(cells: Mapping[str, Json]) -> dict[str, str]:
+    """What each cell is called: by its label, and by what sets it apart from others that have it.
+
+    As in "spread=0.1, seed=2": a setting by the last part of its key where that is enough, the
+    seed last.
+    """
+    alike: dict[str, list[Json]] = defaultdict(list)
+    for own in cells.values():
+        if LABEL in own:
+            alike[str(own[LABEL])].append(own)
+    every = [*cells.values()]
+    return {name: _name(own, alike.get(str(own.get(LABEL)), every)) for name, own in cells.items()}
+
+
+def _name(own: Json, others: Sequence[Json]) -> str:
+    apart = [k for k, x in own.items() if any(k not in one or one[k] != x for one in others)]
+    short = Counter(key.rpartition(".")[2] for key in apart)
+    told = [str(own[LABEL])] if LABEL in own else []
+    for key in sorted(apart, key=SEED.__eq__):
+        last = key.rpartition(".")[2]
+        told.append(f"{last if short[last] == 1 else key}={own[key]}")
+    return harmless(", ".join(told))
+
+
 def called(path: str | Path) -> str:
-    """The label of a run, or what it sets that others do not, and its seed; "" outside a batch.
+    """What the cell of a batch is called that a path lies in; "" outside a batch.
 
     ``path`` is that of its folder, or of a file in it.
     """
@@ -21,15 +48,6 @@ def called(path: str | Path) -> str:
     folder = folder.parent if folder.is_file() else folder
     try:
         cells: Any = json_of(decoded(content(folder.parent / PLAN, LARGEST_TABLE)))["cells"]
-        own = cells[folder.name]
-        others = [one for one in cells.values() if one != own]
-        differing = {k for k in own for one in others if k not in one or one[k] != own[k]}
+        return names(cells)[folder.name]
     except (ValueError, KeyError, TypeError, AttributeError):  # its own reader says what is wrong
         return ""
-    setting = (key for key in own if key in differing - {SEED})
-    told = [f"{key.rpartition('.')[2]} {own[key]}" for key in setting]
-    if LABEL in own:
-        told = [str(own[LABEL])]
-    if SEED in differing:
-        told.append(f"seed {own[SEED]}")
-    return harmless(", ".join(told))

@@ -42,6 +42,8 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
 
 def _machine(design: Design, scenario: Scenario) -> str:
     """The parameters that the scenario lays over those of the design, or has and does not name."""
+    if design.plant.name != scenario.plant.name:
+        return f"this scenario's: {scenario.plant.name} (made for {design.plant.name})"
     free: Json = {"parameters": {}, "axes": {axis: {} for axis in scenario.plant.axes}}
     plain = scenario.model_copy(update={"plant": scenario.plant.model_copy(update=free)})
     own, here, alone = map(

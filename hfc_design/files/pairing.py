@@ -1,5 +1,6 @@
 """A design and a scenario that belong together: found, checked, made one machine and one loop."""
 
+from collections.abc import Mapping
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,8 @@ import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
 from hfc_design.core.carried import carrier, gathered
-from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.numbers import SCALARS, Gains
+from hfc_design.core.dotted import Changes, changed, set_keys
+from hfc_design.core.numbers import SCALARS, Gains, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import (
@@ -20,7 +21,7 @@ from hfc_design.files.design import (
     named_design,
     naming,
 )
-from hfc_design.files.machine import PlantSettings
+from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.search.loop import STRATEGIES
@@ -123,8 +124,13 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
     if data is None:
         raise UserError(f"{name}: names no scenario; give one with --scenario")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    plant = values.get("plant.name", design.plant.name)
+    other = plant != design.plant.name and plant in ALL_PLANTS.names()
+    if isinstance(data, str) and not other:
+        return load_scenario(data, values)
     if isinstance(data, str):
-        return load_scenario(data, changes)
+        data = load_scenario(data).model_dump(mode="json", exclude_none=True)
     source, path = f"{name}: provenance.scenario", Path(name)
     if not isinstance(data, dict):
         raise UserError(f"{source}: has to be a name or a scenario")
@@ -132,8 +138,28 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     if isinstance(search, dict) and search.get("preset") not in [None, *STRATEGIES.names()]:
         # Nothing is searched here: nobody has to have the strategy that found the design.
         data = {key: part for key, part in data.items() if key != "search"}
+    if other:
+        data = _on_plant(design, data, plant)
     with naming(design.provenance):
-        return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
+        return scenario_of(changed(data, values), source, path if path.is_dir() else path.parent)
+
+
+def _on_plant(design: Design, data: Json, name: str) -> Json:
+    """What a scenario says, on another plant: without parameters of the one that it was made for.
+
+    Raises:
+        UserError: the plant has not the signals that the design reads.
+    """
+    plant, robust = data.get("plant", {}), data.get("robust", {})
+    own: Json = {"name": name, "axes": {axis: {} for axis in plant.get("axes", {})}}
+    here = PlantSettings.model_construct(**own)
+    _check_signals(design, here)
+    old, new = (
+        {key for drive in one.machine.drives for key in drive.parameters._fields}
+        for one in (PlantSettings(**design.plant.model_dump()), here)
+    )
+    kept = {key: x for key, x in robust.get("tolerances", {}).items() if key not in old - new}
+    return data | {"plant": own} | ({"robust": robust | {"tolerances": kept}} if robust else {})
 
 
 def axes_of(design: Design) -> tuple[str, ...]:
@@ -174,21 +200,22 @@ def open_loops(design: Design, plant: PlantSettings, limits: Limits) -> dict[str
 def machine(design: Design, scenario: Scenario) -> PlantSettings:
     """The plant of ``design`` with what ``scenario`` sets laid over it.
 
+    Another plant is that of the scenario alone, where it has the signals of the design's own.
+
     Raises:
-        UserError: the two are made for different plants or sample times.
+        UserError: it has not, or the two are made for different sample times.
     """
     own, wanted = design.plant, scenario.plant
     if own.name != wanted.name:
-        raise UserError(
-            f"design {design.name} is for the plant {own.name}, "
-            f"scenario {scenario.name} has {wanted.name}"
-        )
+        _check_signals(design, wanted)
     sample_time = scenario.simulation.sample_time_s
     if design.controller.sample_time_s != sample_time:
         raise UserError(
             f"design {design.name} runs every {design.controller.sample_time_s} s, "
             f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
         )
+    if own.name != wanted.name:
+        return wanted
     axes = {
         axis: own.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
         for axis in wanted.machine.axes
@@ -196,6 +223,33 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
     }
     both = {"name": own.name, "parameters": own.parameters | wanted.parameters, "axes": axes}
     return checked(PlantSettings, both, f"design {design.name}: plant", Path())
+
+
+def _check_signals(design: Design, here: PlantSettings) -> None:
+    """Whether the controller of a design for another plant reads what the plant ``here`` tells.
+
+    Raises:
+        UserError: a signal is missing or counts in another unit, or the axes are others.
+    """
+    own = design.plant.name
+    head = f"design {design.name} is for the plant {own} and cannot run on {here.name}"
+    made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
+    parts, drives = design.by_axis(), dict(zip(made.axes, made.drives, strict=True))
+    if "" not in parts and {*parts} != {*machine.axes}:
+        told = f"axes must be {', '.join(parts)} (got {', '.join(machine.axes)})"
+        raise UserError(f"{head}: {told}")
+    for axis, drive in zip(machine.axes, machine.drives, strict=True):
+        part = parts.get(axis, design)
+        read = part.kind.reads(part.controller) if part.kind.reads else drive.inputs
+        units = drives.get(axis, made.drives[0]).units
+        for name in ("error", "command", "load", *read):
+            unit, got = units.get(name), drive.units.get(name)
+            if None not in (unit, got) and unit != got:
+                raise UserError(f"{head}: {name} must be in {unit} (got {got})")
+    try:
+        check_laws(design, machine)
+    except UserError as error:
+        raise error.within(f"{head}") from None
 
 
 def with_converter(scenario: Scenario, design: Design) -> Scenario:

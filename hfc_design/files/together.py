@@ -117,6 +117,8 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     own = dotted(design.limits.model_dump(exclude_none=True))
     if changed := _changed(own, {key: here.get(key) for key in own}, limits):
         yield f"the controller keeps to its own limits: {changed}"
+    if design.plant.name != shared.plant.name:
+        yield f"made for the plant {design.plant.name}, here {shared.plant.name}"
     other = _machines(machine(design, scenario), shared.plant, "here")
     for changed in other if states_machine(design) else ():
         yield f"made for another machine: {changed}"

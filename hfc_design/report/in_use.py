@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from hfc_design.core.numbers import Json
+from hfc_design.core.wording import percent
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
@@ -30,6 +31,7 @@ def in_use(found: Json) -> Json:
         "alone": any(one.get("asked_of") == "nominal" for _, one in each),
         "gain_told": found["gain"] and gain_told(found["gain"]),
         "chaos_told": merit_told(found),
+        **{f"{key}_told": percent(found[key] or 0.0) for key in ("precision", "substeps")},
         "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
         "stress_heads": HEADS,
         "stress_rows": rows(found.get("stress", [])),

@@ -150,14 +150,14 @@ def _rendered(
     """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
     evaluations = {OWN: own, **rivals}
     scores = metric_rows(scenario, [*evaluations.values()])
-    first = first_metrics(own, scenario)
+    first, found = first_metrics(own, scenario), whether_used(used)
     return rendered(
         "report.html.j2",
         f"{of} on {scenario.name}",
         scenario=scenario,
         design=design,
         kind=design.kind.name,
-        summary=summary(scenario, own, rivals),
+        summary=summary(scenario, own, rivals, bool(found and found["usable"])),
         polished=polish_told(design),
         names=list(evaluations),
         scores=[row for key, row in scores.items() if key in first],
@@ -165,7 +165,7 @@ def _rendered(
         meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
         measure=measure(scenario),
         contour=own.contour is not None and not own.contour.any_axes,
-        used=whether_used(used),
+        used=found,
         everything=everything(scenario),
         doubts=doubts(scenario),
         chaotic=own.chaotic,

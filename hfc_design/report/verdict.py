@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.pictures.numbers import score
 from hfc_design.report.comparison.tables import short
@@ -56,8 +57,17 @@ def baselines(scenario: Scenario) -> dict[str, Baseline]:
     return {name: one for name, one in known.items() if nominal or not one.nominal}
 
 
-def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
-    """What the run achieved, in a sentence."""
+def _at_home(name: str, scenario: Scenario) -> bool:
+    """Whether a scenario has the machine that a published design was made for."""
+    design = load_design(name)
+    return machine(design, own_scenario(design, name)).values() == scenario.plant.values()
+
+
+def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations, yes: bool = True) -> str:
+    """What the run achieved, in a sentence.
+
+    Beside published designs only where the design can be used, ``yes``, and on their own machine.
+    """
     if own.diverged:
         return f"The controller diverges on {scenario.name}{_why(own)}."
     achieved = f"a fitness of {_fitness(own)[1]}"
@@ -66,8 +76,8 @@ def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     line = f"The controller reaches {achieved} on {scenario.name}"
     if own.substeps > scenario.simulation.substeps:
         line += f" (simulated with {own.substeps} substeps, it diverges with fewer)"
-    known = baselines(scenario)
-    names = {key: known[key].name for key in known if key in rivals}
+    known = baselines(scenario) if yes else {}
+    names = {key: known[key].name for key in known if key in rivals and _at_home(key, scenario)}
     parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
     if not parts:
         return f"{line}."

@@ -140,6 +140,8 @@ def run(
         given = load_design(str(folder / GIVEN))
         evaluation = evaluate(given, scenario)
         design = with_score(given, evaluation, scenario)
+        if scenario.robust:
+            design = _with_use(design, used(scenario, Result(design, evaluation, None), folder))
         _write_design(folder / DESIGN, design)
         return Result(design, evaluation, None)
     check_memory(scenario)

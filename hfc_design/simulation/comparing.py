@@ -19,6 +19,8 @@ from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side,
 from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 
+#: Of a scenario that says nothing about tolerances.
+SPREAD = 0.2
 #: What stands for all motions together.
 EVERY = "every motion"
 Progress = Callable[[str, int, int], None]
@@ -27,7 +29,7 @@ Progress = Callable[[str, int, int], None]
 def compare(
     designs: AnyDesigns,
     scenarios: AnyScenario | Sequence[AnyScenario] = (),
-    spread: float = 0.2,
+    spread: float | None = None,
     machines: int = 200,
     seed: int = 0,
     progress: Progress = lambda what, done, total: None,
@@ -37,8 +39,9 @@ def compare(
 
     The machine is that of the first design with what each scenario sets laid over it, and each
     one that ``machines.drawn`` draws meets all designs; ``tolerances`` are the spreads of single
-    parameters. Without ``scenarios`` it is the one that the first design was made for.
-    ``progress(what, done, total)`` hears of every chunk of machines.
+    parameters, laid over those of ``[robust]`` of the first scenario that has it, whose spread is
+    taken too where none is given (else ``SPREAD``). Without ``scenarios`` it is the one that the
+    first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
 
     Raises:
         UserError: there are not two designs, one stands there twice, or cannot run in a scenario;
@@ -47,11 +50,16 @@ def compare(
     named = labelled(designs)
     if len(named) < 2:
         raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
+    asked = _scenarios(designs, named, scenarios)
+    if spread is None:
+        own = next((one.robust for one in asked if one.robust), None)
+        spread, known = (own.spread, own.tolerances) if own else (SPREAD, {})
+        tolerances = {**known, **tolerances}
     check_draw(spread, machines, seed, tolerances, "--machines")
     where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
     notes: dict[str, list[str]] = {}  # of which designs each is
     others: list[str] = []
-    for scenario in _scenarios(designs, named, scenarios):
+    for scenario in asked:
         others += _other_machines(scenario, spread, tolerances)
         shared = on_one_machine(named, scenario)
         told_of = [own_machine(next(iter(named)), scenario, shared), *doubts(shared)]

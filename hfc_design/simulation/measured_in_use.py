@@ -11,6 +11,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Mask
 from hfc_design.files.design import Design
+from hfc_design.files.doubts import LEAST_SAMPLES
 from hfc_design.files.pairing import controller_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import Constraint, constraints_on
@@ -106,6 +107,10 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
         unit = _unit(bound.measure, scenario)
         over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {bound.most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
+    why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]
+    if (steps := motion.simulation.steps) < LEAST_SAMPLES:
+        needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
+        why_not.append(f"cannot be told to settle ({needed})")
     own = _measures(scenario)
     first = judged.values.shape[-1] - len(STABILITY) - len(own)
     values = np.asarray(judged.values)[:, k]
@@ -118,7 +123,7 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
         {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},
         {name: column[1:] for name, column in columns.items()},
         {name: float(column[0]) for name, column in columns.items()},
-        tuple(why + over.get(why, "") for why, mask in reasons.items() if mask[0]),
+        tuple(why_not),
         {name: (own.most, values) for name, (own, values) in bounds.items()},
         {name: (own.most, each[:, k]) for name, (own, each) in tolerances.items()},
         not scenario.nominal_only[k],

@@ -78,7 +78,7 @@ class Inputs(NamedTuple):
         if whole is None:
             every = (self.numbers, self.told, shared, self.samples, self.bounds)
             form, numbers = packed(every, dtype)
-            whole = form, jax.tree.map(jnp.asarray, numbers)  # on the device once
+            whole = form, jax.device_put(numbers)  # once
         lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
         return (whole[0], lanes), whole, lane_numbers
 

@@ -81,3 +81,9 @@ PRESETS = [
     ({"scenario": "a", "search.preset": "third"}, [5.0, 5.0, 6.0, 0.0, 5.0]),
     ({"scenario": "b", "search.preset": "race"}, [0.0, 0.0, 0.0]),
 ]
+
+
+def with_answer(folder, verdict, share, **more):
+    """Let a finished run say whether its design can be used."""
+    told = {"usable": verdict == "yes", "answer": f"{verdict}: {share}", "share": share}
+    (folder / "usable.json").write_text(json.dumps(told | {"verdict": verdict} | more))

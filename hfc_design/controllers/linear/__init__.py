@@ -4,6 +4,7 @@ All have one law. Of ``pid+ff`` every gain is searched; of ``lqr`` and ``lqi`` w
 gains follow from them and from the linearised drive.
 """
 
+from math import pi
 from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw
@@ -33,6 +34,14 @@ def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
     return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
 
 
+def _of_gains(gains: dict[str, float]) -> Json:
+    """By hand the filter may be given by its time constant, ``derivative_s`` [s]."""
+    if not gains.get("derivative_s"):
+        return gains
+    hz = 1.0 / (2.0 * pi * gains["derivative_s"])
+    return {"derivative_hz": hz} | {k: x for k, x in gains.items() if k != "derivative_s"}
+
+
 def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:
     return memory  # nothing of it is a reading
 
@@ -54,7 +63,7 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         reads=LinearDesign.reads,
         reach=LinearDesign.reach,
         connecting=LinearDesign.connecting,
-        of_gains=dict,
+        of_gains=_of_gains,
         saved=remembered(past),
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),

@@ -2,12 +2,13 @@
 
 import re
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import kinds
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
+from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import axes_of
@@ -16,6 +17,7 @@ from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.flash.vectors import Vectors, unused
 from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
 from hfc_design.simulation.missed import missed_told
+from hfc_design.simulation.monte_carlo import ENOUGH
 
 
 class Signal(NamedTuple):
@@ -42,6 +44,11 @@ MEASURES = re.compile(r"(?:(?P<where>\w+?)_)?(?P<name>(?:rms|max)_(?:\w+_)?error
 NOT_USED = "not used, gain 0"
 #: Of the usability that a score may have.
 KEPT = ("share", "machines", "spread")
+#: What is said first of one whose verdict is not yes.
+NOT = {
+    "no": "**not usable as it is**: ",
+    "on this model only": "**usable on this model only**, not under stress: ",
+}
 
 
 def values(design: Design, found: Vectors) -> Json:
@@ -74,9 +81,14 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
 
 def origin(design: Design) -> Json:
     """Where a design comes from, and what it scored."""
-    score = design.score
+    score, source = design.score, plain(str(design.provenance.get("source", "")))
+    sampled: Any = design.provenance.get("sampled")
+    with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # none, or it was edited
+        (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
+        source += f"; a table sampled from it, off by {off:.3g} at most"
+        source += f", {percent(off / (high - low))} of the range of its output"
     return {
-        "source": plain(str(design.provenance.get("source", ""))),
+        "source": source,
         "scored_on": plain(str(score.get("scenario", ""))),
         "score": measures(score),
         "chaotic": score.get("chaotic") is True,
@@ -145,7 +157,7 @@ def measures(score: Json) -> list[Measure]:
 
 
 def _usable(told: object) -> str:
-    """On how many machines a design was usable, in words; "": nobody tried."""
+    """Whether a design can be used, and on how many machines it passed, in words; "": untold."""
     if not isinstance(told, dict):
         return ""
     numbers = [x for key in KEPT if isinstance(x := told.get(key), int | float)]
@@ -154,6 +166,8 @@ def _usable(told: object) -> str:
     share, machines, spread = map(float, numbers)
     off = f"whose parameters are off by up to {100.0 * spread:.3g} %"
     found = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
+    verdict = told.get("verdict", "yes" if share >= ENOUGH else "no")
+    found = f"usable on {found}" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on {found}"
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
         if missed := missed_told(told.get("missed", {})):
             found += f"; {plain(missed)}"

@@ -3,17 +3,19 @@
 Deterministic: the same design gives the same numbers.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.controller import AxisLaw, PathView, View
+from hfc_design.controllers.controller import FOLLOWED, AxisLaw, PathView, View
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Scalar
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of
+from hfc_design.files.pairing import axes_of, own_scenario
 from hfc_design.formats.flash import driving, single
 from hfc_design.formats.flash.tolerance import Tolerance, disturbed, rounded, tolerance
 from hfc_design.formats.machine_code import sees_path
@@ -135,9 +137,25 @@ def _inputs(
     design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: bool
 ) -> list[list[float]]:
     sizes = driving.reach(design.controller, axes, design.limits.commands(axes))
+    for axis, name, most in _moved(design):
+        own = sizes[axis if axis in axes else axes[0]]
+        own[name] = max(own.get(name, 0.0), most)
     parts = [driving.driven(names, sizes[axis], str(k)) for k, axis in enumerate(axes)]
     parts += [driving.path(sizes[axes[0]])] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
+
+
+def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
+    """Axis, signal, and how far that goes in the motions that a design was made for."""
+    with suppress(UserError):  # they cannot be told here
+        scenario = own_scenario(design, design.name)
+        for motion in scenario.each_motion():
+            for one, own in zip(scenario.plant.each(), motion.samples().axes, strict=True):
+                told = {one.drive.position: own.reference, one.drive.velocity: own.reference_rate}
+                told |= {name: getattr(own, name) for name in FOLLOWED}
+                for name, x in told.items():
+                    if x is not None and design.axis in ("", one.name):
+                        yield one.name, name, float(np.abs(x).max())
 
 
 def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> View:

@@ -8,6 +8,7 @@ import numpy as np
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import TERMS
+from hfc_design.core.wording import percent
 from hfc_design.formats.reading.fitting import SAME, Side, core, fitted, straight
 from hfc_design.formats.reading.inference import RuleBase, Variable
 from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
@@ -73,7 +74,7 @@ def deviation_told(told: Json, chosen: bool) -> str:
     """
     low, high = told["output_range"]
     most = told["largest_deviation"]
-    share = f" ({100 * most / (high - low):.2g} % of its range)" if high > low else ""
+    share = f" ({percent(most / (high - low))} of its range)" if high > low else ""
     at = ", ".join(f"{name} = {value:.4g}" for name, value in told["at"].items())
     more = f"; more terms, --terms up to {MOST}, usually make that smaller"
     full = chosen or most == 0.0 or told["terms"] == f"{MOST} x {MOST}"

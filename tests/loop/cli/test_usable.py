@@ -1,5 +1,6 @@
 """What the terminal says of whether a design can be used: the table, the picture, one motion."""
 
+import json
 import re
 
 import numpy as np
@@ -48,6 +49,8 @@ def test_one_motion_of_several_is_simulated(two, tmp_path):
     drawn = ["--motion", "creep", "--plot", tmp_path / "c.png"]
     assert hfc("simulate", "pd-only", "--scenario", two, *drawn).exit_code == 0
     assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    scored = hfc("score", "pd-only", "--scenario", two, "--motion", "creep", "--json").stdout
+    assert json.loads(scored)["max_error_rad"] == max(abs(columns["error_rad"]))
     for name, scene in (("crawl", two), ("creep", "c-axis-ramp")):
         lost = refused_command("simulate", "pd-only", "--scenario", scene, "--motion", name)
         assert lost.where == f"--motion {name}"

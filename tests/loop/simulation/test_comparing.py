@@ -104,3 +104,9 @@ def test_other_machines_than_those_of_the_scenario_are_said():
     robust = "which are within ±10 %, stiffness ±30 %"
     assert found.notes == [f"other machines than those of [robust] of c-axis-ramp, {robust}"]
     assert compare(DESIGNS, scenario, 0.1, 11, tolerances={"stiffness": 0.3}).notes == []
+    alike = compare(DESIGNS, scenario, machines=11)  # as nothing else is asked
+    assert alike.notes == []
+    assert (alike.spread, alike.tolerances) == (0.1, {"stiffness": 0.3})
+    (bout,) = alike.bouts
+    (drawn,) = bout.found[next(iter(DESIGNS))].machines.true
+    assert 0.1 < np.abs(drawn.stiffness / drawn.stiffness[0] - 1.0).max() < 0.3

@@ -90,5 +90,5 @@ def test_brackets_are_no_markup(tmp_path):
 def test_a_plan_tells_cells_of_one_label_apart(tmp_path):
     text = f"{GRID}[[cells]]\nlabel = 'a'\n[[cells]]\nlabel = 'b'\nscenario = 'c-axis-sine'\n"
     lines = batch(written(tmp_path, text), "--out", tmp_path / "out", "--dry-run").output
-    assert "label=b, run.seed=1" in lines
-    assert "label=a, scenario=c-axis-ramp-cutting, run.seed=0" in " ".join(lines.split())
+    assert "b, seed=1" in lines
+    assert "a, scenario=c-axis-ramp-cutting, seed=0" in " ".join(lines.split())

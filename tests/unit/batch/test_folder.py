@@ -52,7 +52,7 @@ def test_nothing_of_a_note_or_a_setting_moves_the_terminal(tmp_path):
     (name,) = batch_folder(tmp_path, [({}, [1.0])])
     (tmp_path / name / "design.json").unlink()
     plan = json.loads((tmp_path / "batch.json").read_text())
-    plan["cells"][name]["description"] = "\x1b[31mred\x07"
+    plan["cells"][name]["label"] = "\x1b[31mred\x07"
     (tmp_path / "batch.json").write_text(json.dumps(plan))
     (tmp_path / ".batch").mkdir()
     (tmp_path / ".batch" / f"{name}.failed").write_text("\x1b]0;title\x07 it failed")

@@ -158,6 +158,20 @@ def test_changes_of_a_command_line():
     assert set_keys(['a="b"\nfoo=3'], "--set") == {"a": '"b"\nfoo=3'}
 
 
+def test_a_file_of_a_change_is_where_the_user_stands_else_beside_the_scenario(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "s.toml").write_text("[simulation]\nduration_s = 1.0\n")
+    for name, top in (("there/a.csv", 1.0), ("a.csv", 2.0), ("there/b.csv", 3.0)):
+        (tmp_path / name).write_text(f"t,r\n0,0\n1,{top}\n")
+    monkeypatch.chdir(tmp_path)
+    for name, top in (("a.csv", 2.0), ("b.csv", 3.0), ("there/a.csv", 1.0)):
+        for change in (f"reference={{kind='csv',file='{name}'}}", f"reference.file={name}"):
+            found = load_scenario("there/s.toml", ["reference.kind=csv", change])
+            assert found.samples().axes[0].reference.max() == pytest.approx(top, abs=0.01)
+
+
 @pytest.mark.parametrize(
     "change",
     ["sample_time_s=1e-320", "duration_s=1e308", "duration_s=1e300", "sample_time_s=1e-300"],

@@ -44,7 +44,7 @@ def test_runs_of_a_batch_are_called_as_it_calls_them(tmp_path, monkeypatch):
     for name in plan:
         written(tmp_path / "out" / name / "design.json", name="c-axis-ramp")
     (tmp_path / "out" / "batch.json").write_text(json.dumps({"cells": plan}))
-    told = ["fine?, seed 0", "fine?, seed 1", "generations 3, seed 0"]
+    told = ["fine?, seed=0", "fine?, seed=1", "generations=3, seed=0"]
     assert list(labelled([f"out/{name}" for name in plan])) == told
     assert list(labelled(["out/1a/design.json", "pd-only"])) == [told[0], "pd-only"]
     for text in ("{", "[]", '{"cells": {"1a": 3, "1b": {}}}'):

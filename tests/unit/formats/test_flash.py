@@ -62,7 +62,8 @@ def test_the_page_ends_with_what_counts_of_the_score():
     assert text.index("## Where it comes from") < text.index("- made by hfc-design")
     rows = re.findall(r"\n\| `(\w+)` \| (\S+) \| `(\w+)` \|(?=\n)", text)
     assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
-    assert "usable on 98.4 % of 1000 machines whose parameters are off by up to 3 %" in text
+    passed = "passes on 98.4 % of 1000 machines whose parameters are off by up to 3 %"
+    assert f"- **not usable as it is**: {passed}" in text
     assert "- chaotic where it was scored" in text
     assert "targets missed" not in text
     missed = {"rms_error": {"times": 910.0, "motion": "there"}}
@@ -70,6 +71,12 @@ def test_the_page_ends_with_what_counts_of_the_score():
     text = page(named_design("pd-only").model_copy(update={"score": score}))
     missed = "targets missed, value divided by target in the worst motion: rms_error 910 (there)"
     assert f"by up to 3 %; {missed}" in text
+    for verdict, told in (
+        ("yes", "- usable on 98.4"),
+        ("on this model only", "not under stress: p"),
+    ):
+        score["usable"]["verdict"] = verdict
+        assert told in page(named_design("pd-only").model_copy(update={"score": score}))
     score["usable"]["missed"] = {"rms_error": 3}  # has been edited
     assert "targets missed" not in page(named_design("pd-only").model_copy(update={"score": score}))
     for left_out in ("fitness", "settling", "stick", "judged"):

@@ -1,0 +1,18 @@
+"""Of a motion of few samples nobody can say that a loop settles in it."""
+
+import numpy as np
+import pytest
+
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.objectives.judge import Judged
+from hfc_design.simulation.measured_in_use import in_motion, units
+from hfc_design.simulation.settling import STABILITY
+
+
+@pytest.mark.parametrize(("duration", "passes"), [(0.079, False), (0.08, True)])
+def test_a_motion_of_fewer_than_80_samples_is_not_passed(duration: float, passes: bool):
+    """Ten samples in each half of its last quarter, where all that is measured is 0."""
+    scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": duration})
+    values = np.zeros((3, 1, len(units(scenario)) + len(STABILITY)))
+    still = Judged(np.ones((3, 1)), values, np.zeros((3, 1), bool))
+    assert (in_motion(scenario, still, 0, scenario).nominal_reasons == ()) == passes
