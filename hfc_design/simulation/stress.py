@@ -234,10 +234,13 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     sensors = [scenario.sensors.of(axis.name) for axis in axes]
     pairs = zip(axes, sensors, strict=True)
     steps = np.array([axis.resolution or sensor.encoder_resolution for axis, sensor in pairs])
-    noisy = any(x.noise or any(y.noise for y in x.readings.values()) for x in sensors)
+    also = scenario.robust.tolerances if scenario.robust else {}
+    noisy = "noise" not in also and any(
+        x.noise or any(y.noise for y in x.readings.values()) for x in sensors
+    )
     rubbing = any(friction_of(axis.drive) for axis in axes)
     more = partial(_around, "delay_samples")
-    yield Case("a delay {} samples longer", own.delay_samples, more)
+    yield Case("a delay {} samples longer", own.delay_samples * ("delay_samples" not in also), more)
     slower = partial(_around, "lag_s", scale=every)
     yield Case("a current loop {} samples slower", own.lag_samples, slower)
     louder = partial(_around, "noise")
@@ -250,7 +253,7 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     yield Case("a gap of {} encoder steps", own.backlash_steps * steps.any(), gap)
     words = "samples up to {} % early or late"
     yield Case(words, own.jitter, partial(_around, "jitter"), 100.0)
-    yield from _loads(scenario)
+    yield from _loads(scenario, "load" not in also)
     begun = partial(_other, partial(_started, scenario))
     yield Case("a start {} % of the way off", own.start, begun, 100.0)
     yield Case("{} s at rest behind the motion", own.rest_s, partial(_other, _resting))
@@ -292,7 +295,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         yield Case(words, 1.0, partial(mode, hz, lambda part: -part), 100.0)
 
 
-def _loads(scenario: Scenario) -> Iterator[Case]:
+def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     """No load, one either way, a step of one."""
     motions = [motion.samples() for motion in scenario.each_motion()]
     loaded = any(np.any(axis.loads) for one in motions for axis in one.axes)
@@ -302,7 +305,7 @@ def _loads(scenario: Scenario) -> Iterator[Case]:
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
     words = f"a load of {{}} {unit} more"
-    for sign in (1.0, -1.0):
+    for sign in (1.0, -1.0) if constant else ():
         yield Case(words, sign * largest, partial(_around, "load", scale=shares))
     step = partial(_other, partial(_stepped, shares=shares.tolist()))
     yield Case(f"a load step of {{}} {unit}", largest, step)
