@@ -30,8 +30,18 @@ def asked(machine: bench.Machine, log: Path, out: Path) -> list[str]:
     told = machine.told
     columns = [f"--column={x}" for x in told["log"]["names"]]
     known = [f"--set=plant.parameters.{key}={x}" for key, x in told["know"].items()]
-    rest = ["--free", told["free"], "--out", str(out), *told.get("options", [])]
-    return ["identify", str(log), "--plant", told["plant"], *columns, *known, *rest]
+    free = ["--free", told["free"]] if "free" in told else []
+    return [
+        "identify",
+        str(log),
+        "--plant",
+        told["plant"],
+        *columns,
+        *known,
+        *free,
+        "--out",
+        str(out),
+    ]
 
 
 def hfc(folder: Path, words: Sequence[str]) -> bool:
