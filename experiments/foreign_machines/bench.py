@@ -26,7 +26,7 @@ FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror")
 #: What a law may read, in the order of ``signals`` in machine.c.
 SIGNALS = (
     *("error", "error_rate", "position", "velocity", "motor_position", "motor_velocity"),
-    *("reference", "reference_rate", "reference_acceleration"),
+    *("reference", "reference_rate", "reference_acceleration", "load_position", "load_velocity"),
 )
 TRUE, READING, MOTOR, COMMAND, OTHER = range(5)
 #: So many steps of the encoder may oscillate before it is called a limit cycle, and so large a
@@ -77,19 +77,27 @@ class Law:
     feedback: str | None = None  # the encoder; None: the machine's own
 
 
-def exported(folder: Path, config: Mapping[str, Any]) -> Law:
-    """The law of ``hfc export --to c``; ``config`` is config.toml of its run."""
+def exported(folder: Path, config: Mapping[str, Any], scale: bool = True) -> Law:
+    """The law of ``hfc export --to c``; ``config`` is config.toml of its run.
+
+    Raises ValueError where it reads what the machine has not, as a ``scale`` at its load.
+    """
     header = next(folder.glob("*.h"))
     name = header.stem
     body = re.search(r"typedef struct \{([^}]*)\} \w+_inputs;", header.read_text())[1]
     members = re.findall(r"_real (\w+);", body)
     if unknown := set(members) - set(SIGNALS):
         raise ValueError(f"inputs of {header} must be among {SIGNALS} (got {sorted(unknown)})")
-    inputs = ", ".join(f".{k} = s[{SIGNALS.index(k)}]" for k in members)
+    own = config.get("sensors", {})
+    # Beside the motor's encoder that is fed back these are of the scale.
+    beside = {"position", "velocity"} if own.get("feedback") == "motor_position" else set()
+    if not scale and beside & set(members):
+        raise ValueError(f"inputs of {header} must be of the motor's encoder alone (got {members})")
+    each = {k: SIGNALS.index(f"load_{k}" if k in beside else k) for k in members}
+    inputs = ", ".join(f".{k} = s[{place}]" for k, place in each.items())
     shim = folder / "shim.c"
     shim.write_text(SHIM.format(name=name, inputs=inputs))
     library = compiled(sorted(folder.glob("*.c")), folder, "law")
-    own = config.get("sensors", {})
     observer = own.get("velocity") == "observer"
     return Law(
         library.law,

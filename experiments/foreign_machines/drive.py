@@ -30,6 +30,7 @@ def asked(machine: bench.Machine, log: Path, out: Path) -> list[str]:
     told = machine.told
     columns = [f"--column={x}" for x in told["log"]["names"]]
     known = [f"--set=plant.parameters.{key}={x}" for key, x in told["know"].items()]
+    known += [f"--set={words}" for words in told.get("set", [])]
     free = ["--free", told["free"]] if "free" in told else []
     return [
         "identify",
@@ -71,7 +72,11 @@ def row(program: Any, machine: bench.Machine, folder: Path, seed: int) -> list[s
     subprocess.run(["make", "-s", "-C", str(code), "check"], check=True, capture_output=True)
     config = tomllib.loads((run / "config.toml").read_text())
     usable = json.loads((run / "usable.json").read_text())
-    found = bench.tried(program, machine, bench.exported(code, config), config)
+    try:
+        law = bench.exported(code, config, "load_encoder" in machine.told["machine"])
+    except ValueError as error:
+        return [machine.name, machine.told["plant"], str(error), *["–"] * 6]
+    found = bench.tried(program, machine, law, config)
     (folder / "found.json").write_text(json.dumps([vars(one) for one in found], indent=1))
     cells = told(machine, usable, found)
     return [*cells, f"{(monotonic() - begun) / 60:.1f}"]

@@ -56,9 +56,9 @@ typedef struct {
     double kp, ki, kd, filter_s, speed, acceleration, bias;
 } pid_gains;
 
-enum { SIGNALS = 9, COLUMNS = 5, STATES = 9, LONGEST = 4096 };
+enum { SIGNALS = 11, COLUMNS = 5, STATES = 9, LONGEST = 4096 };
 /* Of signals: error, error_rate, position, velocity, motor_position, motor_velocity, and the
- * reference with its rate and acceleration; of columns: what is fed back, its reading, the motor's
+ * reference with its rate and acceleration, the load's place and rate by its scale; of columns: what is fed back, its reading, the motor's
  * reading, the command, the other mass' place. */
 typedef double (*law)(const double *signals);
 
@@ -243,7 +243,7 @@ int run(const machine *m, const sensing *s, const pid_gains *gains, law control,
             velocity(&tracks[1], s, read[1], sample_time) };
         const int f = m->fed_back > 0;
         const double signals[SIGNALS] = { r[0] - read[f], r[1] - rates[f], read[f], rates[f],
-            read[1], rates[1], r[0], r[1], r[2] };
+            read[1], rates[1], r[0], r[1], r[2], read[0], rates[0] };
         const double u = control(signals);
         if (!isfinite(u)) {
             return n;

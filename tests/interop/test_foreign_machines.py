@@ -118,6 +118,8 @@ def test_an_exported_loop_does_what_the_same_gains_do_in_the_simulator(program, 
     )
     assert np.ptp(found[:, TRUE]) > 19.0
     assert found == pytest.approx(expected, abs=1e-9)
+    with pytest.raises(ValueError, match="motor's encoder alone"):
+        bench.exported(tmp_path, {"sensors": sensors | {"feedback": "motor_position"}}, scale=False)
 
 
 @pytest.mark.parametrize("name", bench.machines())
