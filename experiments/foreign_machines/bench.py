@@ -1,6 +1,6 @@
 """Drives the foreign machines: their present loops and logs, and exported designs on them.
 
-``machine.c`` simulates, ``machines.toml`` describes; nothing of the package is used here but the
+``machine.c`` simulates, ``machines/*.toml`` describe; nothing of the package is used here but the
 files that its commands write. Units of a control are mm, of rotary axes degrees.
 """
 
@@ -110,7 +110,7 @@ def exported(folder: Path, config: Mapping[str, Any], scale: bool = True) -> Law
 
 @dataclass
 class Machine:
-    """One of machines.toml."""
+    """One of ``machines/*.toml``."""
 
     name: str
     told: dict[str, Any]
@@ -143,8 +143,9 @@ class Machine:
 
 def machines() -> dict[str, Machine]:
     """All of them by name."""
-    told = tomllib.loads((HERE / "machines.toml").read_text())
-    return {name: Machine(name, own) for name, own in told.items()}
+    files = sorted((HERE / "machines").glob("*.toml"))
+    every = [tomllib.loads(file.read_text(encoding="utf-8")) for file in files]
+    return {name: Machine(name, own) for told in every for name, own in told.items()}
 
 
 def simulated(
