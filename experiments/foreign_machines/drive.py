@@ -77,7 +77,8 @@ def row(program: Any, machine: bench.Machine, folder: Path, seed: int) -> list[s
     except ValueError as error:
         return [machine.name, machine.told["plant"], str(error), *["–"] * 6]
     found = bench.tried(program, machine, law, config)
-    (folder / "found.json").write_text(json.dumps([vars(one) for one in found], indent=1))
+    kept = {"answer": usable["answer"], "motions": [vars(one) for one in found]}
+    (folder / "found.json").write_text(json.dumps(kept, indent=1))
     cells = told(machine, usable, found)
     return [*cells, f"{(monotonic() - begun) / 60:.1f}"]
 
