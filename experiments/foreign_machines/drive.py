@@ -67,7 +67,8 @@ def row(program: Any, machine: bench.Machine, folder: Path, seed: int) -> list[s
     ]
     for words in commands:
         if not hfc(folder, words):
-            last = (folder / f"{words[0]}.txt").read_text().strip().splitlines()[-1]
+            lines = (folder / f"{words[0]}.txt").read_text().strip().splitlines()
+            last = next((x for x in reversed(lines) if x.startswith("hfc:") or "Error:" in x), "")
             return [machine.name, machine.told["plant"], f"hfc {words[0]}: {last}", *["–"] * 6]
     subprocess.run(["make", "-s", "-C", str(code), "check"], check=True, capture_output=True)
     config = tomllib.loads((run / "config.toml").read_text())
