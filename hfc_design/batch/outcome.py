@@ -4,7 +4,7 @@ Raw: a design is not read as one, since that of a run made with another version 
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -68,10 +68,10 @@ class Use(NamedTuple):
     margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
     answer: str = ""
 
-    @property
-    def place(self) -> tuple[int, float]:
-        """Among runs, the best first: by the verdict, then by the share."""
-        return ([*VERDICTS, ""].index(self.verdict), -(self.share or 0.0))
+    def told(self, margins: Iterable[str]) -> list[str]:
+        """Verdict, share [%] and these margins as tables show them."""
+        numbers = [self.share and 100 * self.share, *(self.margins.get(key) for key in margins)]
+        return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
 
 
 def use(path: Path) -> Use:
