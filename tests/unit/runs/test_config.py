@@ -23,7 +23,9 @@ def test_what_is_set_is_explained_in_the_units_of_the_plant():
     before = {}
     for above, line in zip(text.splitlines(), text.splitlines()[1:], strict=False):
         before.setdefault(line.partition(" = ")[0], above)
-    assert before["stiffness"] == "# of the transmission, k [N m/rad]; more than zero"
+    assert before["stiffness"] == (
+        "# of the transmission, told at the motor's side, k [N m/rad]; more than zero"
+    )
     assert before["duration_s"] == "# how long a motion is simulated [s]; more than 0"
     assert before["amplitude"] == "# largest deflection from zero [rad]"  # of a motion
     assert before["root_limit"] == "# |consequent| of a hierarchy's root; more than 0"
