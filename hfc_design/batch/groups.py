@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.batch.outcome import VERDICTS, Use
+from hfc_design.batch.outcome import VERDICTS
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.batch.runs import Run
 from hfc_design.core.numbers import Floats
@@ -18,6 +18,8 @@ from hfc_design.runs.champion import LEAST_VIOLATED
 MERIT, FITNESS = "merit", "fitness"
 #: What keys begin with that the fitness depends on.
 OF_FITNESS = "fitness."
+#: What tables call ``Group.answers``.
+ANSWERS = ["usable", "pass [%]"]
 Quartiles = tuple[float, float, float]
 
 
@@ -53,27 +55,23 @@ class Group(NamedTuple):
         return sum(bool(run.score.get(LEAST_VIOLATED)) for run in self.finished)
 
     @property
-    def judged(self) -> list[Use]:
-        """What its finished runs say of whether their designs can be used, as far as they do."""
-        return [run.use for run in self.finished if run.use.verdict]
-
-    @property
-    def usable(self) -> str:
-        """Of how many seeds the answer is yes, "" where nobody has asked."""
-        yes = sum(one.verdict == VERDICTS[0] for one in self.judged)
-        return f"{yes} of {len(self.judged)}" if self.judged else ""
-
-    @property
-    def share(self) -> float:
-        """Median share of unseen machines that pass; nan where nobody has asked."""
-        return float(np.median([one.share or 0.0 for one in self.judged] or [np.nan]))
+    def answers(self) -> list[str]:
+        """How many seeds have a usable design, and the median share that passes [%]; or nothing."""
+        yes, _, share = self._judged
+        asked = sum(bool(run.use.verdict) for run in self.finished)
+        return [f"{round(yes * asked)} of {asked}", f"{100 * share:.4g}"] if asked else []
 
     @property
     def place(self) -> tuple[float, ...]:
         """Among groups of its task, the best first: by verdicts, share, median score."""
-        counts = [one.verdict for one in self.judged]
-        told = [-counts.count(x) / max(len(counts), 1) for x in VERDICTS[:2]]
-        return *told, -np.nan_to_num(self.share), np.isnan(self.median), -self.median
+        return *(-x for x in self._judged), np.isnan(self.median), -self.median
+
+    @property
+    def _judged(self) -> tuple[float, ...]:
+        """Shares of the two best verdicts, and the median share of machines; 0 if nobody asked."""
+        told = [run.use for run in self.finished if run.use.verdict]
+        best = (sum(one.verdict == x for one in told) / max(len(told), 1) for x in VERDICTS[:2])
+        return *best, float(np.median([one.share or 0.0 for one in told] or [0.0]))
 
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""

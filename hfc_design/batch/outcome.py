@@ -4,7 +4,7 @@ Raw: a design is not read as one, since that of a run made with another version 
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Iterable
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -23,11 +23,8 @@ from hfc_design.runs.run import DESIGN, HISTORY, USABLE
 JUDGED_BY = "judged_by"
 #: Answers to whether a design can be used, the best first.
 VERDICTS = ("yes", "on this model only", "no")
-#: Margins of a loop, and which of several counts.
-MARGINS: dict[str, Callable[[list[float]], float]] = {
-    "sensitivity": max,
-    **dict.fromkeys(("gain_margin", "phase_margin_deg", "delay_margin_samples"), min),
-}
+#: Margins of a loop, of each of which ``usable.json`` has the worst.
+MARGINS = ("sensitivity", "gain_margin", "phase_margin_deg", "delay_margin_samples")
 
 
 class Ended(NamedTuple):
@@ -68,10 +65,10 @@ class Use(NamedTuple):
     margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
     answer: str = ""
 
-    @property
-    def place(self) -> tuple[int, float]:
-        """Among runs, the best first: by the verdict, then by the share."""
-        return ([*VERDICTS, ""].index(self.verdict), -(self.share or 0.0))
+    def told(self, margins: Iterable[str]) -> list[str]:
+        """Verdict, share [%] and these margins as tables show them."""
+        numbers = [self.share and 100 * self.share, *(self.margins.get(key) for key in margins)]
+        return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
 
 
 def use(path: Path) -> Use:
@@ -88,16 +85,11 @@ def use(path: Path) -> Use:
     verdict = found.get("verdict", "yes" if found["usable"] else "no")
     if verdict not in VERDICTS:
         raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
-    each = {key: _each(key, found.get("margins")) for key in MARGINS}
-    margins = {key: MARGINS[key](numbers) for key, numbers in each.items() if numbers}
+    margins = {}
+    for key in MARGINS:
+        with suppress(KeyError, TypeError):  # an earlier version has none
+            margins[key] = float(found["margins"]["worst"][key]["value"])  # null: without an end
     return Use(verdict, _number(found.get("share")), margins, text(found.get("answer", "")))
-
-
-def _each(key: str, told: object) -> list[float]:
-    """Every number that a table, or a table in it, has by a ``key``."""
-    inside = told.values() if isinstance(told, dict) else told if isinstance(told, list) else ()
-    own = _number(told.get(key)) if isinstance(told, dict) else None
-    return [x for one in inside for x in _each(key, one)] + ([] if own is None else [own])
 
 
 def _structure(controller: object) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from hfc_design.batch import comparisons as compared
 from hfc_design.batch import structure_tables
 from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.groups import FITNESS, MERIT, Group
+from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
 from hfc_design.batch.metric_table import metrics
 from hfc_design.batch.outcome import MARGINS, text
 from hfc_design.batch.plan import OWN_KEYS
@@ -54,7 +54,7 @@ def page(
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     judged = any(run.use.verdict for run in runs)
     margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
-    told = [*scores, *(("answer", "share [%]", *margins) if judged else ())]
+    asked = ["answer", "share [%]", *margins] if judged else []
     return rendered(
         "batch.html.j2",
         path.resolve().name,
@@ -87,8 +87,8 @@ def page(
         left_out=any(task["groups"] > compared.COMPARED for task in tasks),
         trouble_rows=[[run.title, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
-        run_head=["run", "group", *keys, "seed", "state", *told, "generations"],
-        run_rows=_run_rows(found, keys, told),
+        run_head=["run", "group", *keys, "seed", "state", *scores, *asked, "generations"],
+        run_rows=_run_rows(found, keys, scores, margins if judged else None),
         judged=judged,
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
@@ -98,7 +98,7 @@ def page(
 def _group_table(groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Any]:
     """What the page shows of all groups."""
     shown = groups[:GROUPS]
-    answers = ["usable", "pass [%]"] if any(group.judged for group in shown) else []
+    answers = ANSWERS if any(group.answers for group in shown) else []
     return {
         "group_head": ["group", *keys, "runs", "median", "quartiles", "best", *answers],
         "group_rows": [group_row(group, keys) for group in shown],
@@ -154,7 +154,7 @@ def group_row(group: Group, keys: Sequence[str]) -> list[str]:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles
     row += [score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
-    return [*row, group.usable, f"{100 * group.share:.4g}"] if group.judged else row
+    return row + group.answers
 
 
 def _best(groups: Sequence[Group], keys: int) -> list[list[int]]:
@@ -185,7 +185,7 @@ def _p(value: float) -> str:
 
 
 def _run_rows(
-    found: Findings, keys: Sequence[str], told: Sequence[str]
+    found: Findings, keys: Sequence[str], scores: Sequence[str], margins: Sequence[str] | None
 ) -> list[tuple[str, list[str]]]:
     """Of each run the address of its own page, if it has one, and what the table says."""
     number = found.number_of()
@@ -193,20 +193,14 @@ def _run_rows(
     for run in found.runs[:RUNS]:
         own = (run.setting(key) for key in (*keys, SEED))
         row = [run.title, str(number.get(run.path, "–")), *own, run.state]
-        row += [_told(run, key) for key in told]
-        row.append(str(len(run.best)))
+        row += [_score(run, key) for key in scores]
+        row += [*(run.use.told(margins) if margins is not None else []), str(len(run.best))]
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", row))
     return rows
 
 
-def _told(run: Run, key: str) -> str:
-    """Answer, share or a margin of a run; fitness or merit, a range where it is chaotic."""
-    use = {"answer": run.use.verdict, "share [%]": run.use.share, **run.use.margins}
-    if key in (*MARGINS, "answer", "share [%]"):
-        found = use.get(key)
-        if isinstance(found, float):
-            return f"{100 * found if key == 'share [%]' else found:.4g}"
-        return found or "–"
+def _score(run: Run, key: str) -> str:
+    """Fitness or merit of a run, a range where it is chaotic."""
     if key in run.ranges:
         return range_told(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged

@@ -48,6 +48,11 @@ class Run(NamedTuple):
         """What people call it: what differs in the cells of its batch, or its path."""
         return text((Path(self.path).parent / self.called).as_posix()) if self.called else self.path
 
+    def place(self) -> tuple[float, ...]:
+        """Among runs, the best first: by whether its design can be used, the share, the merit."""
+        numbers = (-(x or 0.0) for x in (self.use.share, self.score.get("merit")))
+        return [*VERDICTS, ""].index(self.use.verdict), *numbers
+
     def setting(self, key: str) -> str:
         """A setting as a reader sees it, a dash where there is none."""
         return text(self.settings[key]) if key in self.settings else "–"
@@ -82,12 +87,7 @@ def runs_below(path: Path) -> list[Run]:
     found = planned + _told_apart(alone, {key for run in planned for key in run.settings})
     if not found:
         raise UserError(f"{path}: holds no runs ({PLAN}, or folders with a {CONFIG})")
-    return sorted(found, key=_place) if any(run.use.verdict for run in found) else found
-
-
-def _place(run: Run) -> tuple[int, float, float]:
-    """Where a run stands: by whether its design can be used, the share, the merit."""
-    return *run.use.place, -(run.score.get("merit") or 0.0)
+    return sorted(found, key=Run.place) if any(run.use.verdict for run in found) else found
 
 
 def best_usable(path: Path) -> Run:

@@ -25,17 +25,11 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     highest = max(groups, key=lambda group: np.nan_to_num(group.median, nan=-np.inf))
     if not highest.finished:
         return "No run has finished."
-    return f"{_answered(groups[0])}{_highest(highest, groups, comparisons)}"
-
-
-def _answered(first: Group) -> str:
-    """Of the group that stands first how many designs can be used, where somebody has asked."""
-    if not first.judged:
-        return ""
-    return (
-        f"{first.usable} designs of group {first.label} can be used; {100 * first.share:.4g} % of "
-        "the unseen machines pass in the median. "
-    )
+    told = ""
+    if answers := groups[0].answers:
+        told = f"{answers[0]} designs of group {groups[0].label} can be used; {answers[1]} % of "
+        told += "the unseen machines pass in the median. "
+    return told + _highest(highest, groups, comparisons)
 
 
 def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:

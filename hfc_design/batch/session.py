@@ -18,7 +18,7 @@ from hfc_design.batch.work import Outcome, Place, begin, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, harmless
-from hfc_design.files.cells import PLAN, names
+from hfc_design.files.cells import PLAN, names, shared
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -99,7 +99,7 @@ def _show(cells: Iterable[tuple[str, str, str]]) -> None:
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
-    same, told = _same(cells), _names(cells)
+    same, told = shared(cell.settings for cell in cells), _names(cells)
     print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
     _show((told[name], state, name) for name, state in states.items())
     if len(cells) > LISTED:
@@ -113,13 +113,6 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
         f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
         f"min {rest % 60:02d} s to go ({source}), {compiling:.0f} s of it to compile"
     )
-
-
-def _same(cells: Iterable[Cell]) -> Json:
-    """The settings that every cell has."""
-    first, *others = (cell.settings for cell in cells)
-    items = first.items()
-    return {k: v for k, v in items if all(k in own and own[k] == v for own in others)}
 
 
 def _names(cells: Iterable[Cell]) -> dict[str, str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.text import Text
 
 from hfc_design.batch import structure_tables
-from hfc_design.batch.groups import Group
+from hfc_design.batch.groups import ANSWERS, Group
 from hfc_design.batch.page import group_row
 from hfc_design.batch.sentences import broken, sentence
 from hfc_design.batch.summary import Findings
@@ -38,7 +38,7 @@ def _show(groups: list[Group]) -> None:
     """The medians of a task over the seeds, the highest first."""
     title = f"{groups[0].task}: {groups[0].measure}"
     table = plain_table(title=Text(harmless(title)), title_style="")
-    for k, name in enumerate([*HEAD, *(["usable", "pass [%]"] if groups[0].judged else [])]):
+    for k, name in enumerate([*HEAD, *(ANSWERS if groups[0].answers else [])]):
         table.add_column(name, justify="right" if k else "left")
     for group in groups[:GROUPS]:
         cells = [harmless(group.label), *group_row(group, [])[1:]]

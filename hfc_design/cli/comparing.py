@@ -12,17 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import (
-    CHOICES,
-    KNOWN,
-    Texts,
-    as_json,
-    force,
-    memory,
-    output,
-    setting,
-    with_plugins,
-)
+from hfc_design.cli.options import Texts, as_json, force, memory, on_a_plant, output, setting
 from hfc_design.cli.papers import Papers, for_a_paper
 
 if TYPE_CHECKING:
@@ -70,7 +60,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 @force
 @memory
 @as_json
-@with_plugins(KNOWN | {"plant": CHOICES["plant"]})
+@on_a_plant
 def compare(
     designs: Texts,
     scenarios: Texts,

@@ -76,7 +76,7 @@ force = click.option(
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
-SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
+SCENARIO_HELPS = SCENARIO_HELP, SCENARIO_HELP.replace(" [", "; can be given several times [")
 #: Of every command on a scenario, and of every one on a design.
 setting = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 changing_design = click.option(
@@ -127,6 +127,8 @@ def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
 
 #: The options of a command that only has to know what files name.
 knowing_plugins = with_plugins(KNOWN)
+#: The same of a command that puts designs on a plant.
+on_a_plant = with_plugins(KNOWN | {"plant": CHOICES["plant"]})
 
 
 def _known(ctx: click.Context, option: click.Parameter, told: str | Texts | None) -> str:
@@ -147,52 +149,35 @@ def _known(ctx: click.Context, option: click.Parameter, told: str | Texts | None
     return f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
 
 
-def on_scenarios(command: Command) -> Command:
-    """A command ``with_plugins`` on a DESIGN and scenarios: it gets both, and its other options.
+def _on(several: bool) -> Callable[[Command], Command]:
+    """Makes a command ``with_plugins`` one on a DESIGN and a scenario, or on ``several``.
 
-    The scenarios are each --scenario or the design's own, with every --set.
+    It gets both, and its other options. A scenario is a --scenario or the design's own, with every
+    --set.
     """
 
-    @click.argument("name", metavar="DESIGN", type=DESIGN)
-    @changing_design
-    @named("--scenario", kind=SCENARIO, multiple=True, help=SCENARIOS_HELP)
-    @setting
-    @wraps(command)
-    def wrapped(name: str, others: Texts, scenario: Texts, changes: Texts, **given: Any) -> None:
-        from hfc_design.files.named_scenario import load_scenario
-        from hfc_design.files.pairing import load_design, own_scenario
+    def decorated(command: Command) -> Command:
+        @click.argument("name", metavar="DESIGN", type=DESIGN)
+        @changing_design
+        @named("--scenario", kind=SCENARIO, multiple=several, help=SCENARIO_HELPS[several])
+        @setting
+        @wraps(command)
+        def wrapped(name: str, others: Texts, scenario: Any, changes: Texts, **given: Any) -> None:
+            from hfc_design.files.named_scenario import load_scenario
+            from hfc_design.files.pairing import load_design, own_scenario
 
-        # The controller is the design's, whatever a search of the scenario would vary.
-        plant, fitness, _ = (given.pop(key) for key in CHOSEN)
-        changes = (*filter(None, (plant, fitness)), *changes)
-        design = load_design(name, others)
-        found = [load_scenario(one, changes) for one in scenario]
-        command(design, found or [own_scenario(design, name, changes)], **given)
+            # The controller is the design's, whatever a search of the scenario would vary.
+            plant, fitness, _ = (given.pop(key) for key in CHOSEN)
+            changes = (*filter(None, (plant, fitness)), *changes)
+            design, asked = load_design(name, others), [scenario] if scenario else []
+            found = [load_scenario(one, changes) for one in (scenario if several else asked)]
+            found = found or [own_scenario(design, name, changes)]
+            command(design, found if several else found[0], **given)
 
-    return wrapped
+        return wrapped
+
+    return decorated
 
 
-def on_scenario(command: Command) -> Command:
-    """The same of a command on one scenario."""
-
-    @click.argument("name", metavar="DESIGN", type=DESIGN)
-    @changing_design
-    @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
-    @setting
-    @wraps(command)
-    def wrapped(
-        name: str, others: Texts, scenario: str | None, changes: Texts, **given: Any
-    ) -> None:
-        from hfc_design.files.named_scenario import load_scenario
-        from hfc_design.files.pairing import load_design, own_scenario
-
-        # The controller is the design's, whatever a search of the scenario would vary.
-        plant, fitness, _ = (given.pop(key) for key in CHOSEN)
-        changes = (*filter(None, (plant, fitness)), *changes)
-        design = load_design(name, others)
-        if scenario is None:
-            command(design, own_scenario(design, name, changes), **given)
-        else:
-            command(design, load_scenario(scenario, changes), **given)
-
-    return wrapped
+#: Of a command on scenarios, and of one on a scenario.
+on_scenarios, on_scenario = _on(several=True), _on(several=False)

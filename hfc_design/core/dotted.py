@@ -44,8 +44,6 @@ def _from_here(key: str, value: Plain) -> Plain:
     """A value in which a file's path starts where the user stands, if the file is there."""
     if isinstance(value, dict):
         return {name: _from_here(name, x) for name, x in value.items()}
-    if isinstance(value, list):
-        return [_from_here(key, x) for x in value]
     named = key.rpartition(".")[2] in FILES and isinstance(value, str) and isfile(value)
     return abspath(value) if named else value
 

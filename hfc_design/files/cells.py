@@ -1,7 +1,7 @@
 """What a run is called in the batch that it belongs to, whose folders are called by hashes."""
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,23 +19,28 @@ def names(cells: Mapping[str, Json]) -> dict[str, str]:
     """What each cell is called: by its label, and by what sets it apart from others that have it.
 
     As in "spread=0.1, seed=2": a setting by the last part of its key where that is enough, the
-    seed last.
+    seed last. Without a label it is set apart from all.
     """
     alike: dict[str, list[Json]] = defaultdict(list)
     for own in cells.values():
-        if LABEL in own:
-            alike[str(own[LABEL])].append(own)
-    every = [*cells.values()]
-    return {name: _name(own, alike.get(str(own.get(LABEL)), every)) for name, own in cells.items()}
+        alike[str(own.get(LABEL, ""))].append(own)
+    alike[""] = [*cells.values()]
+    same = {label: shared(inside) for label, inside in alike.items()}
+    return {name: _name(own, same[str(own.get(LABEL, ""))]) for name, own in cells.items()}
 
 
-def _name(own: Json, others: Sequence[Json]) -> str:
-    apart = [k for k, x in own.items() if any(k not in one or one[k] != x for one in others)]
-    short = Counter(key.rpartition(".")[2] for key in apart)
+def shared(cells: Iterable[Json]) -> Json:
+    """The settings that every cell has."""
+    first, *others = cells
+    return {k: x for k, x in first.items() if all(k in own and own[k] == x for own in others)}
+
+
+def _name(own: Json, same: Json) -> str:
+    last = {key: key.rpartition(".")[2] for key in own if key not in same and key != LABEL}
+    short = Counter(last.values())
     told = [str(own[LABEL])] if LABEL in own else []
-    for key in sorted(apart, key=SEED.__eq__):
-        last = key.rpartition(".")[2]
-        told.append(f"{last if short[last] == 1 else key}={own[key]}")
+    for key, end in sorted(last.items(), key=lambda item: item[0] == SEED):
+        told.append(f"{end if short[end] == 1 else key}={own[key]}")
     return harmless(", ".join(told))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
 from hfc_design.core.carried import carrier, gathered
 from hfc_design.core.dotted import Changes, changed, set_keys
-from hfc_design.core.numbers import SCALARS, Gains, Json
+from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import (
@@ -121,16 +121,15 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     Raises:
         UserError: the provenance holds a scenario that is not valid, or there is none at all.
     """
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    plant = values.get("plant.name", design.plant.name)
+    if plant != design.plant.name and plant in ALL_PLANTS.names():
+        return _on_plant(design, own_scenario(design, name), plant, values)
     data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
     if data is None:
         raise UserError(f"{name}: names no scenario; give one with --scenario")
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--set")
-    plant = values.get("plant.name", design.plant.name)
-    other = plant != design.plant.name and plant in ALL_PLANTS.names()
-    if isinstance(data, str) and not other:
-        return load_scenario(data, values)
     if isinstance(data, str):
-        data = load_scenario(data).model_dump(mode="json", exclude_none=True)
+        return load_scenario(data, values)
     source, path = f"{name}: provenance.scenario", Path(name)
     if not isinstance(data, dict):
         raise UserError(f"{source}: has to be a name or a scenario")
@@ -138,28 +137,27 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     if isinstance(search, dict) and search.get("preset") not in [None, *STRATEGIES.names()]:
         # Nothing is searched here: nobody has to have the strategy that found the design.
         data = {key: part for key, part in data.items() if key != "search"}
-    if other:
-        data = _on_plant(design, data, plant)
     with naming(design.provenance):
         return scenario_of(changed(data, values), source, path if path.is_dir() else path.parent)
 
 
-def _on_plant(design: Design, data: Json, name: str) -> Json:
-    """What a scenario says, on another plant: without parameters of the one that it was made for.
+def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -> Scenario:
+    """A design's own scenario with another plant, without tolerances of parameters that it lacks.
 
     Raises:
-        UserError: the plant has not the signals that the design reads.
+        UserError: the plant has not the signals that the design reads, or a change is not allowed.
     """
-    plant, robust = data.get("plant", {}), data.get("robust", {})
-    own: Json = {"name": name, "axes": {axis: {} for axis in plant.get("axes", {})}}
-    here = PlantSettings.model_construct(**own)
-    _check_signals(design, here)
-    old, new = (
-        {key for drive in one.machine.drives for key in drive.parameters._fields}
-        for one in (PlantSettings(**design.plant.model_dump()), here)
-    )
-    kept = {key: x for key, x in robust.get("tolerances", {}).items() if key not in old - new}
-    return data | {"plant": own} | ({"robust": robust | {"tolerances": kept}} if robust else {})
+    own: Any = {"name": name, "axes": {axis: {} for axis in scenario.plant.axes}}
+    _check_signals(design, here := PlantSettings.model_construct(**own))
+    unsaid = {"controller"} - scenario.model_fields_set  # the default one is for another plant
+    data = scenario.model_dump(mode="json", exclude_none=True, exclude=unsaid) | {"plant": own}
+    if scenario.robust:
+        old, new = (
+            {x for own in one.values() for x in own._fields} for one in (scenario.plant, here)
+        )
+        told = scenario.robust.tolerances.items()
+        data["robust"]["tolerances"] = {key: x for key, x in told if key not in old - new}
+    return load_scenario(data, changes)
 
 
 def axes_of(design: Design) -> tuple[str, ...]:

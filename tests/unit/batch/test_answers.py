@@ -23,8 +23,9 @@ def judged(tmp_path):
     answers = [answer for *_, each in RUNS for answer in each]
     scores = [score for _, each, _ in RUNS for score in each]
     for name, (verdict, share), score in zip(names, answers, scores, strict=True):
-        loops = {"at rest": {"sensitivity": 1.5, "phase_margin_deg": 50.0}, "x": {"sensitivity": 2}}
-        with_answer(tmp_path / name, verdict, share, margins={"nominal": loops})
+        worst = {"sensitivity": 2, "phase_margin_deg": 50.0, "gain_margin": None}
+        told = {key: {"value": x, "at": "rest"} for key, x in worst.items()}
+        with_answer(tmp_path / name, verdict, share, margins={"stable": True, "worst": told})
         with_score(tmp_path / name, merit=score, judged_by="merit", usable={"share": share})
     return tmp_path
 
@@ -36,7 +37,7 @@ def test_runs_and_groups_stand_by_verdict_share_and_merit(judged):
     assert [row["called"] for row in rows] == order
     assert [row["verdict"] for row in rows] == ["yes", "yes", "on this model only", "no"]
     assert [row["share"] for row in rows] == ["0.995", "0.995", "1.0", "0.98"]
-    # of a loop at rest and of another one what is worse
+    assert "gain_margin" not in rows[0]  # which has no end
     assert {(row["sensitivity"], row["phase_margin_deg"]) for row in rows} == {("2.0", "50.0")}
     assert "usable" not in rows[0]
     assert [row["robust.spread"] for row in table(judged / "groups.csv")] == ["0.2", "0.1"]

@@ -9,10 +9,13 @@ import pytest
 from exported import texts
 from flash_folders import page, vectors
 from markdown_it import MarkdownIt
+from run_folders import hfc
 
-from hfc_design.files.design import named_design
+from hfc_design.core.wording import percent
+from hfc_design.files.design import design_json, named_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats.flash.tolerance import tolerance
+from hfc_design.formats.flash.vectors import vectors as made
 from hfc_design.formats.writing import plain
 
 
@@ -155,3 +158,34 @@ def test_the_vectors_go_beyond_the_ends_of_the_universe():
         assert column.min() < -1.2
         assert column.max() > 1.2
         assert ((np.abs(column) < 0.1) & (column != 0)).sum() > 30
+
+
+def test_vectors_reach_as_far_as_the_motions_of_the_design_go():
+    """A move of 250 mm at 125 mm/s, where a velocity of 41 mm/s alone commands the limit."""
+    assert made(named_design("emps-cascade")).largest("", "velocity") >= 125.0
+
+
+def test_the_page_says_how_far_a_sampled_table_is_off():
+    design = named_design("pd-only")
+    told = {"sampled": {"output_range": [-1.0, 1.0], "largest_deviation": 0.05}}
+    text = page(design.model_copy(update={"provenance": {"source": "imported from a.fis", **told}}))
+    off = "a table sampled from it, off by 0.05 at most, 2.5 % of the range of its output"
+    assert f"- source: imported from a.fis; {off}" in text
+
+
+def test_an_export_warns_of_a_design_that_is_not_usable(tmp_path):
+    design = named_design("pd-only")
+    for share, warned in ((0.199, True), (0.995, False)):
+        told = {"usable": {"share": share, "machines": 1000, "spread": 0.2}}
+        path = tmp_path / f"{share}.json"
+        path.write_text(design_json(design.model_copy(update={"score": told})))
+        done = hfc("export", path, "--to", "st", "--out", tmp_path / f"{share}")
+        assert done.exit_code == 0, done.output
+        said = "warning: design pd-only: not usable as it is: passes on 19.9 %"
+        assert (said in done.stderr) == warned
+
+
+def test_no_share_is_told_beyond_all_sense():
+    assert [percent(x) for x in (0.0, 1e-20, 1e-5, 0.0012, 0.5)] == [
+        *("0 %", "less than 0.001 %", "0.001 %", "0.12 %", "50 %")
+    ]
