@@ -22,7 +22,7 @@ def in_use(found: Json) -> Json:
     tracking = next(iter(found["units"]))
     titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
     named = zip(titles, told, strict=True)
-    why = found.get("why_not")
+    relaxed = found.get("why_not")
     heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
     return found | {
         "heads": [*heads, "share at a limit [1]"],
@@ -37,7 +37,7 @@ def in_use(found: Json) -> Json:
         "stress_rows": rows(found.get("stress", [])),
         "stress_broken": broken(found.get("stress", [])),
         "stress_about": ABOUT,
-        "why_not": why and {"rows": why_not.rows(why), "lines": why["lines"]},
+        "why_not": relaxed and relaxed | {"rows": why_not.rows(relaxed)},
         "why_heads": why_not.HEADS,
         "why_title": why_not.TITLE,
         "why_about": why_not.ABOUT,

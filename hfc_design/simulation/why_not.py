@@ -40,8 +40,8 @@ HALVED, SOME = 3, 64
 NEAR = 0.7
 #: Rows and lines of a kind that are told, and integration steps in a sample for a linear drive.
 ROWS, LINES, STEPS = 8, 3, 16
-#: Rounded up and down to three digits.
-UP, DOWN = 1.005, 0.995
+#: Rounded up and down to three digits; a limit that is 0, to divide by.
+UP, DOWN, TINY = 1.005, 0.995, 1e-300
 
 #: Key of the scenario, its value now, for a yes, machines that fail by it, share that pass without.
 Change: TypeAlias = tuple[str, str, str | None, int | None, float]
@@ -80,15 +80,14 @@ def why_not(
     bad, lines = failing(scenario, lost), list[str]()
     found = [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
     if not bad[0]:
-        spread, lines = _spread(scenario, robust, machines, again, bad)
+        pairs = not any(one[2] == "nominal" for one in found)
+        spread, lines = _spread(scenario, robust, machines, again, bad, pairs)
         found += [spread, *_tolerances(robust, off, bad[1:])]
     keys, share = ("key", "now", "needed", "lost", "without"), 1.0 - bad[1:].mean()
     found = [one for one in found if one[2] or one[4] > share]
     found.sort(key=lambda one: (one[2] is None, -one[4]))
     if not any(one[2] for one in found):
         lines = ["no single change that was tried gives a yes", *lines]
-    elif any(one[2] == "nominal" for one in found):
-        lines = []
     lines += [*_alike(scenario, lost, off), *_needs(scenario, machines, lost)]
     changes = [dict(zip(keys, one, strict=True)) for one in found[:ROWS]]
     return {"changes": changes, "lines": lines}
@@ -170,8 +169,9 @@ def _spread(
     machines: Machines,
     again: Callable[[Machines], Judged],
     bad: Mask,
+    pairs: bool,
 ) -> tuple[Change, list[str]]:
-    """All tolerances smaller by the same factor, and that with one motion asked no longer."""
+    """All tolerances smaller by the same factor, in ``pairs`` with one motion asked no longer."""
 
     @cache
     def lost(part: float) -> dict[str, Mask]:
@@ -190,7 +190,7 @@ def _spread(
     alone, key = largest(), "robust.spread" + ", tolerances alike" * bool(robust.tolerances)
     change = key, three_digits(robust.spread), f"{alone:.4g}" if alone else None
     told = (*change, int(bad[1:].sum()), passing(0.5, None))
-    if (~np.array(scenario.nominal_only)).sum() < 2:
+    if not pairs or (~np.array(scenario.nominal_only)).sum() < 2:
         return told, []
     best = max(range(len(scenario.motions)), key=lambda k: passing(0.5, k))
     most, key = largest(best), f"motions.{scenario.motions[best].name}.machines nominal, {key}"
@@ -263,22 +263,18 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
             some = [type(own)(*(float(x[i]) for x in own)) for i in (0, *worst)]
             pairs = np.array([needed(drive, x, samples, most, every) for x in some])
             for n, unit in enumerate(("command", "error_rate")):
-                share = np.nan_to_num(pairs[:, n, 0] / pairs[:, n, 1])
+                share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
+                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
                 if share.max() <= NEAR:
-                    low |= (
-                        {motion.name.rpartition(".")[2]: share.max()}
-                        if held[:, k].any() and n == 0
-                        else {}
-                    )
+                    low |= {name: share.max()} if held[:, k].any() and n == 0 else {}
                     continue
                 need, limit = map(three_digits, pairs[0, n])
-                whose = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
-                told = f"{whose} needs {need} of {limit} {drive.units[unit]}"
+                told = f"{name} needs {need} of {limit} {drive.units[unit]} on the nominal machine"
                 if len(worst):
-                    need, limit = map(three_digits, pairs[1 + share[1:].argmax(), n])
-                    told += f", {need} of {limit} on the worst of {len(worst)} that fail"
-                beyond = int((share > 1.0).sum())
-                yield told + f"; more than there is on {beyond} of these" * (beyond > 0)
+                    need = three_digits(pairs[1 + share[1:].argmax(), n, 0])
+                    told += f", {need} on the worst of {len(worst)} that fail"
+                beyond = int((share[1:] > 1.0).sum())
+                yield told + f": more than there is on {beyond} of them" * (beyond > 0)
     if low:
         told = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
         yield f"{told}: {', '.join(low)}"
@@ -310,4 +306,7 @@ def needed(
             command = np.where(way * rate >= 0.0, own, command)
     low, high = drive.largest_commands(parameters, most)
     pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)
-    return max(pairs, key=lambda one: one[0] / one[1]), (highest, drive.top_speed(parameters))
+    return max(pairs, key=lambda one: one[0] / max(one[1], TINY)), (
+        highest,
+        drive.top_speed(parameters),
+    )
