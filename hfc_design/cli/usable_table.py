@@ -74,7 +74,8 @@ def _show_table(heads: Iterable[str], each: Iterable[list[str]], lines: Iterable
         table.add_column(head, justify="right" if k else "left", no_wrap=True)
     for row in each:
         table.add_row(*row)
-    show_whole(table)
+    if table.rows:
+        show_whole(table)
     for line in lines:
         print(fill(line, room()))
 

@@ -34,6 +34,8 @@ from plants import Drive
 LEAST, FEWEST = 100, 8
 #: Probability with which machines that are alike are said to differ.
 CHANCE = 0.01
+#: Share of the largest deviation beyond which their median lies at an end.
+END = 0.25
 #: Smaller spreads that are tried, the half first; machines whose need of their drives is told.
 HALVED, SOME = 3, 64
 #: What a motion needs is told from this share of a limit on.
@@ -242,8 +244,10 @@ def _alike(
     for bad, why, k in sorted(told, key=lambda one: -one[0].sum())[:LINES]:
         more = _apart(values, bad)
         ends = []
-        for n in [n for n in np.argsort(-np.abs(more))[:LINES] if more[n]]:
+        for n in np.argsort(-np.abs(more))[:LINES]:
             middle = float(np.median(values[n, bad]))
+            if not more[n] or abs(middle) < END * np.abs(values[n]).max():
+                continue
             size = f"{middle:+.2g}" if names[n] in AROUND else f"{100 * middle:+.0f} %"
             ends.append(f"{'high' if more[n] > 0 else 'low'} {names[n]} ({size})")
         where = f" in {scenario.motions[k].name}" if scenario.motions else ""
@@ -257,8 +261,8 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):
         worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
-        each = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
-        for axis, own, samples in each:
+        axes = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
+        for axis, own, samples in axes:
             most, drive = motion.limits.of(axis.name).command, axis.drive
             some = [type(own)(*(float(x[i]) for x in own)) for i in (0, *worst)]
             pairs = np.array([needed(drive, x, samples, most, every) for x in some])
@@ -268,11 +272,11 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
                 if share.max() <= NEAR:
                     low |= {name: share.max()} if held[:, k].any() and n == 0 else {}
                     continue
-                need, limit = map(three_digits, pairs[0, n])
-                told = f"{name} needs {need} of {limit} {drive.units[unit]} on the nominal machine"
+                each = [" of ".join(map(three_digits, one)) for one in pairs[:, n]]
+                told = f"{name} needs {each[0]} {drive.units[unit]} on the nominal machine"
                 if len(worst):
-                    need = three_digits(pairs[1 + share[1:].argmax(), n, 0])
-                    told += f", {need} on the worst of {len(worst)} that fail"
+                    top = each[1 + share[1:].argmax()]
+                    told += f", {top} on the worst of {len(worst)} that fail"
                 beyond = int((share[1:] > 1.0).sum())
                 yield told + f": more than there is on {beyond} of them" * (beyond > 0)
     if low:

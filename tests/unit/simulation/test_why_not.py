@@ -96,9 +96,9 @@ def test_what_fails_is_told_with_what_it_has_in_common_and_what_the_drive_would_
         "two together: motions.b.machines nominal, robust.spread 0.1925",
         "20 oscillate in b, mostly with high rotor_inertia (+21 %)",
         "3 oscillate in a",
-        "a needs 250 of 300 V on the nominal machine, 250 on the worst of 3 that fail",
-        "b needs 250 of 300 V on the nominal machine, 310 on the worst of 20 that fail: more than "
-        "there is on 2 of them",
+        "a needs 250 of 300 V on the nominal machine, 250 of 300 on the worst of 3 that fail",
+        "b needs 250 of 300 V on the nominal machine, 310 of 300 on the worst of 20 that fail: "
+        "more than there is on 2 of them",
     ]
     monkeypatch.setattr(why_not, "needed", lambda *_: ((30.0, 300.0), (1.0, np.inf)))
     held = told(judged(limit_share=swings))
