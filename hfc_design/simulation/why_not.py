@@ -6,6 +6,7 @@ everything they are simulated again, nearer to the nominal one.
 """
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from math import ceil
 from typing import TypeAlias
@@ -14,7 +15,9 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask, Parameters
+from hfc_design.core.plugins import own_code
 from hfc_design.core.quantities import WRITTEN
+from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm
 from hfc_design.files.robust import AROUND, RobustSettings
 from hfc_design.files.scenario import Scenario
@@ -294,7 +297,11 @@ def needed(
     """
     rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
     highest, dt = float(np.abs(rate).max()), every / STEPS
-    with jax.enable_x64(True):
+    with (
+        suppress(UserError, np.linalg.LinAlgError),
+        own_code(" cannot be linearised", ("plant", drive.name)),
+        jax.enable_x64(True),
+    ):
         slides = Slides(drive, parameters)
         for way in np.unique(np.sign(rate[rate != 0.0])).tolist() or [1.0]:
             steady = slides.motion(way * highest, dt) if highest else slides.slowest(dt)

@@ -9,6 +9,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stressed import Stressed, broken
 from hfc_design.simulation.why_not import deviations, least, rows, widest
 
 COUNT = 220
@@ -150,3 +151,12 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
     half = deviations(why_not.nearer(some, 0.5))
     assert half["load"] == pytest.approx(0.5 * found["load"])
     assert half["table_mass"] == pytest.approx(0.5 * found["table_mass"])
+
+
+def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
+    one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
+    each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
+    assert broken(each) == [
+        "breaks: with a delay 0.5 it oscillates; it holds with a delay 0.375",
+        "breaks: with a delay 0.5 it oscillates",
+    ]
