@@ -1,7 +1,7 @@
 """What ``hfc design`` and ``hfc score`` say first: can it be used?"""
 
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from textwrap import fill
 
 import numpy as np
@@ -12,6 +12,7 @@ from hfc_design.core.statistics import share_interval
 from hfc_design.core.wording import percent
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
+from hfc_design.simulation import why_not
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told, three_digits
@@ -31,6 +32,10 @@ def show_usable(found: Json | None) -> None:
     print(fill(f"{QUESTION} {found['answer']}", room()))
     if missed := missed_told(found.get("missed", {}), len(found["motions"])):
         print(fill(missed, room()))
+    if own := found.get("why_not"):
+        print(f"{why_not.TITLE}:")
+        about = [why_not.ABOUT] if own["changes"] else []
+        _show_table(why_not.HEADS, why_not.rows(own), (*own["lines"], *about))
     if not found["usable"]:
         print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
@@ -58,19 +63,21 @@ def show_usable(found: Json | None) -> None:
         table.add_row(name + mark, *(measured(x, factor, three_digits, "-") for factor, x in cells))
     show_whole(table)
     if found.get("stress"):
-        _show_stress(found["stress"])
+        own = found["stress"]
+        _show_table(HEADS, rows(own), (*broken(own), ABOUT))
     for one in _below(found):
         print(fill(one, room()))
 
 
-def _show_stress(found: list[Json]) -> None:
+def _show_table(heads: Iterable[str], each: Iterable[list[str]], lines: Iterable[str]) -> None:
     table = plain_table()
-    for k, head in enumerate(HEADS):
+    for k, head in enumerate(heads):
         table.add_column(head, justify="right" if k else "left", no_wrap=True)
-    for row in rows(found):
+    for row in each:
         table.add_row(*row)
-    show_whole(table)
-    for line in (*broken(found), ABOUT):
+    if table.rows:
+        show_whole(table)
+    for line in lines:
         print(fill(line, room()))
 
 

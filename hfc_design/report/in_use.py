@@ -6,6 +6,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import NONE, short
+from hfc_design.simulation import why_not
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told
@@ -22,6 +23,7 @@ def in_use(found: Json) -> Json:
     tracking = next(iter(found["units"]))
     titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
     named = zip(titles, told, strict=True)
+    relaxed = found.get("why_not")
     heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
     return found | {
         "heads": [*heads, "share at a limit [1]"],
@@ -37,6 +39,10 @@ def in_use(found: Json) -> Json:
         "stress_rows": rows(found.get("stress", [])),
         "stress_broken": broken(found.get("stress", [])),
         "stress_about": ABOUT,
+        "why_not": relaxed and relaxed | {"rows": why_not.rows(relaxed)},
+        "why_heads": why_not.HEADS,
+        "why_title": why_not.TITLE,
+        "why_about": why_not.ABOUT,
     }
 
 

@@ -66,12 +66,26 @@ class _Stress(Beside):
     why: str
 
 
+class _Change(Beside):
+    key: str
+    now: str
+    needed: str | None
+    lost: int | None
+    without: Finite
+
+
+class _WhyNot(Beside):
+    changes: list[_Change]
+    lines: list[str]
+
+
 class UsableFile(Beside):
     """``usable.json``."""
 
     usable: bool
     verdict: Literal["yes", "on this model only", "no"] | None = None  # of older files
     stress: list[_Stress] = []
+    why_not: _WhyNot | None = None
     answer: Annotated[str, Field(min_length=1)]
     missed: dict[str, _Missed] = {}
     spread: Finite

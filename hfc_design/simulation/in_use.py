@@ -45,6 +45,7 @@ class Usable(NamedTuple):
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
+    why_not: Json | None = None  # of no: what would give a yes
 
     def __repr__(self) -> str:
         return line("Usable", self._told())
@@ -150,6 +151,7 @@ class Usable(NamedTuple):
             "merit": plain(float(self.repeats.values[0])),
             "repeats": self.repeats.numbers(),
             "chaotic": self.repeats.chaotic,
+            "why_not": self.why_not,
             "stress": [one.numbers() for one in self.stress],
             "units": self.units,
             "motions": {one.name: one.numbers() for one in self.motions},

@@ -56,12 +56,12 @@ def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
     """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
     failed = np.asarray(judged.failed)
     found = faults(np.asarray(judged.values), failed, scenario.each_motion())
-    for name, (bound, values) in _bounds(scenario, judged).items():
+    for name, (bound, values) in bounds_of(scenario, judged).items():
         found[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
     return found
 
 
-def _bounds(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
+def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
     """Constraint -> itself, and (individuals, motions) what is measured."""
     bounds = constraints_on(scenario.constraints, scenario.units)
     return _measured_before(bounds, len(_measures(scenario)) + len(STABILITY), judged)
@@ -98,7 +98,7 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     """What the machines do in motion ``k``; the nominal one is the first that was judged."""
     reasons = {why: mask[:, k] for why, mask in not_kept(scenario, judged).items()}
     bounds = {
-        name: (own, values[:, k]) for name, (own, values) in _bounds(scenario, judged).items()
+        name: (own, values[:, k]) for name, (own, values) in bounds_of(scenario, judged).items()
     }
     after = len(bounds) + len(_measures(scenario)) + len(STABILITY)
     tolerances = _measured_before(_tolerances(scenario), after, judged)

@@ -138,10 +138,13 @@ def _breaking(
     whole: Judged,
 ) -> Stressed:
     """With the least part that breaks the design."""
+    before = ""
     for part, one in zip((*PARTS, 1.0), (*parts, whole), strict=True):
         held, why = _held(scenario, without, one)
+        told = case.told(float(part))
         if not _enough(held, scenario.stress.share):
-            return row._replace(part=float(part), breaks=case.told(float(part)), why=why)
+            return row._replace(part=float(part), breaks=told, why=why, held=before)
+        before = told
     return row
 
 

@@ -22,6 +22,7 @@ class Stressed(NamedTuple):
     part: float = 1.0
     breaks: str = ""
     why: str = ""
+    held: str = ""  # the largest part before that which was tried, in words
 
     def numbers(self) -> Json:
         """As plain data."""
@@ -61,4 +62,5 @@ def rows(found: Iterable[Json]) -> list[list[str]]:
 def broken(found: Iterable[Json]) -> list[str]:
     """A line for each stress that breaks the design, the first first."""
     each = sorted((one for one in found if not one["holds"]), key=lambda one: float(one["part"]))
-    return [f"breaks: with {one['breaks']} it {one['why']}" for one in each]
+    told = [(one, f"; it holds with {x}" if (x := one.get("held")) else "") for one in each]
+    return [f"breaks: with {one['breaks']} it {one['why']}{held}" for one, held in told]

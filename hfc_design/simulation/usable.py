@@ -5,6 +5,8 @@ the nominal machine with its whole command times many factors, in float64; the n
 four times the substeps.
 """
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -34,6 +36,7 @@ from hfc_design.simulation.population import Machines, standing
 from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
 from hfc_design.simulation.stress import AT_ONCE, longest, stressed
 from hfc_design.simulation.stressed import NO
+from hfc_design.simulation.why_not import why_not
 from hfc_design.stability.margins import margins
 
 #: Of a scenario that says nothing about tolerances.
@@ -88,7 +91,11 @@ def usable(
         _loop_stable(design, scenario),
         repeats,
     )
-    if not under or found.verdict == NO:
+    if found.verdict == NO:
+        again = partial(_again, scenario, standing_in, later)
+        steady = found.loop_stable is not False
+        return found._replace(why_not=why_not(scenario, robust, some, judged, again, steady))
+    if not under:
         return found
     crossover = _crossover(design, scenario)
     return found._replace(stress=stressed(scenario, *standing_in, some, judged, crossover))
@@ -133,11 +140,8 @@ def _on_machines(
     What diverges is simulated again in finer steps.
     """
     loop, gains = loop_in_use(design, scenario, later)
-    samples = [motion.samples() for motion in scenario.each_motion()]
     about = (gains, scenario.run.precision)
-    shared = () if later is None else (AT_ONCE, longest(scenario))  # a program with all stresses
-    found = population.scores(loop, standing(machines, scenario, loop), samples, *about, *shared)
-    judged = Judged(*(np.array(part[0]) for part in found))
+    judged = _again(scenario, (loop, gains), later, machines)
     for where in finer(scenario):
         again = np.flatnonzero(judged.failed.any(axis=1))
         if not len(again):
@@ -149,6 +153,18 @@ def _on_machines(
         for part, new in zip(judged, found, strict=True):
             part[again] = new[0, : len(again)]
     return judged, (loop, gains)
+
+
+def _again(
+    scenario: Scenario, standing_in: tuple[Loop, Gains], later: float | None, machines: Machines
+) -> Judged:
+    """(machines, motions) of each, in one program with all stresses if there are any."""
+    loop, gains = standing_in
+    samples = [motion.samples() for motion in scenario.each_motion()]
+    shared = () if later is None else (AT_ONCE, longest(scenario))
+    many, dtype = standing(machines, scenario, loop), scenario.run.precision
+    found = population.scores(loop, many, samples, gains, dtype, *shared)
+    return Judged(*(np.array(part[0]) for part in found))
 
 
 def _gain(

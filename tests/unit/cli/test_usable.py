@@ -49,6 +49,20 @@ def test_the_table_by_hand(capsys):
     assert told.err == WARNING + "\n"
 
 
+def test_a_no_says_what_would_give_a_yes(capsys):
+    change = {"key": "constraints.late_error", "now": "2 mrad", "needed": "2.6 mrad", "lost": 31}
+    other = {"key": "robust.spread", "now": "0.2", "needed": None, "lost": None, "without": 0.955}
+    why = {"changes": [change | {"without": 0.998}, other], "lines": ["31 oscillate in b"]}
+    show_usable(ANSWER | {"why_not": why})
+    told = capsys.readouterr().out
+    _, _, below = told.partition("What would give a yes, each alone:\n")
+    rows = [line.split() for line in below.splitlines()]
+    assert ["constraints.late_error", "2", "mrad", "2.6", "mrad", "31", "99.8"] in rows
+    assert ["robust.spread", "0.2", "-", "-", "95.5"] in rows
+    assert "\n31 oscillate in b\nlost by it: machines" in below
+    assert max(map(len, told.splitlines())) <= 80
+
+
 def test_a_machine_that_runs_away_has_no_numbers(capsys):
     """An error of 1e7 rad is 1e13 urad; a table of such numbers says nothing."""
     lost = of_motion(0.8, 1.0, 0.0)

@@ -1,0 +1,323 @@
+"""What would give a yes: one change at a time, from what the unseen machines were measured.
+
+What a machine does under looser constraints is known from its measures, what machines within a
+smaller tolerance of one parameter do, from those that were drawn within it. For a smaller spread of
+everything they are simulated again, nearer to the nominal one.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from functools import cache
+from math import ceil
+from typing import TypeAlias
+
+import jax
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Json, Mask, Parameters
+from hfc_design.core.plugins import own_code
+from hfc_design.core.quantities import WRITTEN
+from hfc_design.core.records import UserError
+from hfc_design.core.statistics import holm
+from hfc_design.files.robust import AROUND, RobustSettings
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import AxisSamples
+from hfc_design.objectives.constraints import Constraint
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.measures import MEASURES
+from hfc_design.simulation.measured_in_use import bounds_of, not_kept
+from hfc_design.simulation.missed import three_digits
+from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.population import Machines
+from hfc_design.simulation.settling import several
+from hfc_design.stability.sliding import Slides
+from plants import Drive
+
+#: Fewer machines say nothing of a tolerance; fewer that fail have nothing in common.
+LEAST, FEWEST = 100, 8
+#: Probability with which machines that are alike are said to differ.
+CHANCE = 0.01
+#: Share of the largest deviation beyond which their median lies at an end.
+END = 0.25
+#: Smaller spreads that are tried, the half first; machines whose need of their drives is told.
+HALVED, SOME = 3, 64
+#: What a motion needs is told from this share of a limit on.
+NEAR = 0.7
+#: Rows and lines of a kind that are told, and integration steps in a sample for a linear drive.
+ROWS, LINES, STEPS = 8, 3, 16
+#: Rounded up and down to three digits; a limit that is 0, to divide by.
+UP, DOWN, TINY = 1.005, 0.995, 1e-300
+
+#: Key of the scenario, its value now, for a yes, machines that fail by it, share that pass without.
+Change: TypeAlias = tuple[str, str, str | None, int | None, float]
+TITLE = "What would give a yes, each alone"
+HEADS = ("change", "now", "for a yes", "lost by it", "pass without [%]")
+ABOUT = (
+    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
+    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
+    "machines lie within; stress has to hold then, too"
+)
+
+
+def rows(found: Json) -> list[list[str]]:
+    """A row for each change of ``why_not``, as tables have it."""
+    keys = ("key", "now", "needed", "lost")
+    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
+    return [[*row, f"{100 * without:.3g}"] for row, without in each]
+
+
+def why_not(
+    scenario: Scenario,
+    robust: RobustSettings,
+    machines: Machines,
+    judged: Judged,
+    again: Callable[[Machines], Judged],
+    stable: bool = True,
+) -> Json:
+    """Changes with what each alone would give, the best first, and lines below them.
+
+    ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
+    others in the same loop; ``stable``: whether the linear loop is.
+    """
+    lost, off = not_kept(scenario, judged), deviations(machines)
+    if not stable:  # no change of the scenario makes it so
+        lost["is unstable at rest"] = np.indices(judged.failed.shape)[0] == 0
+    bad, lines = failing(scenario, lost), list[str]()
+    found = [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
+    if not bad[0]:
+        pairs = not any(one[2] == "nominal" for one in found)
+        spread, lines = _spread(scenario, robust, machines, again, bad, pairs)
+        found += [spread, *_tolerances(robust, off, bad[1:])]
+    keys, share = ("key", "now", "needed", "lost", "without"), 1.0 - bad[1:].mean()
+    found = [one for one in found if one[2] or one[4] > share]
+    found.sort(key=lambda one: (one[2] is None, -one[4]))
+    if not any(one[2] for one in found):
+        lines = ["no single change that was tried gives a yes", *lines]
+    lines += [*_alike(scenario, lost, off), *_needs(scenario, machines, lost)]
+    changes = [dict(zip(keys, one, strict=True)) for one in found[:ROWS]]
+    return {"changes": changes, "lines": lines}
+
+
+def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None) -> Mask:
+    """(machines,) that break one of the (machines, motions) requirements which they are asked.
+
+    Of motion ``but`` none is asked except of the nominal machine, the first.
+    """
+    bad, asked = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
+    asked = asked & (np.arange(len(asked)) != but)
+    return np.append(bad[0].any(), (bad[1:] & asked).any(axis=1))
+
+
+def least(values: Floats, others: Mask) -> float | None:
+    """The least limit on (machines,) values with which enough pass, the nominal one among them.
+
+    ``others`` fail by something else; None: by that already too many do.
+    """
+    ranked = np.sort(np.where(others[1:], np.inf, values[1:]))
+    most = float(max(ranked[ceil(ENOUGH * len(ranked) - 1e-9) - 1], values[0]))
+    return most if np.isfinite(most) and not others[0] else None
+
+
+def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
+    """The largest of (machines,) distances within which enough pass, and how many lie within.
+
+    None: there is none with ``LEAST`` machines.
+    """
+    order, count = np.argsort(off, kind="stable"), np.arange(1, len(off) + 1)
+    good = (np.cumsum(~bad[order]) >= ENOUGH * count - 1e-9) & (count >= LEAST)
+    return (float(off[order][good][-1]), int(count[good][-1])) if good.any() else None
+
+
+def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -> Iterator[Change]:
+    asked, late = ~np.array(scenario.nominal_only), MEASURES["late_error"]
+    bounds = bounds_of(scenario, judged)
+    if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
+        bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
+    for name, (bound, values) in bounds.items():
+        own = [f"exceeds {name}", "is far off"][: 1 + (name == late.name)]
+        others = failing(scenario, {why: x for why, x in lost.items() if why not in own})
+        worst = np.append(values[0].max(), np.where(asked, values[1:], -np.inf).max(axis=1))
+        most, told = least(worst, others), scenario.constraints.get(name, "-")
+        written, unit = WRITTEN.fullmatch(str(told).strip()), bound.measure.unit
+        unit = written[2] if written and bound.most else scenario.units.signals.get(unit, unit)
+        scale = float(written[1]) / bound.most if written and bound.most else 1.0
+        needed = most and f"{three_digits(UP * most * scale)} {unit}".removesuffix(" 1")
+        count = failing(scenario, {why: x for why, x in lost.items() if why in own})[1:].sum()
+        now = str(told) if written or told == "-" else f"{told} {unit}".removesuffix(" 1")
+        yield f"constraints.{name}", now, needed or None, int(count), 1.0 - others[1:].mean()
+
+
+def _motions(scenario: Scenario, lost: Mapping[str, Mask]) -> Iterator[Change]:
+    """Each motion asked of the nominal machine alone."""
+    bad, asked = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
+    for k in np.flatnonzero(asked).tolist() if asked.sum() > 1 else ():
+        others = failing(scenario, lost, k)
+        without, key = 1.0 - others[1:].mean(), f"motions.{scenario.motions[k].name}.machines"
+        enough = without >= ENOUGH and not others[0]
+        yield key, "all", "nominal" if enough else None, int(bad[1:, k].sum()), without
+
+
+def _tolerances(robust: RobustSettings, off: Mapping[str, Floats], bad: Mask) -> Iterator[Change]:
+    """A smaller one of each parameter that decides."""
+    sizes = np.abs(np.array([*off.values()]))
+    for name, size, more in zip(off, sizes, _apart(sizes, bad), strict=True):
+        inner, found = 2.0 * size <= size.max(), widest(size, bad)
+        if more > 0.0 and inner.sum() >= LEAST:
+            now = three_digits(robust.tolerances.get(name, robust.spread))
+            told = found and f"{three_digits(DOWN * found[0])} ({found[1]})"
+            yield f"robust.tolerances.{name}", now, told, None, 1.0 - bad[inner].mean()
+
+
+def _spread(
+    scenario: Scenario,
+    robust: RobustSettings,
+    machines: Machines,
+    again: Callable[[Machines], Judged],
+    bad: Mask,
+    pairs: bool,
+) -> tuple[Change, list[str]]:
+    """All tolerances smaller by the same factor, in ``pairs`` with one motion asked no longer."""
+
+    @cache
+    def lost(part: float) -> dict[str, Mask]:
+        return not_kept(scenario, again(nearer(machines, part)))
+
+    def passing(part: float, but: int | None) -> float:
+        return float(1.0 - failing(scenario, lost(part), but)[1:].mean())
+
+    def largest(but: int | None = None) -> float:
+        found, step = 0.0, 0.5
+        for _ in range(HALVED):
+            found += step * (passing(found + step, but) >= ENOUGH)
+            step *= 0.5
+        return found * robust.spread
+
+    alone, key = largest(), "robust.spread" + ", tolerances alike" * bool(robust.tolerances)
+    change = key, three_digits(robust.spread), f"{alone:.4g}" if alone else None
+    told = (*change, int(bad[1:].sum()), passing(0.5, None))
+    if not pairs or (~np.array(scenario.nominal_only)).sum() < 2:
+        return told, []
+    best = max(range(len(scenario.motions)), key=lambda k: passing(0.5, k))
+    most, key = largest(best), f"motions.{scenario.motions[best].name}.machines nominal, {key}"
+    return told, [f"two together: {key} {most:.4g}"] * (most > alone)
+
+
+def nearer(machines: Machines, part: float) -> Machines:
+    """The machines at a part of the way from the first of them."""
+    own = (machines.true, dict(machines.around))
+    moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), own)
+    return Machines(machines.told, *moved)
+
+
+def deviations(machines: Machines) -> dict[str, Floats]:
+    """(machines,) of all but the nominal one, of each parameter that varies, as shares of it.
+
+    Of what stands around the drives in its own unit; of several axes of that where it is most.
+    """
+    each: dict[str, list[Floats]] = {}
+    for name, x in ((name, x) for own in machines.true for name, x in own._asdict().items()):
+        if np.ptp(x):
+            each.setdefault(name, []).append(x[1:] / x[0] - 1.0)
+    each |= {name: [*(x[:, 1:] - x[:, :1])] for name, x in machines.around.items()}
+    many = {name: np.array(x) for name, x in each.items()}
+    return {key: x[np.abs(x).argmax(axis=0), np.arange(x.shape[1])] for key, x in many.items()}
+
+
+def _apart(values: Floats, bad: Mask) -> Floats:
+    """(rows,) how much larger those of machines that fail are, -1 to 1; 0 where chance explains it.
+
+    By ranks (Mann & Whitney 1947), corrected for the number of rows.
+    """
+    from scipy.stats import mannwhitneyu
+
+    if not len(values) or min(bad.sum(), (~bad).sum()) < FEWEST:
+        return np.zeros(len(values))
+    ranks = mannwhitneyu(values[:, bad], values[:, ~bad], axis=1)
+    shares = ranks.statistic / (bad.sum() * (~bad).sum())
+    return np.where(holm(np.asarray(ranks.pvalue)) < CHANCE, 2.0 * shares - 1.0, 0.0)
+
+
+def _alike(
+    scenario: Scenario, lost: Mapping[str, Mask], off: Mapping[str, Floats]
+) -> Iterator[str]:
+    """How most machines fail in a motion, and which ends of parameters they have in common."""
+    asked, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
+    faults = [(x[1:, k], why, k) for why, x in lost.items() for k in np.flatnonzero(asked)]
+    told = [one for one in faults if one[0].any() and not one[1].startswith("exceeds ")]
+    for bad, why, k in sorted(told, key=lambda one: -one[0].sum())[:LINES]:
+        more = _apart(values, bad)
+        ends = []
+        for n in np.argsort(-np.abs(more))[:LINES]:
+            middle = float(np.median(values[n, bad]))
+            if not more[n] or abs(middle) < END * np.abs(values[n]).max():
+                continue
+            size = f"{middle:+.2g}" if names[n] in AROUND else f"{100 * middle:+.0f} %"
+            ends.append(f"{'high' if more[n] > 0 else 'low'} {names[n]} ({size})")
+        where = f" in {scenario.motions[k].name}" if scenario.motions else ""
+        alike = f", mostly with {', '.join(ends)}" if ends else ""
+        yield f"{bad.sum()} {why if bad.sum() == 1 else several(why)}{where}{alike}"
+
+
+def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:
+    """What motions need of the drives, a line each where that is near a limit or one is reached."""
+    bad, held = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
+    low: dict[str, float] = {}
+    for k, motion in enumerate(scenario.each_motion()):
+        worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
+        axes = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
+        for axis, own, samples in axes:
+            most, drive = motion.limits.of(axis.name).command, axis.drive
+            some = [type(own)(*(float(x[i]) for x in own)) for i in (0, *worst)]
+            pairs = np.array([needed(drive, x, samples, most, every) for x in some])
+            for n, unit in enumerate(("command", "error_rate")):
+                share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
+                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
+                if share.max() <= NEAR:
+                    low |= {name: share.max()} if held[:, k].any() and n == 0 else {}
+                    continue
+                each = [" of ".join(map(three_digits, one)) for one in pairs[:, n]]
+                told = f"{name} needs {each[0]} {drive.units[unit]} on the nominal machine"
+                if len(worst):
+                    top = each[1 + share[1:].argmax()]
+                    told += f", {top} on the worst of {len(worst)} that fail"
+                beyond = int((share[1:] > 1.0).sum())
+                yield told + f": more than there is on {beyond} of them" * (beyond > 0)
+    if low:
+        told = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
+        yield f"{told}: {', '.join(low)}"
+
+
+def needed(
+    drive: Drive, parameters: Parameters, motion: AxisSamples, most: float | None, every: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Command and speed that a motion needs, each with its limit; nan where nothing is steady.
+
+    Of the drive linearised at the highest speed of the motion, in samples of ``every`` s: what is
+    missing is what an elastic transmission or a current that rises asks for.
+    """
+    rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
+    highest, dt = float(np.abs(rate).max()), every / STEPS
+    with (
+        suppress(UserError, np.linalg.LinAlgError),
+        own_code(" cannot be linearised", ("plant", drive.name)),
+        jax.enable_x64(True),
+    ):
+        slides = Slides(drive, parameters)
+        for way in np.unique(np.sign(rate[rate != 0.0])).tolist() or [1.0]:
+            steady = slides.motion(way * highest, dt) if highest else slides.slowest(dt)
+            if steady is None:
+                continue
+            a, b, load = slides.step(steady.state, steady.command, dt)[1:]
+            velocity = slides.asks(a, b, dt * steady.along)
+            rising = 0.5 * dt**2 * steady.along + dt * velocity.state
+            own = velocity.command * rate + slides.asks(a, b, -load).command * motion.loads[0]
+            own += (steady.command - steady.speed * velocity.command) * (rate != 0.0)
+            if motion.reference_acceleration is not None:
+                own += slides.asks(a, b, rising).command * motion.reference_acceleration
+            command = np.where(way * rate >= 0.0, own, command)
+    low, high = drive.largest_commands(parameters, most)
+    pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)
+    return max(pairs, key=lambda one: one[0] / max(one[1], TINY)), (
+        highest,
+        drive.top_speed(parameters),
+    )
