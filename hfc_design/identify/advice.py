@@ -64,7 +64,7 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
     before, after = root_of(fit.jacobian, fit.scale), []
     for own in slopes:
         error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
-        after.append((error * np.sqrt(known.inflated))[:-1] * shares)
+        after.append((error * np.sqrt(known.inflated))[:-2] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
     if not wanted.size and known.error.max() < ENOUGH:
         return None
@@ -106,7 +106,8 @@ def _shown(free: Free, blank: Replay, commands: Scalar, numbers: Scalar) -> Scal
 
     def one(command: Scalar) -> Scalar:
         own = replace(blank, rows=blank.rows._replace(command=command))
-        return -own(free.parameters(numbers), 0.0)
+        parameters, *_, load = free.parts(numbers)
+        return -own(parameters, 0.0, 0.0, load)
 
     return jax.vmap(one)(commands)
 
@@ -121,6 +122,6 @@ def _slopes(
         place = outputs[:, 0]
         rows = blank.rows._replace(command=command, outputs=outputs, place=place)
         own = replace(blank, rows=rows, begun=(place[0], 0.0))
-        return jax.jacfwd(lambda x: own(free.parameters(x), x[-1]))(numbers)
+        return jax.jacfwd(lambda x: own(*free.parts(x)))(numbers)
 
     return jax.vmap(one)(commands, outputs)

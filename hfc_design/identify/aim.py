@@ -44,7 +44,8 @@ def plant(found: "Identified") -> Json:
     """The machine as it was identified."""
     data: Json = found.scenario.plant.model_dump(mode="json", exclude_unset=True)
     each = zip(found.free.names, found.known.value, strict=True)
-    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each}
+    own = found.free.start._fields
+    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each if name in own}
     if len(axes := found.scenario.plant.machine.axes) == 1:
         return {**data, "parameters": {**data.get("parameters", {}), **value}}
     name = axes[found.axis]

@@ -10,7 +10,7 @@ from hfc_design.identify.bounds import fault
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.checks import checked, doubts, strangers
 from hfc_design.identify.fit import Fit
-from hfc_design.identify.free import Free
+from hfc_design.identify.free import LATE, Free, weighed
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
 from hfc_design.identify.profile import profiles
@@ -33,6 +33,11 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
         if each.command is None and (task.design is None or each.reference is None):
             why = "has no command; with the reference and --controller DESIGN its loop is replayed"
             raise UserError(f"{log}: {why}")
+    if told.command is not None:
+        wanted = weighed(wanted, told.command)
+    tell(wanted.wanted())
+    for line in filter(None, [wanted.rest()]):
+        tell(line)
     own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
         found = _found(task, wanted, name, told, tell)
@@ -45,7 +50,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     tell("what to record next")
     next_one = advice(found, known, told, substeps)
     tell("what the parameters do on each log")
-    found, known, states, note = kept(found, known, told.command is not None)
+    found, known, states, note = kept(found, known)
     if fault_found := fault(found.fit.free, found.fit.numbers):
         told_why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {told_why}; look for fewer with --free")
@@ -72,7 +77,7 @@ def _check_slopes(fit: Fit) -> None:
         raise ValueError("no parameters were found with which a replay stays finite")
     lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
     if lost.size:
-        bad = [(*fit.free.names, "delay")[k] for k in lost]
+        bad = [(*fit.free.names, *LATE)[k] for k in lost]
         raise ValueError(
             f"its replay has no slope by {', '.join(bad)}: look for others with --free, or mend "
             "the plant's step there"

@@ -22,9 +22,9 @@ def numbers(found: "Identified") -> Json:
             "low": float(known.low[k]),
             "high": float(known.high[k]),
             "told": found.states[k],
-            "began": float(getattr(free.start, name)),
+            "began": free.starts[name],
             "tolerance": tolerances(found)[name],
-            "unit": free.drive.parameter_units.get(name, ""),
+            "unit": free.unit(name),
         }
         for k, name in enumerate(free.names)
     }

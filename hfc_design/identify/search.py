@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, within
@@ -99,20 +98,20 @@ def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Te
     return Found(fit, problem, None)
 
 
-def held(found: Found, numbers: Floats, keep: Mask, late: bool) -> Found:
-    """Fitted again from ``numbers`` (names + 1,), of which only those of ``keep`` (names,) move."""
-    moves = np.append(keep, late).astype(float)
-    with jax.enable_x64(True):
-        problem, numbers = settled(found.problem._replace(held=moves), numbers)
-        fit = fitted(problem, numbers, found.fit.agreeing)
-    return Found(fit, problem, found.bandwidth)
+def held(found: Found, numbers: Floats, keep: Mask) -> Found:
+    """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
+
+    Those of ``LATE`` move if they do in ``found``.
+    """
+    moves = np.append(keep.astype(float), found.problem.held[-2:])
+    problem, numbers = settled(found.problem._replace(held=moves), numbers)
+    return Found(fitted(problem, numbers, found.fit.agreeing), problem, found.bandwidth)
 
 
-def opened(found: Found, late: bool) -> Fit:
+def opened(found: Found) -> Fit:
     """The fit where it is, with the slopes of all numbers."""
-    keep = np.append(np.ones(len(found.fit.free.names)), float(late))
-    with jax.enable_x64(True):
-        return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
+    keep = np.append(np.ones(len(found.fit.free.names)), found.problem.held[-2:])
+    return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
 
 
 class Way(NamedTuple):
@@ -128,21 +127,19 @@ def _fit(
     free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell
 ) -> tuple[Fit, Problem]:
     size = np.array([max(np.std(values), 1e-300) for values in way.told.outputs.values()])
-    held = np.append(np.ones(len(free.names)), float(way.late))
+    held = np.append(np.ones(len(free.names)), [float(way.late) * free.sought[0], 0.0])
     problem, agreeing = Problem(free, way.residual, size, held), 0
-    with jax.enable_x64(True):
-        if numbers is None:
-            tell(f"{way.name}: a hundred starts side by side, the best ten refined")
-            numbers, agreeing = searched(problem, seed)
-        tell(f"{way.name}: the best one refined")
-        problem, numbers = settled(problem, numbers)
-        return fitted(problem, numbers, agreeing), problem
+    if numbers is None:
+        tell(f"{way.name}: a hundred starts side by side, the best ten refined")
+        numbers, agreeing = searched(problem, seed)
+    tell(f"{way.name}: the best one refined")
+    problem, numbers = settled(problem, numbers)
+    return fitted(problem, numbers, agreeing), problem
 
 
 def _worth(best: Found, residual: Residual) -> bool:
-    with jax.enable_x64(True):
-        off = offs(best.problem._replace(residual=residual), best.fit.numbers)
-        return bool(np.sqrt(np.mean(np.asarray(off)[:, 0] ** 2)) < WORTH * best.fit.rms[0])
+    off = offs(best.problem._replace(residual=residual), best.fit.numbers)
+    return bool(np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0])
 
 
 def _less(one: Fit, other: Fit) -> bool:

@@ -16,14 +16,13 @@ HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
 def parameter_rows(found: "Identified") -> Rows:
     """Of each parameter its value and the ends of its interval."""
     known, free = found.known, found.free
-    units = free.drive.parameter_units
     rows = []
     for k, name in enumerate(free.names):
-        start = float(getattr(free.start, name))
+        start = free.starts[name]
         numbers = [f"{x:.5g}" for x in (start, known.value[k])]
         told = known.error[k] < 2.0 and found.states[k] != HELD
         ends = [f"{x:.5g}" if told else "–" for x in (known.low[k], known.high[k])]
-        rows.append([name, units.get(name, ""), *numbers, *ends, found.states[k]])
+        rows.append([name, free.unit(name), *numbers, *ends, found.states[k]])
     return rows
 
 
