@@ -39,6 +39,7 @@ from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 from plants import Machine
+from plants.around import Around
 
 MAX_STEPS = 10_000_000
 #: Of a controller that does not say its kind.
@@ -193,6 +194,11 @@ class Scenario(Record, metaclass=Asked):
                 f"simulation: {duration} s in samples of {every} s are {steps:.15g} samples; "
                 f"allowed are 1 to {MAX_STEPS}"
             )
+        for axis in self.plant.machine.axes:
+            delay = self.limits.of(axis).delay_samples
+            if delay >= steps:
+                told = f"limits.delay_samples = {delay:g}: has to be shorter than the motion"
+                raise ValueError(f"{told} of {steps:.0f} samples")
         self._has_windows()
         self._speaks_of_its_axes()
         check_following(self.plant, self.reference, self.simulation)
@@ -203,6 +209,12 @@ class Scenario(Record, metaclass=Asked):
         """The machine with the encoders fed back that its sensors name."""
         machine = self.plant.machine
         return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
+
+    @property
+    def around(self) -> tuple[Around, ...]:
+        """What stands around the drive of each axis."""
+        each = (self.limits.of(axis) for axis in self.plant.machine.axes)
+        return tuple(Around(own.delay_samples, own.lag_s) for own in each)
 
     @property
     def target(self) -> Target:

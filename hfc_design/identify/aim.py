@@ -14,6 +14,8 @@ import tomli_w
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.robust import unknown_parameter
+from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.steps import noise_of
 
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not looked for, unless the scenario says it.
 OTHERS = 0.1
-#: Digits of a parameter in a file.
-DIGITS = 6
+#: Digits of a parameter in a file, and of what stands around it.
+DIGITS, FEW = 6, 4
 
 
 def tolerances(found: "Identified") -> dict[str, float]:
@@ -46,11 +48,54 @@ def plant(found: "Identified") -> Json:
     each = zip(found.free.names, found.known.value, strict=True)
     own = found.free.start._fields
     value = {name: float(f"{x:.{DIGITS}g}") for name, x in each if name in own}
+    if found.task.made and (name := finer(found)):
+        value[name] = found.told.step
     if len(axes := found.scenario.plant.machine.axes) == 1:
         return {**data, "parameters": {**data.get("parameters", {}), **value}}
     name = axes[found.axis]
     every = data.get("axes", {})
     return {**data, "axes": {**every, name: {**every.get(name, {}), **value}}}
+
+
+def finer(found: "Identified") -> str | None:
+    """The parameter that is the step of the scale, where the log shows another one."""
+    axis, seen = found.scenario.plant.each()[found.axis], found.free.drive.seen[0]
+    name = axis.drive.resolutions.get(seen)
+    given = name in found.task.known or not found.told.step or not axis.resolution
+    return None if given else name
+
+
+def delay(found: "Identified") -> tuple[float, float] | None:
+    """What ``limits`` have: the delay [samples], and the lag [s]; None: the log tells neither.
+
+    A command that acts earlier than its samples say is none.
+    """
+    fit, (low, high) = found.found.fit, found.known.late
+    if low <= 0.0 or low == high:
+        return None
+    lag = min(fit.lag, fit.late)
+    return float(f"{fit.late - lag:.{FEW}g}"), float(f"{lag * found.told.sample_time:.{FEW}g}")
+
+
+def _around(found: "Identified", data: Json) -> None:
+    """Into ``data`` what stands around the drive: delay, lag and load that were found or known."""
+    axis = found.scenario.plant.each()[found.axis].name
+    several = len(found.scenario.plant.machine.axes) > 1
+    load = found.scenario.load.of(axis)
+    value = dict(zip(found.free.names, found.known.value, strict=True)).get(LOAD, load.constant)
+    more = float(value) - load.constant
+    if more or (found.task.made and load.constant):
+        own = load.model_dump(mode="json", exclude_defaults=True)
+        own["constant"] = float(f"{value:.{DIGITS}g}")
+        told = {**data.get("load", {})}
+        data["load"] = {**told, "axes": {**told.get("axes", {}), axis: own}} if several else own
+    limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE and x}
+    if told := delay(found):
+        limits |= {k: x for k, x in zip(LATE, told, strict=True) if k not in found.task.known}
+    if limits:
+        own = data.setdefault("limits", {})
+        part = own.setdefault("axes", {}).setdefault(axis, {}) if several else own
+        part |= {k: x for k, x in limits.items() if x}
 
 
 def scenario_text(found: "Identified") -> str:
@@ -62,8 +107,11 @@ def scenario_text(found: "Identified") -> str:
     made = found.task.made
     data = _made(found) if made else _own(found)
     data["plant"] = plant(found)
+    _around(found, data)
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
-    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **tolerances(found)}}
+    settings = found.scenario.plant
+    within = {k: x for k, x in tolerances(found).items() if not unknown_parameter(settings, [k])}
+    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
     told = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
     data = {**told, **data}
     notes = []
@@ -94,6 +142,7 @@ def _made(found: "Identified") -> Json:
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
     error = _recorded_error(told) or 1e-3 * distance
+    step = told.step or axis.resolution or 0.0  # nobody sees what is less
     data: Json = {
         "plant": {"name": scenario.plant.name},
         "simulation": {
@@ -107,8 +156,8 @@ def _made(found: "Identified") -> Json:
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
-                "rms_error": float(f"{0.1 * error:.2g}"),
-                "settled_rms_error": float(f"{0.02 * error:.2g}"),
+                "rms_error": max(float(f"{0.1 * error:.2g}"), step),
+                "settled_rms_error": max(float(f"{0.02 * error:.2g}"), step),
                 "chatter": {"tolerance": float(f"{0.02 * limit:.2g}"), "weight": 0.3},
             },
         },

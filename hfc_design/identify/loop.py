@@ -64,7 +64,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
     def off(
         parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
     ) -> Scalar:
-        fixed = one.machine.coefficients((parameters,))
+        fixed = one.coefficients((parameters,))
         zero = 0.0 * late
         put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
         before = start(one, zero, (put,))

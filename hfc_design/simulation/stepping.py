@@ -181,7 +181,7 @@ def stepping(
     _, told, true, samples, gains, *_ = inputs
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
-    fixed = loop.machine.coefficients(true)
+    fixed = loop.coefficients(true)
     doubled = loop.doubled and bool(samples.beside)
     own = 0 if own_machine else None
     step = jax.vmap(partial(moved, loop), in_axes=(None, own, None, 0, 0, None))

@@ -1,6 +1,7 @@
 """Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
 
 from itertools import pairwise
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -38,14 +39,17 @@ class OpenLoop(NamedTuple):
         )
         return np.asarray(-(answers[..., 0] @ self.c))
 
-    def delayed(self, samples: int) -> "OpenLoop":
-        """The loop whose command acts so many samples later: ``L(z) z^-samples``."""
+    def delayed(self, samples: float) -> "OpenLoop":
+        """The loop whose command acts so many samples later: ``L(z) z^-samples``.
+
+        Of a part of a sample in the mean over it.
+        """
         a, b, c = self.a, self.b, self.c
-        for _ in range(samples):  # another state: the command of the sample before
-            size = len(b)
-            a = np.block([[a, b[:, None]], [np.zeros((1, size + 1))]])
-            b, c = np.append(np.zeros(size), 1.0), np.append(c, 0.0)
-        waits = f"With the delay of {samples} sample{'s' * (samples > 1)} that the drive has"
+        for k in range(ceil(samples)):  # another state: the command of the sample before
+            size, late = len(b), min(samples - k, 1.0)
+            a = np.block([[a, late * b[:, None]], [np.zeros((1, size + 1))]])
+            b, c = np.append((1.0 - late) * b, 1.0), np.append(c, 0.0)
+        waits = f"With the delay of {samples:g} sample{'s' * (samples > 1)} that the drive has"
         about = ". ".join(filter(None, (self.about, waits if samples else "")))
         return OpenLoop(a, b, c, about, self.resonances)
 
