@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, TypeVar
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
@@ -21,9 +20,9 @@ AWAY = 5.0
 #: Steps of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
 #: next one has to make the squares less, or it is the last.
 FEW, MANY = 15, 100
-LOOSE, TIGHT = 1e-3, 1e-9
+LOOSE, TIGHT = 1e-3, 1e-7
 #: How much it is damped in the beginning, and at most.
-DAMPING, MOST = 1e-3, 1e9
+DAMPING, MOST = 1e-3, 1e6
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
 #: Refined starts that end this near the best one, relative, have found the same.

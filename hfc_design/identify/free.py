@@ -151,9 +151,10 @@ def free(
     Raises:
         ValueError: one is unknown, or has no value to start from.
     """
-    if unknown := [x for x in (*changes, *(names or ())) if x not in (*drive.parameters._fields, LOAD)]:
-        told = one_of(unknown[0], (*drive.parameters._fields, LOAD))
-        raise ValueError(f"{unknown[0][:60]}: {drive.name} has no such parameter; {told}")
+    there = (*drive.parameters._fields, LOAD)
+    if unknown := [name for name in (*changes, *(names or ())) if name not in there]:
+        told = f"{drive.name} has no such parameter; {one_of(unknown[0], there)}"
+        raise ValueError(f"{unknown[0][:60]}: {told}")
     start, fixed = drive.parameters(**changes), {*drive.exact, *known}
     if names is None:
         names = [x for x in start._fields if x not in fixed and getattr(start, x) != 0]

@@ -61,9 +61,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
     outputs = np.stack([*told.outputs.values()], axis=-1)
     usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
 
-    def off(
-        parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
-    ) -> Scalar:
+    def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
         fixed = one.coefficients((parameters,))
         zero = 0.0 * late
         put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)

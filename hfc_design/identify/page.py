@@ -65,7 +65,7 @@ def page(found: Identified, command: str) -> Page:
         closely=plots.closely(found),
         checked=plots.checked(found),
         spectrum=plots.spectrum(found),
-        profiles={one.name: plots.profiled(one, found.free.unit(one.name)) for one in found.profiles},
+        profiles={x.name: plots.profiled(x, found.free.unit(x.name)) for x in found.profiles},
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, within
+from hfc_design.identify.certainty import covariance_of
 from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
@@ -19,6 +20,9 @@ LARGEST_SHARE = 0.2
 #: A slower observer is tried if under the numbers of the faster one it is off by less than so many
 #: times as much; whoever knows the machine needs no fast one.
 WORTH = 3.0
+
+#: A lag is looked for from so many samples, and is one if it is so many standard errors long.
+LAG, CLEAR = 0.5, 4.0
 
 Tell = Callable[[str], None]
 
@@ -61,7 +65,22 @@ def by_command(
             agreeing = fit.agreeing if best is None else best.fit.agreeing
             best = Found(fit._replace(agreeing=agreeing), problem, hz)
     assert best is not None
-    return best
+    return _lagged(best)
+
+
+def _lagged(found: Found) -> Found:
+    """The fit with a part of the lateness as a lag, where the log tells one from the other."""
+    moves = found.problem.held.copy()
+    if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
+        return found
+    moves[-1] = 1.0
+    problem, numbers = settled(
+        found.problem._replace(held=moves), np.append(found.fit.numbers[:-1], LAG)
+    )
+    again = found._replace(problem=problem, fit=fitted(problem, numbers, found.fit.agreeing))
+    error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
+    told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
+    return again if told else found
 
 
 def bandwidths(told: Recording, wanted: float | None) -> list[float]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.numbers import NUMBER, Json
+from hfc_design.core.numbers import NUMBER
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -28,12 +28,10 @@ def known(changes: Changes, axis: str) -> frozenset[str]:
     """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
     told = changed({}, changes)
 
-    def own(table: str, all_axes: str) -> Json:
-        part: Json = told.get(table, {})
-        return {**(part.get(all_axes, {}) if all_axes else part), **part.get("axes", {}).get(axis, {})}
-
-    around = {LOAD} if "constant" in own("load", "") else set()
-    return frozenset({*own("plant", "parameters"), *around, *(own("limits", "").keys() & {*LATE})})
+    plant, load, limits = (told.get(table, {}) for table in ("plant", "load", "limits"))
+    axes = [part.get("axes", {}).get(axis, {}) for part in (plant, load, limits)]
+    names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}
+    return frozenset(names | ({LOAD} if "constant" in (*load, *axes[1]) else set()))
 
 
 def looked_for(task: Task) -> Free:
@@ -63,7 +61,8 @@ def looked_for(task: Task) -> Free:
 
 def _number(name: str, text: str) -> float:
     if not NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{name}: has to start from a number, as in {name}=0.1 (got {text[:40]!r})")
+        told = f"has to begin at a number, as in {name}=0.1 (got {text[:40]!r})"
+        raise ValueError(f"{name}: {told}")
     return float(text)
 
 
