@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import jax
@@ -10,8 +11,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.identify.free import FACTOR, Free
-from hfc_design.identify.replay import Residual
+from hfc_design.identify.free import FACTOR, LOAD, Free
+from hfc_design.identify.replay import Replay, Residual
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
@@ -21,10 +22,13 @@ AWAY = 5.0
 #: next one has to make the squares less, or it is the last.
 FEW, MANY = 15, 100
 LOOSE, TIGHT = 1e-3, 1e-7
-#: How much it is damped in the beginning, and at most.
-DAMPING, MOST = 1e-3, 1e6
+#: How much it is damped in the beginning, and at most; and as which share of the one with the
+#: largest slope at least, or what is hardly seen would run away.
+DAMPING, MOST, WEAK = 1e-3, 1e6, 1e-3
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
+#: The size of the load is looked for in so many steps.
+PUSHED = 4
 #: Refined starts that end this near the best one, relative, have found the same.
 SAME = 0.01
 #: A residual below such a share of the motion is none: of a log without noise all that is left is
@@ -135,9 +139,10 @@ def refined(
         rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
         slope = rows.T @ (off / problem.scale).ravel() + certain**2 * (numbers[free] - begun)
         normal = rows.T @ rows + certain**2 * np.eye(len(free))
-        size = np.diag(normal) + np.finfo(float).tiny
         if not np.isfinite(normal).all():
             break
+        size = np.diag(normal)
+        size = np.maximum(size, WEAK * size.max())
         while damping < MOST:
             step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
             expected = -(step @ slope + 0.5 * step @ normal @ step) * 2.0
@@ -158,6 +163,32 @@ def refined(
     return numbers, least
 
 
+def weighed(problem: Problem, command: Floats) -> Problem:
+    """The problem with the load in the size of what a ``command`` (steps,) moves.
+
+    What holds the mean of it is near the load: a search begins there.
+    """
+    free = problem.free
+    at = np.array([*(name == LOAD and LOAD not in free.start._fields for name in free.names), 0, 0])
+    if not at.any() or not isinstance(problem.residual, Replay):
+        return problem
+    size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
+    rows = problem.residual.rows
+    more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
+    pushed, load, own = offs(problem._replace(residual=more), free.begun) - off, size, free
+    for _ in range(PUSHED):
+        scale = np.where(at[:-2] > 0, load, free.scale)
+        begun = np.where(at > 0, float(free.load) / load, free.begun)
+        own = replace(free, scale=scale, begun=begun, near=begun + at * np.mean(command) / size)
+        there = problem._replace(free=own)
+        pulled = offs(there, begun + at) - off
+        both = (pushed != 0.0) & (pulled != 0.0) & np.isfinite(pushed / pulled)
+        if not both.any():
+            return problem
+        load *= abs(float(np.median(pushed[both] / pulled[both]))) or 1.0
+    return problem._replace(free=own)
+
+
 def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     """Numbers of the best of many starts, and how many of those refined ended like it.
 
@@ -171,8 +202,11 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
-    ended = side_by_side(lambda one: refined(problem, one, LOOSE, FEW), best)
-    found = np.sqrt(np.array([least for _, least in ended]) / off[0].size)
+    scale = np.sqrt(first.min() / off[0].size) * np.asarray(problem.scale)
+    close = problem._replace(scale=scale)  # in which what began is not forgotten
+    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW, 1.0 / VAGUE), best)
+    squares = np.array([least for _, least in ended]) * first.min() / off[0].size
+    found = np.sqrt(squares / off[0].size)
     agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
     return ended[int(found.argmin())][0], int(agree.sum())
 
@@ -202,4 +236,4 @@ def _starts(free: Free, seed: int) -> Floats:
     drawn = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(128) - 1.0
     width = np.where(free.positive > 0, np.log(AWAY), AWAY)
     others = np.hstack([width * drawn[: STARTS - 1], np.zeros((STARTS - 1, 2))])
-    return np.vstack([free.begun, free.begun + others])
+    return np.vstack([free.near, free.near + others])

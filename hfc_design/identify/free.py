@@ -1,7 +1,7 @@
 """Which parameters of a machine are looked for, and the numbers that a fit changes."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
@@ -38,6 +38,7 @@ class Free:
     scale: Floats  # (names,) size of each, in its unit
     positive: Floats  # (names,) 1 where it is more than zero, whatever it is
     begun: Floats  # (names + 2,) the numbers of the start
+    near: Floats  # (names + 2,) the same where a search begins
     sought: Floats  # (2,) 1 where one of ``LATE`` may be looked for, 0 where it is known
 
     def parts(self, numbers: Scalar) -> tuple[Parameters, Scalar, Scalar, Scalar]:
@@ -111,26 +112,6 @@ class Free:
         }
 
 
-def weighed(wanted: Free, command: Floats) -> Free:
-    """The same with the load in the size of what the ``command`` (steps,) moves."""
-    if LOAD not in wanted.names or LOAD in wanted.start._fields:
-        return wanted
-    drive, at = wanted.drive, np.array([name == LOAD for name in wanted.names])
-
-    def rate(command: Scalar, load: Scalar) -> Scalar:
-        fixed, state = drive.coefficients(wanted.start), drive.initial_state(0.0 * command)
-        return getattr(drive.step(fixed, state, command, (load, load, load), 1e-3), drive.seen[1])
-
-    size = float(np.sqrt(np.mean(command**2)))
-    far = 1e3 * size  # friction is nothing beside it
-    with jax.enable_x64(True):
-        pushed, pulled = (abs(float(rate(*own))) for own in ((far, 0.0), (0.0, far)))
-    size *= pushed / pulled if pushed and pulled else 1.0
-    begun = wanted.begun.copy()
-    begun[:-2][at] = wanted.load / size
-    return replace(wanted, scale=np.where(at, size, wanted.scale), begun=begun)
-
-
 def free(
     drive: Drive,
     changes: Mapping[str, float],
@@ -173,5 +154,6 @@ def free(
     if not sizes:
         raise ValueError(f"names no parameter; {drive.name} has {', '.join(start._fields)}")
     sought = [float(name not in known) for name in LATE]
-    numbers = (np.array(own) for own in (around[0], sizes, signs, [*begun, *around[1:]], sought))
+    begun += around[1:]
+    numbers = (np.array(own) for own in (around[0], sizes, signs, begun, begun, sought))
     return Free(drive, tuple(names), start, *numbers)

@@ -10,7 +10,7 @@ from hfc_design.identify.bounds import fault
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.checks import checked, doubts, strangers
 from hfc_design.identify.fit import Fit
-from hfc_design.identify.free import LATE, Free, weighed
+from hfc_design.identify.free import LATE, Free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
 from hfc_design.identify.profile import profiles
@@ -33,8 +33,6 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
         if each.command is None and (task.design is None or each.reference is None):
             why = "has no command; with the reference and --controller DESIGN its loop is replayed"
             raise UserError(f"{log}: {why}")
-    if told.command is not None:
-        wanted = weighed(wanted, told.command)
     tell(wanted.wanted())
     for line in filter(None, [wanted.rest()]):
         tell(line)

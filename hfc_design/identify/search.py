@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, within
 from hfc_design.identify.certainty import covariance_of
-from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled
+from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled, weighed
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -52,15 +52,15 @@ def by_command(
     best: Found | None = None
     for hz in tried:
         residual = replay(free, told, hz, substeps)
-        first = free.begun if near else None
-        numbers = first if best is None else best.fit.numbers
+        numbers = None if best is None else best.fit.numbers
         if best is not None and not _worth(best, residual):
             break
         if best is not None and best.fit.rms[0] <= NOTHING * np.std(told.place):
             break  # of which observer there is less is rounding
         name = f"observer of {hz:g} Hz" if hz else "open loop"
         how = Way(told, residual, name, True)
-        fit, problem = _fit(free, how, numbers, seed, tell)
+        fit, problem = _fit(free, how, numbers, seed, tell, near)
+        free = fit.free
         if best is None or _less(fit, best.fit):
             agreeing = fit.agreeing if best is None else best.fit.agreeing
             best = Found(fit._replace(agreeing=agreeing), problem, hz)
@@ -143,11 +143,14 @@ class Way(NamedTuple):
 
 
 def _fit(
-    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell
+    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell, near: bool = False
 ) -> tuple[Fit, Problem]:
     size = np.array([max(np.std(values), 1e-300) for values in way.told.outputs.values()])
     held = np.append(np.ones(len(free.names)), [float(way.late) * free.sought[0], 0.0])
     problem, agreeing = Problem(free, way.residual, size, held), 0
+    if numbers is None:
+        problem = weighed(problem, way.told.command)
+        numbers = problem.free.near if near else None
     if numbers is None:
         tell(f"{way.name}: a hundred starts side by side, the best ten refined")
         numbers, agreeing = searched(problem, seed)
