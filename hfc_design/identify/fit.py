@@ -21,10 +21,10 @@ AWAY = 5.0
 #: Steps of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
 #: next one has to make the squares less, or it is the last.
 FEW, MANY = 15, 100
-LOOSE, TIGHT = 1e-3, 1e-7
+LOOSE, TIGHT = 1e-3, 1e-6
 #: How much it is damped in the beginning, and at most; and as which share of the one with the
 #: largest slope at least, or what is hardly seen would run away.
-DAMPING, MOST, WEAK = 1e-3, 1e6, 1e-3
+DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
 #: The size of the load is looked for in so many steps.
@@ -128,7 +128,7 @@ def refined(
 ) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
-    It has ended when a step would make the squares less by a share of ``enough`` only. Damped as
+    It has ended when a step makes the squares less by a share of ``enough`` only, or would. Damped as
     Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
     free = np.flatnonzero(np.asarray(problem.held))
@@ -157,9 +157,11 @@ def refined(
             damping, growth = damping * growth, 2.0 * growth
         else:
             break
-        gain = (least - now) / expected
+        gain, gained = (least - now) / expected, least - now
         damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
         numbers, off, jacobian, least = trial, there, changed, now
+        if gained <= enough * least:
+            break
     return numbers, least
 
 
@@ -182,7 +184,7 @@ def weighed(problem: Problem, command: Floats) -> Problem:
         own = replace(free, scale=scale, begun=begun, near=begun + at * np.mean(command) / size)
         there = problem._replace(free=own)
         pulled = offs(there, begun + at) - off
-        both = (pushed != 0.0) & (pulled != 0.0) & np.isfinite(pushed / pulled)
+        both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
             return problem
         load *= abs(float(np.median(pushed[both] / pulled[both]))) or 1.0

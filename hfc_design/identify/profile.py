@@ -21,7 +21,7 @@ PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
 #: Points of the parabola.
 SMOOTH = 61
 #: Steps of Levenberg-Marquardt at each place, after what the slopes say.
-STEPS, TOLERANCE = 6, 1e-6
+STEPS, TOLERANCE = 3, 1e-6
 #: By which the fit has grown worse at the ends of the interval.
 LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
