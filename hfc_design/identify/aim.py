@@ -15,6 +15,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import unknown_parameter
+from hfc_design.files.scenario import Scenario
 from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.steps import noise_of
@@ -108,6 +109,10 @@ def scenario_text(found: "Identified") -> str:
     data = _made(found) if made else _own(found)
     data["plant"] = plant(found)
     _around(found, data)
+    if "stress" in Scenario.model_fields and (own := found.response):
+        modes = {"far_modes_hz": [own.mode]} if own.mode else {}
+        above = {"unknown_above_hz": own.unknown_above}
+        data["stress"] = {**(data.get("stress") or {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
     settings = found.scenario.plant
     within = {k: x for k, x in tolerances(found).items() if not unknown_parameter(settings, [k])}

@@ -128,8 +128,8 @@ def refined(
 ) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
-    It has ended when a step makes the squares less by a share of ``enough`` only, or would. Damped as
-    Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
+    It has ended when a step makes the squares less by a share of ``enough`` only, or would.
+    Damped as Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
     free = np.flatnonzero(np.asarray(problem.held))
     begun = np.asarray(problem.free.begun)[free]

@@ -65,6 +65,8 @@ def page(found: Identified, command: str) -> Page:
         closely=plots.closely(found),
         checked=plots.checked(found),
         spectrum=plots.spectrum(found),
+        response=plots.response(found),
+        mode=found.response and found.response.mode,
         profiles={x.name: plots.profiled(x, found.free.unit(x.name)) for x in found.profiles},
         limit=LIMIT,
         command=command,
