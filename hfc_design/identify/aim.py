@@ -49,7 +49,7 @@ def plant(found: "Identified") -> Json:
     each = zip(found.free.names, found.known.value, strict=True)
     own = found.free.start._fields
     value = {name: float(f"{x:.{DIGITS}g}") for name, x in each if name in own}
-    if found.task.made and (name := finer(found)):
+    if found.task.made and found.told.step and (name := finer(found)):
         value[name] = found.told.step
     if len(axes := found.scenario.plant.machine.axes) == 1:
         return {**data, "parameters": {**data.get("parameters", {}), **value}}
@@ -62,8 +62,7 @@ def finer(found: "Identified") -> str | None:
     """The parameter that is the step of the scale, where the log shows another one."""
     axis, seen = found.scenario.plant.each()[found.axis], found.free.drive.seen[0]
     name = axis.drive.resolutions.get(seen)
-    given = name in found.task.known or not found.told.step or not axis.resolution
-    return None if given else name
+    return None if name in found.task.known or not axis.resolution else name
 
 
 def delay(found: "Identified") -> tuple[float, float] | None:
@@ -91,8 +90,8 @@ def _around(found: "Identified", data: Json) -> None:
         told = {**data.get("load", {})}
         data["load"] = {**told, "axes": {**told.get("axes", {}), axis: own}} if several else own
     limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE and x}
-    if told := delay(found):
-        limits |= {k: x for k, x in zip(LATE, told, strict=True) if k not in found.task.known}
+    if late := delay(found):
+        limits |= {k: x for k, x in zip(LATE, late, strict=True) if k not in found.task.known}
     if limits:
         own = data.setdefault("limits", {})
         part = own.setdefault("axes", {}).setdefault(axis, {}) if several else own

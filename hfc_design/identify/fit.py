@@ -18,10 +18,10 @@ from hfc_design.identify.replay import Replay, Residual
 STARTS, REFINED = 100, 10
 #: Where they are drawn: up to so many times the value or its inverse.
 AWAY = 5.0
-#: Steps of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
-#: next one has to make the squares less, or it is the last.
-FEW, MANY = 15, 100
-LOOSE, TIGHT = 1e-3, 1e-6
+#: Replays of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
+#: next one has to make the squares less, or it is the last; ``CLOSE`` to an end that is known.
+FEW, MANY = 15, 60
+LOOSE, CLOSE, TIGHT = 1e-3, 1e-5, 1e-6
 #: How much it is damped in the beginning, and at most; and as which share of the one with the
 #: largest slope at least, or what is hardly seen would run away.
 DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
@@ -114,10 +114,11 @@ def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
     return np.asarray(off), np.asarray(jacobian) * problem.held
 
 
-One, Other = TypeVar("One"), TypeVar("Other")
+One = TypeVar("One")
+Made = TypeVar("Made")
 
 
-def side_by_side(one: Callable[[One], Other], each: Iterable[One]) -> list[Other]:
+def side_by_side(one: Callable[[One], Made], each: Iterable[One]) -> list[Made]:
     """``one`` of each, on all cores: a replay leaves Python alone."""
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return [*pool.map(one, each)]
@@ -134,45 +135,41 @@ def refined(
     free = np.flatnonzero(np.asarray(problem.held))
     begun = np.asarray(problem.free.begun)[free]
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
-    least = problem.squares(off, numbers, certain)
-    for _ in range(steps if np.isfinite(least) else 0):
-        rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
-        slope = rows.T @ (off / problem.scale).ravel() + certain**2 * (numbers[free] - begun)
-        normal = rows.T @ rows + certain**2 * np.eye(len(free))
-        if not np.isfinite(normal).all():
+    least, normal = problem.squares(off, numbers, certain), np.zeros((0, 0))
+    for _ in range(steps if np.isfinite(jacobian).all() and np.isfinite(least) else 0):
+        if not normal.size:  # here nothing was tried yet
+            rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
+            slope = rows.T @ (off / problem.scale).ravel()
+            slope += certain**2 * (numbers[free] - begun)
+            normal = rows.T @ rows + certain**2 * np.eye(len(free))
+            size = np.maximum(np.diag(normal), WEAK * np.diag(normal).max())
+        step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
+        expected = -2.0 * float(step @ slope + 0.5 * step @ normal @ step)
+        if expected <= enough * least or damping > MOST:
             break
-        size = np.diag(normal)
-        size = np.maximum(size, WEAK * size.max())
-        while damping < MOST:
-            step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
-            expected = -(step @ slope + 0.5 * step @ normal @ step) * 2.0
-            trial = numbers.copy()
-            trial[free] += step
-            if expected <= enough * least:
-                return numbers, least
-            there, changed = slopes(problem, trial)
-            now = problem.squares(there, trial, certain)
-            if now < least:
-                break
+        trial = numbers.copy()
+        trial[free] += step
+        there, changed = slopes(problem, trial)
+        gained = least - problem.squares(there, trial, certain)
+        if not (gained > 0.0 and np.isfinite(changed).all()):
             damping, growth = damping * growth, 2.0 * growth
-        else:
-            break
-        gain, gained = (least - now) / expected, least - now
-        damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
-        numbers, off, jacobian, least = trial, there, changed, now
+            continue
+        numbers, off, jacobian, least = trial, there, changed, least - gained
+        damping, growth = damping * max(1 / 3, 1.0 - (2.0 * gained / expected - 1.0) ** 3), 2.0
+        normal = np.zeros((0, 0))
         if gained <= enough * least:
             break
     return numbers, least
 
 
-def weighed(problem: Problem, command: Floats) -> Problem:
+def weighed(problem: Problem, command: Floats | None) -> Problem:
     """The problem with the load in the size of what a ``command`` (steps,) moves.
 
     What holds the mean of it is near the load: a search begins there.
     """
     free = problem.free
     at = np.array([*(name == LOAD and LOAD not in free.start._fields for name in free.names), 0, 0])
-    if not at.any() or not isinstance(problem.residual, Replay):
+    if not at.any() or command is None or not isinstance(problem.residual, Replay):
         return problem
     size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
     rows = problem.residual.rows
@@ -213,7 +210,7 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     return ended[int(found.argmin())][0], int(agree.sum())
 
 
-def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
+def settled(problem: Problem, numbers: Floats, enough: float = TIGHT) -> tuple[Problem, Floats]:
     """The problem with each output in the scale of its residual, and the numbers it ends at."""
     scale = np.asarray(problem.scale)
     for k in range(ROUNDS):
@@ -222,7 +219,7 @@ def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY, 1.0 / VAGUE)
+        numbers, _ = refined(problem._replace(scale=now), numbers, enough, MANY, 1.0 / VAGUE)
     return problem._replace(scale=scale), numbers
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Mask
 from hfc_design.identify.certainty import TOLD, Certainty, certainty
-from hfc_design.identify.fit import FEW, TIGHT, VAGUE, fitted, refined, side_by_side
+from hfc_design.identify.fit import CLOSE, FEW, VAGUE, fitted, refined, side_by_side
 from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.replay import Replay
 from hfc_design.identify.search import Found
@@ -35,7 +35,7 @@ def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Cer
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
         own = found.problem._replace(residual=replace(replay, rows=rows), held=held)
-        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW, 1.0 / VAGUE)
+        numbers, _ = refined(own, found.fit.numbers, CLOSE, FEW, 1.0 / VAGUE)
         return certainty(fitted(own, numbers, 0), moves)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late

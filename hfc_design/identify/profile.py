@@ -20,8 +20,8 @@ WORST = 2
 PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
 #: Points of the parabola.
 SMOOTH = 61
-#: Steps of Levenberg-Marquardt at each place, after what the slopes say.
-STEPS, TOLERANCE = 3, 1e-6
+#: Replays of Levenberg-Marquardt at each place, after what the slopes say.
+STEPS, TOLERANCE = 4, 1e-5
 #: By which the fit has grown worse at the ends of the interval.
 LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
@@ -59,7 +59,7 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
             lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
             held.append(others * found.problem.held)
     problem, each = found.problem, zip(lanes, held, strict=True)
-    cost = np.array(side_by_side(lambda own: _least(problem, *own), each))
+    cost: Floats = np.array(side_by_side(lambda own: _least(problem, *own), each))
     least = float(np.sum(np.square(fit.residual / np.asarray(problem.scale))))
     rows = np.array(lanes).reshape(len(worst), -1, len(fit.numbers))
     told = []

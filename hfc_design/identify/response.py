@@ -6,7 +6,7 @@ first, or a slow motion would leak into everything. In a closed loop noise of th
 back in the command: by no more than the share that it is of the position, which counts as error.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -35,8 +35,8 @@ class Response(NamedTuple):
     """Frequencies (lines,) of a log and of the model, and what follows."""
 
     frequency: Floats  # [Hz]
-    log: Floats  # complex, from command to position
-    model: Floats  # complex
+    log: Any  # complex, from command to position
+    model: Any  # complex
     coherence: Floats
     error: Floats  # by which share the log's may be wrong
     top: float | None  # what is above was not excited [Hz]; None: nothing was
@@ -61,10 +61,11 @@ def response(found: "Found") -> Response | None:
         return None
     bends = np.diff(off, 2), np.diff(place, 2), np.asarray(command)[part][1:-1]
 
-    def density(one: Floats, other: Floats) -> Floats:
-        return np.asarray(csd(one, other, 1.0 / every, nperseg=length, detrend="linear")[1][2:])
+    def density(one: Floats, other: Floats) -> Any:
+        bent: Any = "linear"  # which the types of SciPy do not know
+        return csd(one, other, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
 
-    frequency = np.fft.rfftfreq(length, every)[2:]
+    frequency = np.arange(2.0, length // 2 + 1) / (length * every)
     missing, own, power = (density(bends[2], x) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
     w = 2.0 * np.pi * (found.bandwidth or 0.0) * every
@@ -100,7 +101,7 @@ def _coloured(off: Floats) -> int:
 
 
 def _mode(
-    frequency: Floats, ratio: Floats, error: Floats, counts: Floats, highest: float
+    frequency: Floats, ratio: Any, error: Floats, counts: Floats, highest: float
 ) -> float | None:
     """Of the log's response over that of the model; one rigid body and one mode are left of it.
 
@@ -110,7 +111,7 @@ def _mode(
     if counts.sum() < 8:
         return None
 
-    def left(*columns: Floats) -> tuple[float, Floats]:
+    def left(*columns: Any) -> tuple[float, Floats]:
         each = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
         *rows, wanted = (np.append(x.real, x.imag) for x in each)
         found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]

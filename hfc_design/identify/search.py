@@ -7,7 +7,17 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, within
 from hfc_design.identify.certainty import covariance_of
-from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled, weighed
+from hfc_design.identify.fit import (
+    CLOSE,
+    NOTHING,
+    Fit,
+    Problem,
+    fitted,
+    offs,
+    searched,
+    settled,
+    weighed,
+)
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -123,7 +133,7 @@ def held(found: Found, numbers: Floats, keep: Mask) -> Found:
     Those of ``LATE`` move if they do in ``found``.
     """
     moves = np.append(keep.astype(float), found.problem.held[-2:])
-    problem, numbers = settled(found.problem._replace(held=moves), numbers)
+    problem, numbers = settled(found.problem._replace(held=moves), numbers, CLOSE)
     return Found(fitted(problem, numbers, found.fit.agreeing), problem, found.bandwidth)
 
 

@@ -100,7 +100,8 @@ def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column
         found.append(f'--column "{name}={_said(name, column, drive)}"')
     each = f"{'s are' if missing[1:] else ' is'} the {' and the '.join(missing)}"
     other = ", or --sample-time" if "time" in missing else ""
-    return f"which column{each}? say {' '.join(found)}{other}; {there(log)}"
+    rest = "" if "COLUMN" not in " ".join(found) and not log.texts else f"; {there(log)}"
+    return f"which column{each}? say {' '.join(found)}{other}{rest}"
 
 
 def _said(name: str, column: str | None, drive: Drive) -> str:
