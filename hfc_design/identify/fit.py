@@ -21,7 +21,7 @@ AWAY = 5.0
 #: Replays of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
 #: next one has to make the squares less, or it is the last; ``CLOSE`` to an end that is known.
 FEW, MANY = 15, 60
-LOOSE, CLOSE, TIGHT = 1e-3, 1e-5, 1e-6
+LOOSE, CLOSE, TIGHT = 1e-3, 1e-5, 1e-8
 #: How much it is damped in the beginning, and at most; and as which share of the one with the
 #: largest slope at least, or what is hardly seen would run away.
 DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3

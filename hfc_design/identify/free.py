@@ -79,9 +79,10 @@ class Free:
 
     def rest(self) -> str:
         """What is not looked for and taken as it is, in a line; "" if there is nothing."""
-        left = {k: x for k, x in self.starts.items() if k not in (*self.names, *self.drive.exact)}
-        if not left.get(LOAD):
-            left.pop(LOAD, None)
+        nominal = {LOAD: 0.0} | self.drive.parameters()._asdict()
+        usual = {LOAD, *self.drive.exact}  # not worth a word where they are as they always are
+        left = {k: x for k, x in self.starts.items() if k not in self.names}
+        left = {k: x for k, x in left.items() if k not in usual or x != nominal[k]}
         known = "; set plant.parameters.NAME if you know better"
         return f"not looked for: {self._listed(left)}{known}" if left else ""
 

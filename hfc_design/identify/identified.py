@@ -36,9 +36,6 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
         if each.command is None and (task.design is None or each.reference is None):
             why = "has no command; with the reference and --controller DESIGN its loop is replayed"
             raise UserError(f"{log}: {why}")
-    tell(wanted.wanted())
-    for line in filter(None, [wanted.rest()]):
-        tell(line)
     own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
         found = _found(task, wanted, name, told, tell)
@@ -68,6 +65,9 @@ def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> 
     if told.command is not None:
         with about(name):
             tried = bandwidths(told, task.bandwidth)
+    for line in filter(None, [wanted.wanted(), wanted.rest()]):
+        tell(line)
+    if told.command is not None:
         substeps = task.scenario.simulation.substeps
         return by_command(wanted, told, substeps, tried, task.seed, tell)
     assert task.design is not None

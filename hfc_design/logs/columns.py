@@ -91,29 +91,29 @@ def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column
     free = [x for x in log.columns if x not in used]
     found = []
     for name in (*missing, *({"reference"} - {*known})):
-        words = HINTS.get(name, (*HINTS[""], *name.split("_")))
+        words = HINTS.get(name, (name, *name.split("_"), *HINTS[""]))
         hinted = (x for word in words for x in free if word in x.casefold())
-        named = (
-            x for x in hinted if name or not any(w in x.casefold() for w in HINTS["reference"])
-        )
-        column = next(named, None)
-        found.append(f'--column "{name}={_said(name, column, drive)}"')
-    each = f"{'s are' if missing[1:] else ' is'} the {' and the '.join(missing)}"
+        others = () if name in HINTS else HINTS["reference"]
+        column = next((x for x in hinted if not any(w in x.casefold() for w in others)), None)
+        if column or name in missing:
+            one = "NAME" if missing[1:] else name
+            told = f"{name}={_said(name, column, drive)}" if column else f"{one}=COLUMN [UNIT]"
+            found.append(f'--column "{told}"')
+    several = f"s are the {', '.join(missing[:-1])} and {missing[-1]}"
+    each = several if missing[1:] else f" is the {missing[0]}"
     other = ", or --sample-time" if "time" in missing else ""
     rest = "" if "COLUMN" not in " ".join(found) and not log.texts else f"; {there(log)}"
-    return f"which column{each}? say {' '.join(found)}{other}{rest}"
+    return f"which column{each}? say {' '.join(dict.fromkeys(found))}{other}{rest}"
 
 
-def _said(name: str, column: str | None, drive: Drive) -> str:
+def _said(name: str, column: str, drive: Drive) -> str:
     """A column as an option says it: with a unit where its own name does not tell one."""
-    if column is None:
-        return "COLUMN [UNIT]"
     unit, told = units_of(drive)[name], TOLD.fullmatch(column)
     if told and _ending(told["unit"], unit, millimetres_of(drive)):
         return column
-    highest = drive.largest_commands(drive.parameters())[1]
-    if told and told["unit"] == "%" and name == "command" and highest < inf:
-        return f"{column} [{highest / 100:g} {unit}]"
+    if told and told["unit"] == "%" and name == "command":
+        highest = drive.largest_commands(drive.parameters())[1]
+        return f"{column} [{highest / 100:g} {unit}]" if highest < inf else f"{column} [UNIT]"
     return f"{column} [UNIT]"
 
 
