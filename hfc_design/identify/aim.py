@@ -14,7 +14,6 @@ import tomli_w
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.robust import unknown_parameter
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
@@ -66,13 +65,15 @@ def finer(found: "Identified") -> str | None:
 
 
 def delay(found: "Identified") -> tuple[float, float] | None:
-    """What ``limits`` have: the delay [samples], and the lag [s]; None: the log tells neither.
+    """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
 
-    A command that acts earlier than its samples say is none.
+    A command that acts earlier than its samples say has none.
     """
     fit, (low, high) = found.found.fit, found.known.late
-    if low <= 0.0 or low == high:
+    if low == high:
         return None
+    if low <= 0.0:
+        return 0.0, 0.0
     lag = min(fit.lag, fit.late)
     return float(f"{fit.late - lag:.{FEW}g}"), float(f"{lag * found.told.sample_time:.{FEW}g}")
 
@@ -82,20 +83,29 @@ def _around(found: "Identified", data: Json) -> None:
     axis = found.scenario.plant.each()[found.axis].name
     several = len(found.scenario.plant.machine.axes) > 1
     load = found.scenario.load.of(axis)
-    value = dict(zip(found.free.names, found.known.value, strict=True)).get(LOAD, load.constant)
-    more = float(value) - load.constant
-    if more or (found.task.made and load.constant):
+    value = _load(found)
+    if value != load.constant or (found.task.made and value):
         own = load.model_dump(mode="json", exclude_defaults=True)
-        own["constant"] = float(f"{value:.{DIGITS}g}")
+        own["constant"] = value
         told = {**data.get("load", {})}
         data["load"] = {**told, "axes": {**told.get("axes", {}), axis: own}} if several else own
-    limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE and x}
-    if late := delay(found):
-        limits |= {k: x for k, x in zip(LATE, late, strict=True) if k not in found.task.known}
-    if limits:
-        own = data.setdefault("limits", {})
-        part = own.setdefault("axes", {}).setdefault(axis, {}) if several else own
-        part |= {k: x for k, x in limits.items() if x}
+    limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE}
+    late = dict(zip(LATE, delay(found) or (), strict=False))
+    now = limits | {k: x for k, x in late.items() if k not in found.task.known}
+    if changes := {k: x for k, x in now.items() if x != limits[k] or (found.task.made and x)}:
+        part = data.setdefault("limits", {})
+        part = part.setdefault("axes", {}).setdefault(axis, {}) if several else part
+        part.update(changes)
+
+
+def _load(found: "Identified") -> float:
+    """What is always there; 0 where the log does not tell it from 0."""
+    axis = found.scenario.plant.each()[found.axis].name
+    if LOAD not in found.free.names:
+        return found.scenario.load.of(axis).constant
+    k = found.free.names.index(LOAD)
+    none = found.known.low[k] <= 0.0 <= found.known.high[k]
+    return 0.0 if none else float(f"{found.known.value[k]:.{DIGITS}g}")
 
 
 def scenario_text(found: "Identified") -> str:
@@ -108,13 +118,14 @@ def scenario_text(found: "Identified") -> str:
     data = _made(found) if made else _own(found)
     data["plant"] = plant(found)
     _around(found, data)
-    if "stress" in Scenario.model_fields and (own := found.response):
-        modes = {"far_modes_hz": [own.mode]} if own.mode else {}
-        above = {"unknown_above_hz": own.unknown_above}
+    if "stress" in Scenario.model_fields and (seen := found.response):
+        modes = {"far_modes_hz": [seen.mode]} if seen.mode else {}
+        above = {"unknown_above_hz": seen.unknown_above}
         data["stress"] = {**(data.get("stress") or {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
-    settings = found.scenario.plant
-    within = {k: x for k, x in tolerances(found).items() if not unknown_parameter(settings, [k])}
+    # Of load, delay and lag what stress tries is wider than what a log leaves open.
+    own = found.free.start._fields
+    within = {name: x for name, x in tolerances(found).items() if name in own}
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
     told = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
     data = {**told, **data}

@@ -19,9 +19,9 @@ STARTS, REFINED = 100, 10
 #: Where they are drawn: up to so many times the value or its inverse.
 AWAY = 5.0
 #: Replays of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
-#: next one has to make the squares less, or it is the last; ``CLOSE`` to an end that is known.
-FEW, MANY = 15, 60
-LOOSE, CLOSE, TIGHT = 1e-3, 1e-5, 1e-8
+#: next one has to make the squares less, or it is the last.
+FEW, MANY = 15, 100
+LOOSE, TIGHT = 1e-3, 1e-8
 #: How much it is damped in the beginning, and at most; and as which share of the one with the
 #: largest slope at least, or what is hardly seen would run away.
 DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
@@ -82,7 +82,8 @@ class Problem(NamedTuple):
 
         ``certain`` is 1 / ``VAGUE`` where the scale is that of the residual, and else 0.
         """
-        own = float(np.sum(np.square(off / self.scale)))
+        with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
+            own = float(np.sum(np.square(off / self.scale)))
         begun = np.where(self.held > 0.0, np.asarray(self.free.begun), numbers)
         return own + float(np.sum(np.square(certain * (numbers - begun))))
 
@@ -155,7 +156,7 @@ def refined(
             damping, growth = damping * growth, 2.0 * growth
             continue
         numbers, off, jacobian, least = trial, there, changed, least - gained
-        damping, growth = damping * max(1 / 3, 1.0 - (2.0 * gained / expected - 1.0) ** 3), 2.0
+        damping, growth = damping * max(0.1, 1.0 - (2.0 * gained / expected - 1.0) ** 3), 2.0
         normal = np.zeros((0, 0))
         if gained <= enough * least:
             break
@@ -210,7 +211,7 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     return ended[int(found.argmin())][0], int(agree.sum())
 
 
-def settled(problem: Problem, numbers: Floats, enough: float = TIGHT) -> tuple[Problem, Floats]:
+def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
     """The problem with each output in the scale of its residual, and the numbers it ends at."""
     scale = np.asarray(problem.scale)
     for k in range(ROUNDS):
@@ -219,7 +220,7 @@ def settled(problem: Problem, numbers: Floats, enough: float = TIGHT) -> tuple[P
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, enough, MANY, 1.0 / VAGUE)
+        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY, 1.0 / VAGUE)
     return problem._replace(scale=scale), numbers
 
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from hfc_design.core.numbers import Mask
 from hfc_design.identify.certainty import TOLD, Certainty, certainty
-from hfc_design.identify.fit import CLOSE, FEW, VAGUE, fitted, refined, side_by_side
+from hfc_design.identify.fit import FEW, TIGHT, VAGUE, fitted, refined, side_by_side
 from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.replay import Replay
 from hfc_design.identify.search import Found
 
-#: What is told of an interval that became wider by this share.
-WIDER = 0.5
+#: What is told of an interval that became wider by this share, and is this wide a share.
+WIDER, SEEN = 0.5, 1e-4
 
 
 def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Certainty, str]:
@@ -35,7 +35,7 @@ def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Cer
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
         own = found.problem._replace(residual=replace(replay, rows=rows), held=held)
-        numbers, _ = refined(own, found.fit.numbers, CLOSE, FEW, 1.0 / VAGUE)
+        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW, 1.0 / VAGUE)
         return certainty(fitted(own, numbers, 0), moves)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late
@@ -45,7 +45,8 @@ def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Cer
         high[tells] = np.maximum(high, own.value)[tells]
         mid = 0.5 * (own.late[0] + own.late[1])
         late = min(late[0], mid), max(late[1], mid)
-    grown = (high - low) > (1.0 + WIDER) * (known.high - known.low)
+    least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
+    grown = (high - low) > (1.0 + WIDER) * least
     names = ", ".join(np.array(found.fit.free.names)[grown & moves])
     told = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
     return known._replace(low=low, high=high, late=late), told if names else ""

@@ -13,6 +13,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
+from hfc_design.identify.fit import NOTHING
 from hfc_design.identify.replay import DAMPED, Replay
 
 if TYPE_CHECKING:
@@ -84,7 +85,8 @@ def response(found: "Found") -> Response | None:
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
     size = turn**2 * power.real
     curves = frequency, own / size, model / size, coherence, error
-    return Response(*curves, top, mode, _coloured(off))
+    left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
+    return Response(*curves, top, mode, _coloured(off) if left else 0)
 
 
 def _longest(usable: Floats) -> slice:

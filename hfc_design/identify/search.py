@@ -8,7 +8,6 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Mask, within
 from hfc_design.identify.certainty import covariance_of
 from hfc_design.identify.fit import (
-    CLOSE,
     NOTHING,
     Fit,
     Problem,
@@ -133,7 +132,7 @@ def held(found: Found, numbers: Floats, keep: Mask) -> Found:
     Those of ``LATE`` move if they do in ``found``.
     """
     moves = np.append(keep.astype(float), found.problem.held[-2:])
-    problem, numbers = settled(found.problem._replace(held=moves), numbers, CLOSE)
+    problem, numbers = settled(found.problem._replace(held=moves), numbers)
     return Found(fitted(problem, numbers, found.fit.agreeing), problem, found.bandwidth)
 
 

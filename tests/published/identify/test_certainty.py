@@ -63,7 +63,8 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
         place = -np.asarray(replay(wanted, blank, 0.0, 1)(wanted.start, 0.0))[:, 0]
         place += np.random.default_rng(2).normal(0.0, 1e-3, steps)
         residual = replay(wanted, recorded(place, command), 20.0, 1)
-        problem = Problem(wanted, residual, np.array([1e-3]), np.append(np.ones(len(names) + 1), 0.0))
+        held = np.append(np.ones(len(names) + 1), 0.0)
+        problem = Problem(wanted, residual, np.array([1e-3]), held)
         known = certainty(fitted(problem, wanted.begun, 1))
     assert not any(known.told)
     assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)

@@ -32,7 +32,8 @@ def test_what_is_not_told_is_seen_beside_what_is_told_very_well():
     fit = fit_of(1e11 * wave @ np.ones((1, 2)), ("mass", "viscous_friction"))
     expected = VAGUE / np.sqrt(2.0)
     covariance, inflated = covariance_of(fit)
-    assert np.sqrt(np.diag(covariance)) == pytest.approx([expected, expected, VAGUE, VAGUE], rel=1e-6)
+    errors = [expected, expected, VAGUE, VAGUE]
+    assert np.sqrt(np.diag(covariance)) == pytest.approx(errors, rel=1e-6)
     assert inflated == pytest.approx(1.0, rel=1e-6)
     assert errors_of(root_of(fit.jacobian, fit.scale))[:2] == pytest.approx(expected, rel=1e-6)
     known = certainty(fit)
