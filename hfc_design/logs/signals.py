@@ -19,7 +19,7 @@ from hfc_design.logs.columns import (
 )
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
-from hfc_design.logs.steps import spikes, step_of
+from hfc_design.logs.steps import righted, step_of
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -100,7 +100,8 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
-    size, change = np.std(values[position]), np.std(np.diff(values[position]))
+    place, _ = righted(values[position])
+    size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
             f"the {position} only trembles by {size:.2g} {drive.units['error']} (rms), from sample "
@@ -121,17 +122,16 @@ def _signals(found: Even, drive: Drive) -> Signals:
     """With what of it is at an end of its scale marked."""
     notes, usable = [*found.notes], found.usable.copy()
     position = found.values[drive.seen[0]]
-    if (wrong := spikes(position)).any():
+    right, wrong = righted(position)
+    if wrong.any():
         k, unit = int(np.flatnonzero(wrong)[0]), drive.units["error"]
         off = position[k] - 0.5 * (position[k - 1] + position[k + 1])
-        right = np.flatnonzero(~wrong)
-        position = np.interp(np.arange(len(wrong)), right, position[right])
-        found.values[drive.seen[0]], usable = position, usable & ~wrong
+        found.values[drive.seen[0]], usable = right, usable & ~wrong
         notes.append(
             f"{wrong.sum()} wrong samples of {drive.seen[0]} are left out: the one at "
             f"{k * found.sample_time:.4g} s is {off:.3g} {unit} off those before and after it"
         )
-    clipped = at_an_end(position)
+    clipped = at_an_end(right)
     if clipped.any():
         usable &= ~clipped
         notes.append(
