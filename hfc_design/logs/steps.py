@@ -7,7 +7,7 @@ from hfc_design.core.numbers import SAME, Floats, Mask
 #: A step is told by so many of the least changes; noise by what is this much of a step at least.
 LOOKED_AT, SEEN = 50, 0.1
 #: A sample is wrong that is off by so many times what all but this share bend.
-WRONG, USUAL = 20.0, 0.99
+WRONG, USUAL = 20.0, 0.97
 #: Noise is looked for in this share of the samples, the slowest: where an axis is fast, stamps that
 #: tremble look like noise of its position.
 SLOW = 0.2
