@@ -45,8 +45,12 @@ def kept(found: Found, known: Certainty) -> Kept:
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
+    tried = set[tuple[bytes, bool]]()
     for limit, back in TRIED:
         free = _one_of_each(found, ~bound & ~nowhere, limit)
+        if (own := (free.tobytes(), back)) in tried:
+            continue
+        tried.add(own)
         again, sure = _again(found, free, bound, back)
         untold = int((free & ~np.array(sure.told)).sum()) if back else 0
         if fits := _same(found, again, known, untold):
