@@ -48,7 +48,7 @@ def identified(recorded: Recording, near: bool) -> Kept:
     """What ``hfc identify --plant c-axis`` finds in a log; ``near``: from the nominal one alone."""
     tried = bandwidths(recorded, None)
     found = by_command(free(C_AXIS, {}), recorded, 1, tried, 0, lambda line: None, near)
-    return kept(found, certainty(found.fit), delayed=True)
+    return kept(found, certainty(found.fit))
 
 
 def repeat(base: Scenario, machine: CAxisParameters, k: int, near: bool) -> list[Row]:

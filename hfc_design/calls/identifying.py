@@ -40,9 +40,11 @@ def identify(
         log: CSV with a header, a log of LinuxCNC, .mat up to version 7, .npy or .npz.
         plant: its machine by name; not needed with a scenario or a controller.
         scenario: plant, values to start from, sensors, limits; that of the controller if left out.
-        changes: of the scenario, by dotted keys.
+        changes: of the scenario, by dotted keys; what they set of the machine, its constant load,
+            delay and lag is known, and not looked for.
         axis: which one, of a machine of several.
-        free: parameters to look for; all but exact ones and those that are 0 if left out.
+        free: parameters to look for, "mass=50" from there; if left out all but exact ones, those
+            that are 0 and those in ``changes``, and the load where no parameter is one.
         controller: the one in the loop that recorded the log: its loop is replayed too.
         bandwidth: of the observer [Hz]; 0 replays in open loop; the best of 50, 20 and 5 Hz if
             left out.

@@ -14,6 +14,7 @@ from hfc_design.cli.options import PATH, as_json, force, free, setting, with_plu
 
 COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
 CHECK_COLUMN_HELP = "The same where --check-log differs."
+FREE_HELP = "Parameters to look for, as a,b=START [default: all but exact ones, 0 and --set]."
 LOOP_HELP = "The controller in the loop that recorded LOG: its loop is replayed too."
 SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --controller]."
 
@@ -24,7 +25,7 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
 @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--axis", help="Which one, of a machine of several.")
-@click.option("--free", "names", help="Parameters to look for [default: all but exact ones and 0].")
+@click.option("--free", "names", help=FREE_HELP)
 @named("--controller", kind=DESIGN, help=LOOP_HELP)
 @click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
 @click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
@@ -58,7 +59,7 @@ def identify(
     LOG is a CSV file with a header, what LinuxCNC's halscope or halsampler write, a .mat of MATLAB
     up to version 7, .npy or .npz. It needs the position and the command, or, with --controller, the
     position and the reference. The plant is simulated under the recorded command from a hundred
-    starts, which takes half a minute to some minutes; the folder gets report.html, identified.json,
+    starts, which takes some seconds to a minute; the folder gets report.html, identified.json,
     and scenario.toml, which hfc design takes.
     """
     from hfc_design.cli import identified_tables

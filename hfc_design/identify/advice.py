@@ -4,18 +4,15 @@ Commands of a few shapes, each simulated on the machine as it is known by now; w
 is its Fisher information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Scalar, digits, within
+from hfc_design.core.numbers import Floats, digits, within
 from hfc_design.identify.certainty import Certainty, errors_of, root_of
-from hfc_design.identify.fit import Fit
-from hfc_design.identify.free import Free
+from hfc_design.identify.fit import offs, side_by_side, slopes
 from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import Replay, replay
+from hfc_design.identify.replay import replay
 from hfc_design.identify.search import Found
 
 #: How long each is [s], in at most so many samples.
@@ -54,17 +51,16 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
         return None
     time = every * np.arange(steps)
     commands = np.array([a * np.sin(2.0 * np.pi * f * time) for a, f in pairs])
-    bandwidth = found.bandwidth or 0.0
-    with jax.enable_x64(True):
-        places, slopes = _simulated(free, fit, told, commands, bandwidth, substeps)
+    each = side_by_side(lambda own: _simulated(found, told, own, substeps), commands)
+    places, told_by = (np.stack(parts) for parts in zip(*each, strict=True))
     going = np.ptp(places, axis=1), np.abs(np.diff(places, axis=1)).max(axis=1) / every
     far = np.ptp(told.place), np.abs(np.diff(told.place)).max() / every
     allowed = (going[0] <= FURTHER * far[0]) & (going[1] <= FURTHER * far[1])
     shares = free.shares(fit.numbers)
     before, after = root_of(fit.jacobian, fit.scale), []
-    for own in slopes:
+    for own in told_by:
         error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
-        after.append((error * np.sqrt(known.inflated))[:-1] * shares)
+        after.append((error * np.sqrt(known.inflated))[:-2] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
     if not wanted.size and known.error.max() < ENOUGH:
         return None
@@ -86,41 +82,19 @@ def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float
 
 
 def _simulated(
-    free: Free, fit: Fit, told: Recording, commands: Floats, bandwidth: float, substeps: int
+    found: Found, told: Recording, command: Floats, substeps: int
 ) -> tuple[Floats, Floats]:
-    """(commands, steps) where the axis would be, and (commands, steps, outputs, numbers) slopes."""
-    still = np.zeros(commands.shape[1])
-    nothing = dict.fromkeys(told.outputs, still)
-    blank = told._replace(
-        outputs=nothing, command=still, load=still, added=still, usable=still + 1.0, rate=0.0
-    )
-    outputs = _shown(free, replay(free, blank, 0.0, substeps), commands, fit.numbers)
-    observed = replay(free, blank, bandwidth, substeps)
-    slopes = _slopes(free, observed, commands, outputs, fit.numbers)
-    return np.asarray(outputs)[:, :, 0], np.asarray(slopes)
+    """(steps,) where the axis would be, and slopes (steps, outputs, numbers) of its log.
 
-
-@jax.jit
-def _shown(free: Free, blank: Replay, commands: Scalar, numbers: Scalar) -> Scalar:
-    """(commands, steps, outputs) of machines that nobody holds."""
-
-    def one(command: Scalar) -> Scalar:
-        own = replace(blank, rows=blank.rows._replace(command=command))
-        return -own(free.parameters(numbers), 0.0)
-
-    return jax.vmap(one)(commands)
-
-
-@jax.jit
-def _slopes(
-    free: Free, blank: Replay, commands: Scalar, outputs: Scalar, numbers: Scalar
-) -> Scalar:
-    """(commands, steps, outputs, numbers)."""
-
-    def one(command: Scalar, outputs: Scalar) -> Scalar:
-        place = outputs[:, 0]
-        rows = blank.rows._replace(command=command, outputs=outputs, place=place)
-        own = replace(blank, rows=rows, begun=(place[0], 0.0))
-        return jax.jacfwd(lambda x: own(free.parameters(x), x[-1]))(numbers)
-
-    return jax.vmap(one)(commands, outputs)
+    A log at least as long is one, of which the end does not count: one program does for both.
+    """
+    fit, steps = found.fit, len(command)
+    still = np.zeros(max(steps, len(told.load)))
+    counts, command = np.append(np.ones(steps), still[steps:]), np.append(command, still[steps:])
+    blank = told._replace(outputs=dict.fromkeys(told.outputs, still), command=command, rate=0.0)
+    blank = blank._replace(load=still, added=still, usable=counts)
+    alone = found.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
+    shown = -offs(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
+    seen = blank._replace(outputs=dict(zip(told.outputs, shown.T, strict=True)))
+    own = alone._replace(residual=replay(fit.free, seen, found.bandwidth or 0.0, substeps))
+    return shown[:steps, 0], slopes(own, fit.numbers)[1][:steps]

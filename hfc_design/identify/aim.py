@@ -14,6 +14,8 @@ import tomli_w
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.steps import noise_of
 
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not looked for, unless the scenario says it.
 OTHERS = 0.1
-#: Digits of a parameter in a file.
-DIGITS = 6
+#: Digits of a parameter in a file, and of what stands around it.
+DIGITS, FEW = 6, 4
 
 
 def tolerances(found: "Identified") -> dict[str, float]:
@@ -44,12 +46,66 @@ def plant(found: "Identified") -> Json:
     """The machine as it was identified."""
     data: Json = found.scenario.plant.model_dump(mode="json", exclude_unset=True)
     each = zip(found.free.names, found.known.value, strict=True)
-    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each}
+    own = found.free.start._fields
+    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each if name in own}
+    if found.task.made and found.told.step and (name := finer(found)):
+        value[name] = found.told.step
     if len(axes := found.scenario.plant.machine.axes) == 1:
         return {**data, "parameters": {**data.get("parameters", {}), **value}}
     name = axes[found.axis]
     every = data.get("axes", {})
     return {**data, "axes": {**every, name: {**every.get(name, {}), **value}}}
+
+
+def finer(found: "Identified") -> str | None:
+    """The parameter that is the step of the scale, where the log shows another one."""
+    axis, seen = found.scenario.plant.each()[found.axis], found.free.drive.seen[0]
+    name = axis.drive.resolutions.get(seen)
+    return None if name in found.task.known or not axis.resolution else name
+
+
+def delay(found: "Identified") -> tuple[float, float] | None:
+    """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
+
+    A command that acts earlier than its samples say has none.
+    """
+    fit, (low, high) = found.found.fit, found.known.late
+    if low == high:
+        return None
+    if low <= 0.0:
+        return 0.0, 0.0
+    lag = min(fit.lag, fit.late)
+    return float(f"{fit.late - lag:.{FEW}g}"), float(f"{lag * found.told.sample_time:.{FEW}g}")
+
+
+def _around(found: "Identified", data: Json) -> None:
+    """Into ``data`` what stands around the drive: delay, lag and load that were found or known."""
+    axis = found.scenario.plant.each()[found.axis].name
+    several = len(found.scenario.plant.machine.axes) > 1
+    load = found.scenario.load.of(axis)
+    value = _load(found)
+    if value != load.constant or (found.task.made and value):
+        own = load.model_dump(mode="json", exclude_defaults=True)
+        own["constant"] = value
+        told = {**data.get("load", {})}
+        data["load"] = {**told, "axes": {**told.get("axes", {}), axis: own}} if several else own
+    limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE}
+    late = dict(zip(LATE, delay(found) or (), strict=False))
+    now = limits | {k: x for k, x in late.items() if k not in found.task.known}
+    if changes := {k: x for k, x in now.items() if x != limits[k] or (found.task.made and x)}:
+        part = data.setdefault("limits", {})
+        part = part.setdefault("axes", {}).setdefault(axis, {}) if several else part
+        part.update(changes)
+
+
+def _load(found: "Identified") -> float:
+    """What is always there; 0 where the log does not tell it from 0."""
+    axis = found.scenario.plant.each()[found.axis].name
+    if LOAD not in found.free.names:
+        return found.scenario.load.of(axis).constant
+    k = found.free.names.index(LOAD)
+    none = found.known.low[k] <= 0.0 <= found.known.high[k]
+    return 0.0 if none else float(f"{found.known.value[k]:.{DIGITS}g}")
 
 
 def scenario_text(found: "Identified") -> str:
@@ -61,8 +117,16 @@ def scenario_text(found: "Identified") -> str:
     made = found.task.made
     data = _made(found) if made else _own(found)
     data["plant"] = plant(found)
+    _around(found, data)
+    if "stress" in Scenario.model_fields and (seen := found.response):
+        modes = {"far_modes_hz": [seen.mode]} if seen.mode else {}
+        above = {"unknown_above_hz": seen.unknown_above}
+        data["stress"] = {**(data.get("stress") or {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
-    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **tolerances(found)}}
+    # Of load, delay and lag what stress tries is wider than what a log leaves open.
+    own = found.free.start._fields
+    within = {name: x for name, x in tolerances(found).items() if name in own}
+    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
     told = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
     data = {**told, **data}
     notes = []
@@ -93,6 +157,7 @@ def _made(found: "Identified") -> Json:
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
     error = _recorded_error(told) or 1e-3 * distance
+    step = told.step or axis.resolution or 0.0  # nobody sees what is less
     data: Json = {
         "plant": {"name": scenario.plant.name},
         "simulation": {
@@ -106,8 +171,8 @@ def _made(found: "Identified") -> Json:
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
-                "rms_error": float(f"{0.1 * error:.2g}"),
-                "settled_rms_error": float(f"{0.02 * error:.2g}"),
+                "rms_error": max(float(f"{0.1 * error:.2g}"), step),
+                "settled_rms_error": max(float(f"{0.02 * error:.2g}"), step),
                 "chatter": {"tolerance": float(f"{0.02 * limit:.2g}"), "weight": 0.3},
             },
         },

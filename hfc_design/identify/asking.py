@@ -15,7 +15,7 @@ from hfc_design.identify.identified import identify
 from hfc_design.identify.result import Identified
 from hfc_design.identify.search import Tell
 from hfc_design.identify.sources import Source, recordings, sources
-from hfc_design.identify.task import Task, looked_for
+from hfc_design.identify.task import Task, known, looked_for
 
 
 class Question(NamedTuple):
@@ -46,8 +46,10 @@ def asked(
         UserError: there is no such machine, axis or parameter, or a column is none of its signals.
     """
     where, design, made = _machine(plant, scenario, changes, axis, controller)
-    number = where.plant.machine.axes.index(axis) if axis else 0
-    task = Task(where, number, design, free, bandwidth, seed, made)
+    axes = where.plant.machine.axes
+    number = axes.index(axis) if axis else 0
+    own = known(changes, axes[number])
+    task = Task(where, number, design, free, bandwidth, seed, made, own)
     looked_for(task)
     drive = where.machine.drives[number]
     return Question(task, sources(log, drive, columns, check_columns, check_log))

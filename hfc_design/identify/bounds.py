@@ -9,7 +9,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Mask, digits
 from hfc_design.identify.certainty import Certainty
 from hfc_design.identify.fit import VAGUE, Fit
-from hfc_design.identify.free import Free
+from hfc_design.identify.free import LOAD, Free
 from hfc_design.identify.search import Found, held
 
 #: The way to a bound is halved so often, and the others fitted again each time.
@@ -18,7 +18,7 @@ HALVED = 8
 GONE = -60.0
 
 
-def bounded(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]:
+def bounded(found: Found, known: Certainty) -> tuple[Found, Mask]:
     """A fit that is a machine, and (names,) which parameter is at a bound for that.
 
     That is the one that is known least of those that can be blamed. A fit stays impossible if no
@@ -32,7 +32,7 @@ def bounded(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]
     for _ in range(HALVED):
         numbers = found.fit.numbers.copy()
         numbers[k] = 0.5 * (inside + outside)
-        again = held(found, numbers, np.arange(len(bound)) != k, delayed)
+        again = held(found, numbers, np.arange(len(bound)) != k)
         if fault(again.fit.free, again.fit.numbers) is None:
             inside, best = float(numbers[k]), again
         else:
@@ -41,17 +41,17 @@ def bounded(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]
     return best or found, bound
 
 
-def vanished(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]:
+def vanished(found: Found, known: Certainty) -> tuple[Found, Mask]:
     """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
 
     So near that the logarithm tells no more: it would run away for ever.
     """
     free, numbers = found.fit.free, found.fit.numbers.copy()
-    near = (free.positive > 0) & (numbers[:-1] < -VAGUE) & ~np.array(known.told)
-    may = [fault(free, numbers, **{name: 0.0}) is None for name in free.names]
+    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~np.array(known.told)
+    may = [name != LOAD and not fault(free, numbers, **{name: 0.0}) for name in free.names]
     if (zero := near & np.array(may)).any():
-        numbers[:-1][zero] = GONE
-        found = held(found, numbers, ~zero, delayed)
+        numbers[:-2][zero] = GONE
+        found = held(found, numbers, ~zero)
     return found, zero
 
 
@@ -59,7 +59,8 @@ def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
     """Why no machine has these parameters; None: one may."""
     told = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
     whole = {name: float(x) for name, x in free.start._asdict().items()}
-    return free.drive.fault(whole | told | changes)
+    every = whole | told | changes
+    return free.drive.fault({name: every[name] for name in whole})
 
 
 def _blamed(fit: Fit, error: Floats) -> int | None:

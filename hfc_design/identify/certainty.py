@@ -44,8 +44,8 @@ class Certainty(NamedTuple):
     told: tuple[bool, ...]  # whether the log tells it
     untold: tuple[Combination, ...]  # combinations that it does not tell, the worst first
     late: tuple[float, float]  # ends of the interval of the delay [samples]
-    covariance: Floats  # (names + 1, names + 1) of the numbers
-    inflated: Floats  # (names + 1,) variance of each number over that under white noise
+    covariance: Floats  # (names + 2, names + 2) of the numbers
+    inflated: Floats  # (names + 2,) variance of each number over that under white noise
 
 
 def both(one: Certainty, other: Certainty) -> Certainty:
@@ -65,26 +65,26 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     ``free`` (names,) are those that are not taken for known; None: all of them.
     """
     free = np.ones(len(fit.free.names), bool) if free is None else free
-    fit = fit._replace(jacobian=fit.jacobian * np.append(free, True))
+    fit = fit._replace(jacobian=fit.jacobian * np.append(free, [True, True]))
     covariance, inflated = covariance_of(fit)
-    covariance = covariance * np.outer(np.append(free, True), np.append(free, True))
+    covariance = covariance * np.outer(*2 * [np.append(free, [True, True])])
     error = np.sqrt(np.diag(covariance))
     far = norm.ppf(0.5 + 0.5 * CONFIDENCE)
     low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
     value = fit.free.values(fit.numbers)
-    relative = error[:-1] * fit.free.shares(fit.numbers)
+    relative = error[:-2] * fit.free.shares(fit.numbers)
     told = tuple(
         bool(share < TOLD) and sure for share, sure in zip(relative, free.tolist(), strict=True)
     )
-    far_off = far * error[-1] if fit.jacobian[..., -1].any() else 0.0  # else not looked for
+    far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # else not looked for
     late = fit.late - far_off, fit.late + far_off
-    untold = _untold(fit, covariance[:-1, :-1])
+    untold = _untold(fit, covariance[:-2, :-2])
     return Certainty(value, low, high, relative, told, untold, late, covariance, inflated)
 
 
 def unseen(fit: Fit) -> Mask:
     """(names,) what the log does not tell even if all others are known."""
-    rows = _rows(fit.jacobian, fit.scale)[:, :-1]
+    rows = _rows(fit.jacobian, fit.scale)[:, :-2]
     alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
     return np.asarray(alone > TOGETHER)
 
@@ -141,7 +141,7 @@ def _correlated(residual: Floats, slopes: Floats) -> Floats:
 
 def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
     """Principal directions of the relative errors that are too long."""
-    positive, own = fit.free.positive > 0, fit.numbers[:-1]
+    positive, own = fit.free.positive > 0, fit.numbers[:-2]
     shares = fit.free.shares(fit.numbers) * np.where(positive | (own >= 0.0), 1.0, -1.0)
     lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
     found = []

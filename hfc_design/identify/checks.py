@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats
@@ -59,8 +58,7 @@ def _rms(values: Floats) -> float:
 def _off(found: Found, residual: Residual, numbers: Floats) -> Floats:
     """(steps,) of the position."""
     problem = found.problem._replace(residual=residual)
-    with jax.enable_x64(True):
-        return np.asarray(offs(problem, numbers))[:, 0]
+    return offs(problem, numbers)[:, 0]
 
 
 def how_of(found: Found) -> str:

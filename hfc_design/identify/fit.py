@@ -1,28 +1,34 @@
 """Parameters under which a machine does what was recorded: many starts, the best ones refined."""
 
-from typing import Any, NamedTuple
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
 import jax
-import jax.numpy as jnp
-import lineax as lx
 import numpy as np
-import optimistix as optx
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.identify.free import FACTOR, Free
-from hfc_design.identify.replay import Residual
+from hfc_design.identify.free import FACTOR, LOAD, Free
+from hfc_design.identify.replay import Replay, Residual
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
 #: Where they are drawn: up to so many times the value or its inverse.
 AWAY = 5.0
-#: Steps of Levenberg-Marquardt that a refined start has, and the last one.
-FEW, MANY = 15, 200
-#: Its relative and absolute tolerances in both.
-LOOSE, TIGHT = (1e-3, 1e-4), (1e-7, 1e-8)
+#: Replays of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
+#: next one has to make the squares less, or it is the last.
+FEW, MANY = 15, 100
+LOOSE, TIGHT = 1e-3, 1e-8
+#: How much it is damped in the beginning, and at most; and as which share of the one with the
+#: largest slope at least, or what is hardly seen would run away.
+DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
+#: The size of the load is looked for in so many steps.
+PUSHED = 4
 #: Refined starts that end this near the best one, relative, have found the same.
 SAME = 0.01
 #: A residual below such a share of the motion is none: of a log without noise all that is left is
@@ -34,12 +40,12 @@ VAGUE = float(np.log(FACTOR))
 
 
 class Fit(NamedTuple):
-    """What was found; numbers are those of ``free``, the last one the delay."""
+    """What was found; numbers are those of ``free``."""
 
     free: Free
-    numbers: Floats  # (names + 1,)
+    numbers: Floats  # (names + 2,)
     residual: Floats  # (steps, outputs) recorded less simulated, 0 where it does not count
-    jacobian: Floats  # (steps, outputs, names + 1) of the residual
+    jacobian: Floats  # (steps, outputs, names + 2) of the residual
     scale: Floats  # (outputs,) rms of the residual, which weighs each
     agreeing: int  # refined starts that ended with the same residual
 
@@ -51,7 +57,12 @@ class Fit(NamedTuple):
     @property
     def late(self) -> float:
         """By how many samples the command acts later than it was recorded."""
-        return float(self.numbers[-1])
+        return float(self.numbers[-2])
+
+    @property
+    def lag(self) -> float:
+        """How much of that is a first-order lag [samples]."""
+        return abs(float(self.numbers[-1]))
 
 
 class Problem(NamedTuple):
@@ -60,65 +71,122 @@ class Problem(NamedTuple):
     free: Free
     residual: Residual
     scale: Floats  # (outputs,)
-    held: Floats  # (names + 1,) 0 where a number stays as it is, else 1
+    held: Floats  # (names + 2,) 0 where a number stays as it is, else 1
 
     def off(self, numbers: Scalar) -> Scalar:
         """(steps, outputs) in units of the outputs."""
-        return self.residual(self.free.parameters(numbers), numbers[-1])
+        return self.residual(*self.free.parts(numbers))
 
-    def cost(self, numbers: Scalar) -> Scalar:
-        """Mean of the squares, each output in its own scale."""
-        return jnp.mean(jnp.square(self.off(numbers) / self.scale))
-
-    def refined(
-        self, numbers: Scalar, tolerance: tuple[float, float], steps: int, certain: float = 0.0
-    ) -> Scalar:
-        """Where Levenberg-Marquardt ends (names + 1,).
+    def squares(self, off: Floats, numbers: Floats, certain: float) -> float:
+        """Sum of the squares that a fit makes least, each output in its own scale.
 
         ``certain`` is 1 / ``VAGUE`` where the scale is that of the residual, and else 0.
         """
-        begun, held = self.free.begun, self.held
-
-        def weighed(moved: Scalar, _: Any) -> Scalar:
-            now = jnp.where(held > 0.0, moved, numbers)
-            off = self.off(now) / self.scale
-            # A fit that ran away is worse than every other and has no slope.
-            off = jnp.where(jnp.isfinite(off), off, 1e6)
-            both = jnp.concatenate([off.ravel(), certain * (now - begun)])
-            return both / jnp.sqrt(off.size)
-
-        # Many rows, few numbers, damped: the normal matrix is as good, a hundred times as fast.
-        solver: Any = optx.LevenbergMarquardt(*tolerance, linear_solver=lx.Normal(lx.Cholesky()))
-        solve: Any = optx.least_squares
-        options = {"jac": "fwd"}  # few parameters, many samples
-        return solve(weighed, solver, numbers, options=options, max_steps=steps, throw=False).value
+        with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
+            own = float(np.sum(np.square(off / self.scale)))
+        begun = np.where(self.held > 0.0, np.asarray(self.free.begun), numbers)
+        return own + float(np.sum(np.square(certain * (numbers - begun))))
 
 
 @jax.jit
-def offs(problem: Problem, numbers: Scalar) -> Scalar:
-    """``Problem.off``."""
+def _off(problem: Problem, numbers: Scalar) -> Scalar:
     return problem.off(numbers)
 
 
 @jax.jit
-def costs(problem: Problem, numbers: Scalar) -> Scalar:
-    """(starts,) ``Problem.cost`` of numbers (starts, names + 1)."""
-    return jax.vmap(problem.cost)(numbers)
+def _both(problem: Problem, numbers: Scalar) -> Scalar:
+    def twice(numbers: Scalar) -> tuple[Scalar, Scalar]:
+        off = problem.off(numbers)
+        return off, off
+
+    return jax.jacfwd(twice, has_aux=True)(numbers)
 
 
-@jax.jit
-def _slopes(problem: Problem, numbers: Scalar) -> Scalar:
-    return jax.jacfwd(problem.off)(numbers)
+def offs(problem: Problem, numbers: Floats) -> Floats:
+    """``Problem.off``."""
+    with jax.enable_x64(True):
+        return np.asarray(_off(problem, numbers))
 
 
-@jax.jit
-def _nearly(problem: Problem, numbers: Scalar) -> Scalar:
-    return jax.vmap(lambda x: problem.refined(x, LOOSE, FEW))(numbers)
+def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
+    """``Problem.off``, and its slopes (steps, outputs, names + 2) by what is not held."""
+    with jax.enable_x64(True):
+        jacobian, off = _both(problem, numbers)
+    return np.asarray(off), np.asarray(jacobian) * problem.held
 
 
-@jax.jit
-def _wholly(problem: Problem, numbers: Scalar) -> Scalar:
-    return problem.refined(numbers, TIGHT, MANY, 1.0 / VAGUE)
+One = TypeVar("One")
+Made = TypeVar("Made")
+
+
+def side_by_side(one: Callable[[One], Made], each: Iterable[One]) -> list[Made]:
+    """``one`` of each, on all cores: a replay leaves Python alone."""
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        return [*pool.map(one, each)]
+
+
+def refined(
+    problem: Problem, numbers: Floats, enough: float, steps: int, certain: float = 0.0
+) -> tuple[Floats, float]:
+    """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
+
+    It has ended when a step makes the squares less by a share of ``enough`` only, or would.
+    Damped as Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
+    """
+    free = np.flatnonzero(np.asarray(problem.held))
+    begun = np.asarray(problem.free.begun)[free]
+    (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
+    least, normal = problem.squares(off, numbers, certain), np.zeros((0, 0))
+    for _ in range(steps if np.isfinite(jacobian).all() and np.isfinite(least) else 0):
+        if not normal.size:  # here nothing was tried yet
+            rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
+            slope = rows.T @ (off / problem.scale).ravel()
+            slope += certain**2 * (numbers[free] - begun)
+            normal = rows.T @ rows + certain**2 * np.eye(len(free))
+            size = np.maximum(np.diag(normal), WEAK * np.diag(normal).max())
+        step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
+        expected = -2.0 * float(step @ slope + 0.5 * step @ normal @ step)
+        if expected <= enough * least or damping > MOST:
+            break
+        trial = numbers.copy()
+        trial[free] += step
+        there, changed = slopes(problem, trial)
+        gained = least - problem.squares(there, trial, certain)
+        if not (gained > 0.0 and np.isfinite(changed).all()):
+            damping, growth = damping * growth, 2.0 * growth
+            continue
+        numbers, off, jacobian, least = trial, there, changed, least - gained
+        damping, growth = damping * max(0.1, 1.0 - (2.0 * gained / expected - 1.0) ** 3), 2.0
+        normal = np.zeros((0, 0))
+        if gained <= enough * least:
+            break
+    return numbers, least
+
+
+def weighed(problem: Problem, command: Floats | None) -> Problem:
+    """The problem with the load in the size of what a ``command`` (steps,) moves.
+
+    What holds the mean of it is near the load: a search begins there.
+    """
+    free = problem.free
+    at = np.array([*(name == LOAD and LOAD not in free.start._fields for name in free.names), 0, 0])
+    if not at.any() or command is None or not isinstance(problem.residual, Replay):
+        return problem
+    size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
+    rows = problem.residual.rows
+    more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
+    pushed, load, own = offs(problem._replace(residual=more), free.begun) - off, size, free
+    for _ in range(PUSHED):
+        scale = np.where(at[:-2] > 0, load, free.scale)
+        begun = np.where(at > 0, float(free.load) / load, free.begun)
+        own = replace(free, scale=scale, begun=begun, near=begun + at * np.mean(command) / size)
+        there = problem._replace(free=own)
+        pulled = offs(there, begun + at) - off
+        both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
+        if not both.any():
+            return problem
+        load *= abs(float(np.median(pushed[both] / pulled[both]))) or 1.0
+    return problem._replace(free=own)
 
 
 def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
@@ -127,41 +195,45 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     The first start is that of ``free``; the others are drawn by a Sobol sequence.
     """
     starts = _starts(problem.free, seed)
-    held = np.where(problem.held > 0, starts, starts[0])
-    first = np.asarray(costs(problem, held))
-    if not np.isfinite(first).any():
+    starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
+    off = side_by_side(lambda one: offs(problem, one), starts)
+    first = np.array([problem.squares(x, one, 0.0) for x, one in zip(off, starts, strict=True)])
+    first = np.where(np.isfinite(first), first, np.inf)
+    if not np.isfinite(first.min()):
         return starts[0], 0
-    best = held[np.argsort(np.where(np.isfinite(first), first, np.inf))[:REFINED]]
-    near = problem._replace(scale=np.sqrt(np.nanmin(first)) * problem.scale)
-    ended = np.asarray(_nearly(near, best))
-    found = np.sqrt(np.asarray(costs(problem, ended)))
-    found = np.where(np.isfinite(found), found, np.inf)
-    return ended[found.argmin()], int((found <= max((1.0 + SAME) * found.min(), NOTHING)).sum())
+    best = starts[np.argsort(first, kind="stable")[:REFINED]]
+    scale = np.sqrt(first.min() / off[0].size) * np.asarray(problem.scale)
+    close = problem._replace(scale=scale)  # in which what began is not forgotten
+    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW, 1.0 / VAGUE), best)
+    squares = np.array([least for _, least in ended]) * first.min() / off[0].size
+    found = np.sqrt(squares / off[0].size)
+    agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
+    return ended[int(found.argmin())][0], int(agree.sum())
 
 
 def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
     """The problem with each output in the scale of its residual, and the numbers it ends at."""
     scale = np.asarray(problem.scale)
     for k in range(ROUNDS):
-        rms = np.sqrt(np.mean(np.asarray(offs(problem, numbers)) ** 2, axis=0))
+        rms = np.sqrt(np.mean(offs(problem, numbers) ** 2, axis=0))
         now = np.maximum(rms, 1e-9 * np.asarray(problem.scale))
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
-        scale, numbers = now, np.asarray(_wholly(problem._replace(scale=now), numbers))
+        scale = now
+        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY, 1.0 / VAGUE)
     return problem._replace(scale=scale), numbers
 
 
 def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
     """The fit at ``numbers``, with its residual and slopes."""
-    residual = np.asarray(offs(problem, numbers))
-    jacobian = np.asarray(_slopes(problem, numbers)) * problem.held
-    return Fit(problem.free, numbers, residual, jacobian, problem.scale, agreeing)
+    residual, jacobian = slopes(problem, numbers)
+    return Fit(problem.free, numbers, residual, jacobian, np.asarray(problem.scale), agreeing)
 
 
 def _starts(free: Free, seed: int) -> Floats:
-    """(starts, names + 1) within ``AWAY`` of the first one, which is the own one."""
+    """(starts, names + 2) within ``AWAY`` of the first one, which is the own one."""
     dimensions = len(free.names)
     drawn = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(128) - 1.0
     width = np.where(free.positive > 0, np.log(AWAY), AWAY)
-    others = np.hstack([width * drawn[: STARTS - 1], np.zeros((STARTS - 1, 1))])
-    return np.vstack([free.begun, free.begun + others])
+    others = np.hstack([width * drawn[: STARTS - 1], np.zeros((STARTS - 1, 2))])
+    return np.vstack([free.near, free.near + others])

@@ -10,14 +10,17 @@ from hfc_design.identify.bounds import fault
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.checks import checked, doubts, strangers
 from hfc_design.identify.fit import Fit
-from hfc_design.identify.free import Free
+from hfc_design.identify.free import LATE, Free
+from hfc_design.identify.halves import halved
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
 from hfc_design.identify.profile import profiles
 from hfc_design.identify.recording import Recording
+from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
 from hfc_design.identify.search import Found, Tell, bandwidths, by_command, by_loop
 from hfc_design.identify.task import Task, looked_for
+from hfc_design.identify.words import response_lines
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
@@ -45,21 +48,26 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     tell("what to record next")
     next_one = advice(found, known, told, substeps)
     tell("what the parameters do on each log")
-    found, known, states, note = kept(found, known, told.command is not None)
+    found, known, states, note = kept(found, known)
+    own, (known, apart) = response(found), halved(found, known, states)
     if fault_found := fault(found.fit.free, found.fit.numbers):
         told_why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {told_why}; look for fewer with --free")
     checks = checked(task.scenario, task.design, found, logs)
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
-    notes = (*filter(None, [note]), *against, *told.notes, *filter(None, [wanted.rest()]))
-    return Identified(name, task, found, known, states, worst, checks, next_one, told, notes)
+    said = (note, apart, *response_lines(own), *against, *told.notes, wanted.rest())
+    parts = found, known, states, worst, checks, next_one, own, told
+    return Identified(name, task, *parts, tuple(filter(None, said)))
 
 
 def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> Found:
     if told.command is not None:
         with about(name):
             tried = bandwidths(told, task.bandwidth)
+    for line in filter(None, [wanted.wanted(), wanted.rest()]):
+        tell(line)
+    if told.command is not None:
         substeps = task.scenario.simulation.substeps
         return by_command(wanted, told, substeps, tried, task.seed, tell)
     assert task.design is not None
@@ -72,7 +80,7 @@ def _check_slopes(fit: Fit) -> None:
         raise ValueError("no parameters were found with which a replay stays finite")
     lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
     if lost.size:
-        bad = [(*fit.free.names, "delay")[k] for k in lost]
+        bad = [(*fit.free.names, *LATE)[k] for k in lost]
         raise ValueError(
             f"its replay has no slope by {', '.join(bad)}: look for others with --free, or mend "
             "the plant's step there"

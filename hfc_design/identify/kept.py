@@ -36,18 +36,22 @@ class Kept(NamedTuple):
     note: str  # for the user; "" where the log tells everything
 
 
-def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
+def kept(found: Found, known: Certainty) -> Kept:
     """The fit with what the log does not tell where it began, and what has a bound there."""
-    found, edge = bounded(found, known, delayed)
-    found, zero = vanished(found, known, delayed)
+    found, edge = bounded(found, known)
+    found, zero = vanished(found, known)
     if (bound := edge | zero).any():
         known = certainty(found.fit, ~bound)
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
+    tried = set[tuple[bytes, bool]]()
     for limit, back in TRIED:
         free = _one_of_each(found, ~bound & ~nowhere, limit)
-        again, sure = _again(found, free, bound, delayed, back)
+        if (own := (free.tobytes(), back)) in tried:
+            continue
+        tried.add(own)
+        again, sure = _again(found, free, bound, back)
         untold = int((free & ~np.array(sure.told)).sum()) if back else 0
         if fits := _same(found, again, known, untold):
             break
@@ -68,19 +72,17 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     return Kept(again, whole, states, _note(found, states, fits and back))
 
 
-def _again(
-    found: Found, free: Mask, bound: Mask, delayed: bool, back: bool
-) -> tuple[Found, Certainty]:
+def _again(found: Found, free: Mask, bound: Mask, back: bool) -> tuple[Found, Certainty]:
     """Fitted with what is not ``free`` where it began or at its bound.
 
     ``back``: with what is not told where it began too.
     """
 
     def only(keep: Mask) -> tuple[Found, Certainty]:
-        here = np.append(keep | bound, True)
+        here = np.append(keep | bound, [True, True])
         numbers = np.where(here, found.fit.numbers, found.fit.free.begun)
-        again = held(found, numbers, keep, delayed)
-        return again, certainty(opened(again, delayed), free)
+        again = held(found, numbers, keep)
+        return again, certainty(opened(again), free)
 
     again, sure = only(free)  # intervals if those that are held are right
     while back and not np.array(sure.told)[free].all():

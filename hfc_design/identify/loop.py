@@ -61,7 +61,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
     outputs = np.stack([*told.outputs.values()], axis=-1)
     usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
 
-    def off(parameters: Parameters, late: Scalar) -> Scalar:
+    def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
         fixed = one.coefficients((parameters,))
         zero = 0.0 * late
         put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
@@ -71,6 +71,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
             before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
         ) -> tuple[Moving, Scalar]:
             happens, shown, counts, more = row
+            happens = happens._replace(loads=tuple(each + load for each in happens.loads))
             missing = shown - read(drive, fixed[0], before.states[0], told.outputs)
             sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
             pushed = one._replace(controller=Pushed(controller, more))

@@ -42,7 +42,6 @@ def _is_doubt(note: str) -> bool:
 
 def page(found: Identified, command: str) -> Page:
     """One file that needs nothing else."""
-    units = found.free.drive.parameter_units
     return rendered(
         "identified.html.j2",
         f"{found.free.drive.name} from {found.log}",
@@ -66,7 +65,9 @@ def page(found: Identified, command: str) -> Page:
         closely=plots.closely(found),
         checked=plots.checked(found),
         spectrum=plots.spectrum(found),
-        profiles={one.name: plots.profiled(one, units.get(one.name, "")) for one in found.profiles},
+        response=plots.response(found),
+        mode=found.response and found.response.mode,
+        profiles={x.name: plots.profiled(x, found.free.unit(x.name)) for x in found.profiles},
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),

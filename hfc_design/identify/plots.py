@@ -97,6 +97,27 @@ def spectrum(found: Identified) -> Figure:
     return figure
 
 
+def response(found: Identified) -> Figure | None:
+    """How the log and the model answer the command, and how much of that is the command's."""
+    own = found.response
+    if own is None:
+        return None
+    figure = framed(4.4, top=0.35)
+    upper, lower = figure.subplots(2, sharex=True, height_ratios=(2, 1))
+    upper.loglog(own.frequency, np.abs(own.log), color="0.6", lw=2.0, label="log")
+    upper.loglog(own.frequency, np.abs(own.model), color=OWN, lw=1.0, label="model")
+    lower.plot(own.frequency, own.coherence, color="0.3", lw=0.8)
+    for axes in (upper, lower):
+        axes.axvspan(own.unknown_above, own.frequency[-1], color="0.93", lw=0)
+        if own.mode:
+            axes.axvline(own.mode, color=OTHER, lw=1.0)
+    upper.set_xlim(own.frequency[0], own.frequency[-1])
+    gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
+    gridded(lower, "frequency [Hz]", "coherence [1]")
+    above(figure, upper)
+    return figure
+
+
 def profiled(profile: Profile, unit: str) -> Figure | None:
     """How the fit grows worse while one parameter is held off its value.
 

@@ -6,14 +6,12 @@ what the intervals suppose; a curve that stays flat on one side has an end on th
 
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2
 
-from hfc_design.core.numbers import Floats, Scalar, digits
+from hfc_design.core.numbers import Floats, digits
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, root_of
-from hfc_design.identify.fit import VAGUE, Fit, Problem, costs
+from hfc_design.identify.fit import VAGUE, Fit, Problem, offs, refined, side_by_side
 from hfc_design.identify.search import Found
 
 #: Of so many parameters, those that the log tells least.
@@ -22,8 +20,8 @@ WORST = 2
 PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
 #: Points of the parabola.
 SMOOTH = 61
-#: Steps of Levenberg-Marquardt at each place, after what the slopes say.
-STEPS, TOLERANCE = 6, (1e-4, 1e-5)
+#: Replays of Levenberg-Marquardt at each place, after what the slopes say.
+STEPS, TOLERANCE = 4, 1e-5
 #: By which the fit has grown worse at the ends of the interval.
 LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
@@ -60,21 +58,21 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
             step[others] = -place * np.linalg.lstsq(root[:, others], root[:, k])[0]
             lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
             held.append(others * found.problem.held)
-    with jax.enable_x64(True):
-        cost = np.asarray(_costs(found.problem, np.array(lanes), np.array(held)))
-        least = float(costs(found.problem, fit.numbers[None])[0])
-    rows, count = np.array(lanes).reshape(len(worst), -1, len(fit.numbers)), fit.residual.size
-    each = []
+    problem, each = found.problem, zip(lanes, held, strict=True)
+    cost: Floats = np.array(side_by_side(lambda own: _least(problem, *own), each))
+    least = float(np.sum(np.square(fit.residual / np.asarray(problem.scale))))
+    rows = np.array(lanes).reshape(len(worst), -1, len(fit.numbers))
+    told = []
     for row, k, own in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
         half = len(own) // 2
         numbers = np.insert(row[:, k], half, fit.numbers[k])
-        worse = count * (np.insert(own, half, least) - least) / least / known.inflated[k]
+        worse = fit.residual.size * (np.insert(own, half, least) / least - 1.0) / known.inflated[k]
         smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
         parabola = ((smooth - fit.numbers[k]) / error[k]) ** 2
         supposed = np.array([_values(fit, k, smooth), parabola])
         values = _values(fit, k, numbers)
-        each.append(Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed))
-    return tuple(each)
+        told.append(Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed))
+    return tuple(told)
 
 
 def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
@@ -83,14 +81,11 @@ def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
     return np.array([fit.free.values(np.where(place, x, fit.numbers))[k] for x in numbers])
 
 
-@jax.jit
-def _costs(problem: Problem, lanes: Scalar, held: Scalar) -> Scalar:
-    def cost(numbers: Scalar, held: Scalar) -> Scalar:
-        own = problem._replace(held=held)
-        ended = own.refined(numbers, TOLERANCE, STEPS, certain=1.0 / VAGUE)
-        return jnp.minimum(own.cost(ended), own.cost(numbers))
-
-    return jax.vmap(cost)(lanes, held)
+def _least(problem: Problem, numbers: Floats, held: Floats) -> float:
+    """The squares where the others are fitted again."""
+    own = problem._replace(held=held)
+    ended, _ = refined(own, numbers, TOLERANCE, STEPS, 1.0 / VAGUE)
+    return own.squares(offs(own, ended), ended, 0.0)
 
 
 def _crossing(values: Floats, worse: Floats) -> float | None:

@@ -7,6 +7,7 @@ import numpy as np
 from hfc_design.core.numbers import Json
 from hfc_design.identify.aim import tolerances
 from hfc_design.identify.certainty import CONFIDENCE
+from hfc_design.identify.response import LAGS, Response
 from hfc_design.identify.words import advice_line, untold_lines
 
 if TYPE_CHECKING:
@@ -22,9 +23,9 @@ def numbers(found: "Identified") -> Json:
             "low": float(known.low[k]),
             "high": float(known.high[k]),
             "told": found.states[k],
-            "began": float(getattr(free.start, name)),
+            "began": free.starts[name],
             "tolerance": tolerances(found)[name],
-            "unit": free.drive.parameter_units.get(name, ""),
+            "unit": free.unit(name),
         }
         for k, name in enumerate(free.names)
     }
@@ -44,12 +45,25 @@ def numbers(found: "Identified") -> Json:
             {"log": one.log, "how": one.how, "rms_before": one.before, "rms": one.after}
             for one in found.checks
         ],
+        "lag_s": found.told.sample_time * found.found.fit.lag,
+        "model_check": _response(found.response),
         "untold": untold_lines(found),
         "record_next": advice_line(found),
         "notes": list(found.notes),
     }
     told: Json = _finite(data)
     return told
+
+
+def _response(found: Response | None) -> Json | None:
+    if found is None:
+        return None
+    return {
+        "mode_hz": found.mode,
+        "unknown_above_hz": found.unknown_above,
+        "coloured": found.coloured / LAGS,
+        "coherence": np.stack([found.frequency, found.coherence], axis=1).tolist(),
+    }
 
 
 def _finite(part: Any) -> Any:

@@ -22,14 +22,17 @@ from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from plants import Drive
 
+#: Of a lag [samples]; a shorter one is none.
+SHORTEST = 1e-3
 #: Damping ratio of the observer.
 DAMPED = 0.7
 #: Periods of its bandwidth after which it counts: where the axis began at rest nothing but noise
 #: has to be forgotten, else exp(-2 pi 0.7 x 3) = 2e-6 of how it began is left.
 RESTED, FORGOTTEN = 1.0, 3.0
-#: Parameters of one machine and by how many samples its command is late -> by how much it is off
-#: each recorded output (steps, outputs). JAX takes it as an argument: what was recorded is data.
-Residual: TypeAlias = Callable[[Parameters, Scalar], Scalar]
+#: Parameters of one machine, by how many samples its command is late, which part of that is a lag,
+#: and a load that is always there -> by how much it is off each recorded output (steps, outputs).
+#: JAX takes it as an argument: what was recorded is data.
+Residual: TypeAlias = Callable[..., Scalar]
 
 
 #: Of each angle of a drive its rate, and how far it goes where the axis goes by 1.
@@ -63,24 +66,33 @@ class Replay:
     gains: tuple[Scalar, Scalar]  # of the observer, for the place and for the rate [1/s]
     unknown: Scalar  # (outputs,) see ``zeros``
 
-    def __call__(self, parameters: Parameters, late: Scalar) -> Scalar:
+    def __call__(
+        self, parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
+    ) -> Scalar:
         """(steps, outputs) recorded less simulated, 0 where it does not count."""
         drive, step = self.drive, self.sample_time / self.substeps
         fixed = drive.coefficients(parameters)
 
-        def sample(state: State, row: Rows) -> tuple[State, Scalar]:
+        time = jnp.maximum(lag, SHORTEST)
+        left = jnp.where(lag > SHORTEST, jnp.exp(-1.0 / time), 0.0)
+        share = jnp.where(lag > SHORTEST, time * (1.0 - left), 0.0)  # of a sample, in the mean
+
+        def sample(before: tuple[State, Scalar], row: Rows) -> tuple[tuple[State, Scalar], Scalar]:
+            state, current = before
             missing = row.outputs - read(drive, fixed, state, self.names)
             behind = row.place - getattr(state, drive.seen[0])
             state = shifted(self.body, state, self.gains[0] * behind, self.gains[1] * behind)
-            command = drive.accepted(fixed, row.command)
+            off = current - row.command
+            command = drive.accepted(fixed, row.command + share * off)
             for k in range(self.substeps):
                 shares = ((k + x) / self.substeps for x in (0.0, 0.5, 1.0))
-                loads = tuple(curved(row.load, row.rise, row.bend, share) for share in shares)
+                loads = tuple(curved(row.load, row.rise, row.bend, x) + load for x in shares)
                 state = drive.step(fixed, state, command, loads, step)
-            return state, missing * row.usable
+            return (state, row.command + left * off), missing * row.usable
 
-        rows = self.rows._replace(command=later(self.rows.command, late))
-        begun = shifted(self.body, drive.initial_state(0.0 * rows.command[0]), *self.begun)
+        rows = self.rows._replace(command=later(self.rows.command, late - lag))
+        first = rows.command[0]
+        begun = shifted(self.body, drive.initial_state(0.0 * first), *self.begun), first
         return unzeroed(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
 
 

@@ -16,6 +16,7 @@ from hfc_design.identify.free import Free
 from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.profile import Profile
 from hfc_design.identify.recording import Recording
+from hfc_design.identify.response import Response
 from hfc_design.identify.search import Found
 from hfc_design.identify.task import Task
 
@@ -31,6 +32,7 @@ class Identified(NamedTuple):
     profiles: tuple[Profile, ...]
     checks: tuple[Check, ...]
     advice: Advice | None
+    response: Response | None
     told: Recording
     notes: tuple[str, ...]
 

@@ -3,11 +3,20 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, within
-from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled
+from hfc_design.identify.certainty import covariance_of
+from hfc_design.identify.fit import (
+    NOTHING,
+    Fit,
+    Problem,
+    fitted,
+    offs,
+    searched,
+    settled,
+    weighed,
+)
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -20,6 +29,9 @@ LARGEST_SHARE = 0.2
 #: A slower observer is tried if under the numbers of the faster one it is off by less than so many
 #: times as much; whoever knows the machine needs no fast one.
 WORTH = 3.0
+
+#: A lag is looked for from so many samples, and is one if it is so many standard errors long.
+LAG, CLEAR = 0.5, 4.0
 
 Tell = Callable[[str], None]
 
@@ -49,20 +61,35 @@ def by_command(
     best: Found | None = None
     for hz in tried:
         residual = replay(free, told, hz, substeps)
-        first = free.begun if near else None
-        numbers = first if best is None else best.fit.numbers
+        numbers = None if best is None else best.fit.numbers
         if best is not None and not _worth(best, residual):
             break
         if best is not None and best.fit.rms[0] <= NOTHING * np.std(told.place):
             break  # of which observer there is less is rounding
         name = f"observer of {hz:g} Hz" if hz else "open loop"
         how = Way(told, residual, name, True)
-        fit, problem = _fit(free, how, numbers, seed, tell)
+        fit, problem = _fit(free, how, numbers, seed, tell, near)
+        free = fit.free
         if best is None or _less(fit, best.fit):
             agreeing = fit.agreeing if best is None else best.fit.agreeing
             best = Found(fit._replace(agreeing=agreeing), problem, hz)
     assert best is not None
-    return best
+    return _lagged(best)
+
+
+def _lagged(found: Found) -> Found:
+    """The fit with a part of the lateness as a lag, where the log tells one from the other."""
+    moves = found.problem.held.copy()
+    if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
+        return found
+    moves[-1] = 1.0
+    problem, numbers = settled(
+        found.problem._replace(held=moves), np.append(found.fit.numbers[:-1], LAG)
+    )
+    again = found._replace(problem=problem, fit=fitted(problem, numbers, found.fit.agreeing))
+    error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
+    told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
+    return again if told else found
 
 
 def bandwidths(told: Recording, wanted: float | None) -> list[float]:
@@ -99,20 +126,20 @@ def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Te
     return Found(fit, problem, None)
 
 
-def held(found: Found, numbers: Floats, keep: Mask, late: bool) -> Found:
-    """Fitted again from ``numbers`` (names + 1,), of which only those of ``keep`` (names,) move."""
-    moves = np.append(keep, late).astype(float)
-    with jax.enable_x64(True):
-        problem, numbers = settled(found.problem._replace(held=moves), numbers)
-        fit = fitted(problem, numbers, found.fit.agreeing)
-    return Found(fit, problem, found.bandwidth)
+def held(found: Found, numbers: Floats, keep: Mask) -> Found:
+    """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
+
+    Those of ``LATE`` move if they do in ``found``.
+    """
+    moves = np.append(keep.astype(float), found.problem.held[-2:])
+    problem, numbers = settled(found.problem._replace(held=moves), numbers)
+    return Found(fitted(problem, numbers, found.fit.agreeing), problem, found.bandwidth)
 
 
-def opened(found: Found, late: bool) -> Fit:
+def opened(found: Found) -> Fit:
     """The fit where it is, with the slopes of all numbers."""
-    keep = np.append(np.ones(len(found.fit.free.names)), float(late))
-    with jax.enable_x64(True):
-        return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
+    keep = np.append(np.ones(len(found.fit.free.names)), found.problem.held[-2:])
+    return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
 
 
 class Way(NamedTuple):
@@ -125,24 +152,25 @@ class Way(NamedTuple):
 
 
 def _fit(
-    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell
+    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell, near: bool = False
 ) -> tuple[Fit, Problem]:
     size = np.array([max(np.std(values), 1e-300) for values in way.told.outputs.values()])
-    held = np.append(np.ones(len(free.names)), float(way.late))
+    held = np.append(np.ones(len(free.names)), [float(way.late) * free.sought[0], 0.0])
     problem, agreeing = Problem(free, way.residual, size, held), 0
-    with jax.enable_x64(True):
-        if numbers is None:
-            tell(f"{way.name}: a hundred starts side by side, the best ten refined")
-            numbers, agreeing = searched(problem, seed)
-        tell(f"{way.name}: the best one refined")
-        problem, numbers = settled(problem, numbers)
-        return fitted(problem, numbers, agreeing), problem
+    if numbers is None:
+        problem = weighed(problem, way.told.command)
+        numbers = problem.free.near if near else None
+    if numbers is None:
+        tell(f"{way.name}: a hundred starts side by side, the best ten refined")
+        numbers, agreeing = searched(problem, seed)
+    tell(f"{way.name}: the best one refined")
+    problem, numbers = settled(problem, numbers)
+    return fitted(problem, numbers, agreeing), problem
 
 
 def _worth(best: Found, residual: Residual) -> bool:
-    with jax.enable_x64(True):
-        off = offs(best.problem._replace(residual=residual), best.fit.numbers)
-        return bool(np.sqrt(np.mean(np.asarray(off)[:, 0] ** 2)) < WORTH * best.fit.rms[0])
+    off = offs(best.problem._replace(residual=residual), best.fit.numbers)
+    return bool(np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0])
 
 
 def _less(one: Fit, other: Fit) -> bool:

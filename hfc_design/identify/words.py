@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from hfc_design.identify.certainty import CONFIDENCE, Combination
 from hfc_design.identify.kept import GIVEN, HELD
+from hfc_design.identify.response import LAGS, Response
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
 
@@ -16,14 +17,13 @@ HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
 def parameter_rows(found: "Identified") -> Rows:
     """Of each parameter its value and the ends of its interval."""
     known, free = found.known, found.free
-    units = free.drive.parameter_units
     rows = []
     for k, name in enumerate(free.names):
-        start = float(getattr(free.start, name))
+        start = free.starts[name]
         numbers = [f"{x:.5g}" for x in (start, known.value[k])]
         told = known.error[k] < 2.0 and found.states[k] != HELD
         ends = [f"{x:.5g}" if told else "–" for x in (known.low[k], known.high[k])]
-        rows.append([name, units.get(name, ""), *numbers, *ends, found.states[k]])
+        rows.append([name, free.unit(name), *numbers, *ends, found.states[k]])
     return rows
 
 
@@ -74,6 +74,26 @@ def _untold(one: Combination) -> str:
     return f"{first} may change by {change} if others do too: {told}{rest}"
 
 
+def response_lines(found: Response | None) -> list[str]:
+    """What the frequencies of the log say against the model."""
+    if found is None:
+        return []
+    known = f"nothing above {found.unknown_above:g} Hz was excited"
+    if found.top is None:
+        known = "no frequency was excited enough"
+    lines = [f"{known}; a mode there cannot be excluded: design for one, or record faster motions"]
+    if found.top is not None and found.top > ALL * found.frequency[-1]:
+        lines = []
+    if found.mode:
+        lines.append(f"there is a mode near {found.mode:g} Hz that this model has not")
+    white = "is white" if found.coloured <= WHITE * LAGS else "is not white, the model lacks it"
+    told = f"{found.coloured} of {LAGS} autocorrelations are none of white noise"
+    return [*lines, f"what is left {white}: {told}"]
+
+
+#: Above this share of the highest frequency of a log there is nothing; of white noise so many
+#: autocorrelations may be off.
+ALL, WHITE = 0.8, 0.15
 NOTHING = (
     "no sine of the command would tell much more; measure other signals too, as the current, or "
     "look for fewer parameters"

@@ -1,7 +1,8 @@
 """Which column of a log is which signal of a drive, and what its numbers count in."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from math import inf
 from typing import NamedTuple
 
 from hfc_design.core.quantities import number
@@ -75,10 +76,51 @@ def how(name: str) -> str:
     return f"say {name}=COLUMN [UNIT] by --column"
 
 
+#: Words in the names of columns that may be a signal, those of a reference first.
+HINTS = {
+    "reference": ("set", "ref", "demand", "target", "nominal"),
+    "time": ("time", "stamp"),
+    "command": ("torque", "voltage", "current", "force", "command", "output", "control"),
+    "": ("actual", "pos", "angle", "feedback", "encoder"),
+}
+
+
+def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]) -> str:
+    """What is missing, all of it, with the options that say it; guesses by names of columns."""
+    used = {one.column for one in known.values()}
+    free = [x for x in log.columns if x not in used]
+    found = []
+    for name in (*missing, *({"reference"} - {*known})):
+        words = HINTS.get(name, (name, *name.split("_"), *HINTS[""]))
+        hinted = (x for word in words for x in free if word in x.casefold())
+        others = () if name in HINTS else HINTS["reference"]
+        column = next((x for x in hinted if not any(w in x.casefold() for w in others)), None)
+        if column or name in missing:
+            one = "NAME" if missing[1:] else name
+            told = f"{name}={_said(name, column, drive)}" if column else f"{one}=COLUMN [UNIT]"
+            found.append(f'--column "{told}"')
+    several = f"s are the {', '.join(missing[:-1])} and {missing[-1]}"
+    each = several if missing[1:] else f" is the {missing[0]}"
+    other = ", or --sample-time" if "time" in missing else ""
+    rest = "" if "COLUMN" not in " ".join(found) and not log.texts else f"; {there(log)}"
+    return f"which column{each}? say {' '.join(dict.fromkeys(found))}{other}{rest}"
+
+
+def _said(name: str, column: str, drive: Drive) -> str:
+    """A column as an option says it: with a unit where its own name does not tell one."""
+    unit, told = units_of(drive)[name], TOLD.fullmatch(column)
+    if told and _ending(told["unit"], unit, millimetres_of(drive)):
+        return column
+    if told and told["unit"] == "%" and name == "command":
+        highest = drive.largest_commands(drive.parameters())[1]
+        return f"{column} [{highest / 100:g} {unit}]" if highest < inf else f"{column} [UNIT]"
+    return f"{column} [UNIT]"
+
+
 def there(log: Log) -> str:
     """The columns that a log has."""
     texts = f"; no numbers are in {', '.join(log.texts)[:80]}" if log.texts else ""
-    return f"there is {', '.join(log.columns)[:200]}{texts}"
+    return f"there is {', '.join(log.columns)[:120]}{texts}"
 
 
 def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
@@ -87,7 +129,10 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
     Raises:
         ValueError: there is no such column.
     """
-    whole = [x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"] == one.column]
+    wanted = one.column.casefold()
+    whole = [x for x in log.columns if x.casefold() == wanted] or [
+        x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"].casefold() == wanted
+    ]
     if one.column not in log.columns and len(whole) != 1:
         raise ValueError(f"has no column {one.column[:60]!r}; {there(log)}")
     if one.column not in log.columns:
@@ -95,6 +140,10 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
     if one.unit is not None:
         return one
     told = TOLD.fullmatch(one.column)
+    if told and told["unit"] == "%":
+        raise ValueError(
+            f"column {one.column[:60]}: 100 % of what? {how(one.name)}, as [0.1 {unit}]"
+        )
     parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
     ends = [told["unit"]] if told else ["_".join(parts[k:]) for k in range(len(parts))]
     units = (_ending(end, unit, millimetres) for end in ends)
@@ -163,9 +212,10 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
 
 def _called(column: str, names: set[str], unit: str, millimetres: float | None) -> str | None:
     """The unit of a column that is called like one of ``names``; None: it is not."""
-    if column in names:
+    folded = {name.casefold() for name in names}
+    if column.casefold() in folded:
         return unit
-    if (told := TOLD.fullmatch(column)) and told["name"] in names:
+    if (told := TOLD.fullmatch(column)) and told["name"].casefold() in folded:
         return told["unit"]
-    ends = (column.removeprefix(f"{name}_") for name in names if column.startswith(f"{name}_"))
+    ends = (column[len(x) + 1 :] for x in folded if column.casefold().startswith(f"{x}_"))
     return next(filter(None, (_ending(end, unit, millimetres) for end in ends)), None)

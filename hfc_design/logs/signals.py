@@ -1,6 +1,6 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,16 +10,16 @@ from hfc_design.logs import travel
 from hfc_design.logs.columns import (
     Column,
     by_name,
+    gaps,
     how,
     looked_up,
     millimetres_of,
     scale,
-    there,
     units_of,
 )
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
-from hfc_design.logs.steps import step_of
+from hfc_design.logs.steps import righted, step_of
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -59,6 +59,9 @@ def signals(
     chosen = {one.name: one for one in columns}
     units, millimetres = units_of(drive), millimetres_of(drive)
     named = by_name(log, drive, [*chosen])
+    timed = {"time"} if log.sample_time or sample_time else set()
+    if missing := [x for x in _needed(chosen | named, drive) if x not in {*chosen, *named, *timed}]:
+        raise ValueError(gaps(log, drive, missing, chosen | named))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
     for name, own in (chosen | named).items():
         one = looked_up(own, log, units[name], millimetres)
@@ -69,10 +72,7 @@ def signals(
         if units[name] == drive.units["error"]:
             places[name] = one._replace(unit=unit)
     turned = travel.unwrapped(values, [*places], drive)
-    _check(values, drive, log)
-    if "time" not in values and not (log.sample_time or sample_time):
-        other = "or a sample time by --sample-time"
-        raise ValueError(f"which column is the time? {how('time')}, {other}; {there(log)}")
+    _check(values, drive)
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
     if not FASTEST <= found.sample_time <= SLOWEST:
@@ -89,19 +89,19 @@ def signals(
     return _signals(_first(found), drive)._replace(step=step)
 
 
-def _check(values: Mapping[str, Floats], drive: Drive, log: Log) -> None:
-    """ValueError: something that is needed is missing, or stands."""
+def _needed(known: Collection[str], drive: Drive) -> list[str]:
+    """What has to be there; a loop is replayed without a command."""
+    return ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
+
+
+def _check(values: Mapping[str, Floats], drive: Drive) -> None:
+    """ValueError: something that is needed stands."""
     position = drive.seen[0]
-    needed = [
-        name for name in ("command", position) if name != "command" or "reference" not in values
-    ]
-    for name in needed:
-        if name not in values:
-            raise ValueError(f"which column is the {name}? {how(name)}; {there(log)}")
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
-    size, change = np.std(values[position]), np.std(np.diff(values[position]))
+    place, _ = righted(values[position])
+    size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
             f"the {position} only trembles by {size:.2g} {drive.units['error']} (rms), from sample "
@@ -122,7 +122,16 @@ def _signals(found: Even, drive: Drive) -> Signals:
     """With what of it is at an end of its scale marked."""
     notes, usable = [*found.notes], found.usable.copy()
     position = found.values[drive.seen[0]]
-    clipped = at_an_end(position)
+    right, wrong = righted(position)
+    if wrong.any():
+        k, unit = int(np.flatnonzero(wrong)[0]), drive.units["error"]
+        off = position[k] - 0.5 * (position[k - 1] + position[k + 1])
+        found.values[drive.seen[0]], usable = right, usable & ~wrong
+        notes.append(
+            f"{wrong.sum()} wrong samples of {drive.seen[0]} are left out: the one at "
+            f"{k * found.sample_time:.4g} s is {off:.3g} {unit} off those before and after it"
+        )
+    clipped = at_an_end(right)
     if clipped.any():
         usable &= ~clipped
         notes.append(

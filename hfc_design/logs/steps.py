@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from hfc_design.core.numbers import SAME, Floats
+from hfc_design.core.numbers import SAME, Floats, Mask
 
 #: A step is told by so many of the least changes; noise by what is this much of a step at least.
 LOOKED_AT, SEEN = 50, 0.1
+#: A sample is wrong that is off by so many times what all but this share bend.
+WRONG, USUAL = 20.0, 0.97
 #: Noise is looked for in this share of the samples, the slowest: where an axis is fast, stamps that
 #: tremble look like noise of its position.
 SLOW = 0.2
@@ -20,6 +22,23 @@ def step_of(values: Floats) -> float | None:
     least = float(steps[0])
     off = np.abs(steps / least - np.round(steps / least))[:LOOKED_AT]
     return float(f"{least:.4g}") if off.max() < 0.02 else None
+
+
+def spikes(values: Floats) -> Mask:
+    """(steps,) single samples far off both of their neighbours; those bend back by half as much."""
+    bend, changes = np.diff(values, 2), np.abs(np.diff(values))
+    least = changes[changes > 0].min(initial=np.inf)
+    usual = max(float(np.quantile(np.abs(bend), USUAL)), least)
+    back = np.pad(bend, 1)
+    both = np.maximum(back[:-2] * np.sign(bend), back[2:] * np.sign(bend))
+    wrong = (0.5 * np.abs(bend) > WRONG * usual) & (both < -0.25 * np.abs(bend))
+    return np.r_[False, wrong, False]
+
+
+def righted(values: Floats) -> tuple[Floats, Mask]:
+    """Values (steps,) with the ``spikes`` on straight lines, and which these are."""
+    wrong, steps = spikes(values), np.arange(len(values))
+    return np.interp(steps, steps[~wrong], values[~wrong]) if wrong.any() else values, wrong
 
 
 def noise_of(off: Floats, place: Floats, step: float | None) -> float | None:

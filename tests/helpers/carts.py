@@ -5,7 +5,6 @@ With F the command and the load in N: mass dv/dt = force_gain F - viscous_fricti
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.signal import cont2discrete, dlsim
@@ -90,11 +89,10 @@ def cart_fit(names, place, force, start=None, *, late=False, bandwidth=0.0, driv
     """The fit by one start of a log: the delay looked for too where ``late``."""
     wanted = free(drive, start or {}, names)
     residual = replay(wanted, recorded(place, force), bandwidth, 1)
-    held = np.append(np.ones(len(names)), float(late))
+    held = np.append(np.ones(len(names)), [float(late), 0.0])
     problem = Problem(wanted, residual, np.array([np.std(place)]), held)
-    with jax.enable_x64(True):
-        problem, numbers = settled(problem, wanted.begun)
-        return Found(fitted(problem, numbers, 1), problem, bandwidth)
+    problem, numbers = settled(problem, wanted.begun)
+    return Found(fitted(problem, numbers, 1), problem, bandwidth)
 
 
 def noisy(place, noise, seed):

@@ -63,7 +63,8 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
         place = -np.asarray(replay(wanted, blank, 0.0, 1)(wanted.start, 0.0))[:, 0]
         place += np.random.default_rng(2).normal(0.0, 1e-3, steps)
         residual = replay(wanted, recorded(place, command), 20.0, 1)
-        problem = Problem(wanted, residual, np.array([1e-3]), np.ones(len(names) + 1))
+        held = np.append(np.ones(len(names) + 1), 0.0)
+        problem = Problem(wanted, residual, np.array([1e-3]), held)
         known = certainty(fitted(problem, wanted.begun, 1))
     assert not any(known.told)
     assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
@@ -74,7 +75,7 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
     names = ["mass", "viscous_friction", "force_gain"]
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found([*names, "pull"], true)
-    result = kept(found, certainty(found.fit), True)
+    result = kept(found, certainty(found.fit))
     assert result.state == ("given", "given", "given", "held")
     alone, _ = cart_found(names, true)
     known = certainty(alone.fit)
@@ -94,7 +95,7 @@ def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_beg
     names = ["mass", "viscous_friction", "force_gain", "pull"]
     start = {"viscous_friction": 40.0}
     found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2)
-    result = kept(found, certainty(found.fit), True)
+    result = kept(found, certainty(found.fit))
     assert result.state == ("given", "no", "held", "held")
     assert result.known.low[0] < 2.4 / 1.2 < result.known.high[0]
     assert result.known.value[1] < 10.0
@@ -107,7 +108,7 @@ def test_no_last_bit_decides_which_of_two_is_named_first():
     names = ("force_gain", "mass", "viscous_friction")
     wanted, rng = free(CART, {}, names), np.random.default_rng(4)
     rows, residual = rng.standard_normal((500, 1, 2)), 1e-9 * rng.standard_normal((500, 1))
-    slopes = np.concatenate([rows, -rows.sum(axis=2, keepdims=True), 0.0 * rows[..., :1]], axis=2)
+    slopes = np.concatenate([rows, -rows.sum(axis=2, keepdims=True), 0.0 * rows], axis=2)
     told = set()
     for _ in range(6):
         off = slopes * (1.0 + 1e-12 * rng.uniform(-1.0, 1.0, slopes.shape))

@@ -35,7 +35,7 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
     assert half == pytest.approx(1.96 * error, rel=0.02)
     assert known.told == (True,)
-    assert kept(one, known, False).state == ("yes",)
+    assert kept(one, known).state == ("yes",)
 
 
 def test_a_machine_that_cannot_be_is_not_found():
@@ -54,7 +54,7 @@ def test_a_machine_that_cannot_be_is_not_found():
     )
     assert fault(dict(zip(one.fit.free.names, one.fit.free.values(one.fit.numbers), strict=True)))
     known = certainty(one.fit)
-    inside, edge = bounded(one, known, False)
+    inside, edge = bounded(one, known)
     values = inside.fit.free.values(inside.fit.numbers)
     assert edge.sum() == 1
     assert values[1] / values[0] == pytest.approx(2.5, rel=0.01)
@@ -66,7 +66,7 @@ def test_a_machine_that_cannot_be_is_not_found():
 
     best = minimize_scalar(off, bounds=(1.0, 5.0), method="bounded").fun
     assert inside.fit.rms[0] < 1.5 * best
-    told = kept(one, known, False)
+    told = kept(one, known)
     k = int(np.argmax(edge))
     assert told.state[k] == BOUND
     assert np.isnan([told.known.low[k], told.known.high[k]]).all()

@@ -19,7 +19,7 @@ FEW, MUCH = 400, 4e-3  # samples and noise [m], so short and so noisy that it is
 def white(fit_found):
     """Standard errors of the values under white noise, the delay looked for too."""
     fit = fit_found.fit
-    return deviations(fit) / np.sqrt(certainty(fit).inflated[:-1])
+    return deviations(fit) / np.sqrt(certainty(fit).inflated[:-2])
 
 
 def deviations(fit):

@@ -48,7 +48,7 @@ def test_a_plant_of_ones_own_by_a_log_of_hostile_names():
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert" in page
     assert column not in page
-    verdict, picture, table = map(page.index, ("The log tells 2 of 2 parameters", "<img", "<table"))
+    verdict, picture, table = map(page.index, ("The log tells 3 of 3 parameters", "<img", "<table"))
     assert page.index("DOUBTFUL") < verdict < picture < table
     assert "hfc design scenario.toml --use mine:SLEDGE" in page
     scenario = load_scenario("found/scenario.toml")
@@ -85,7 +85,7 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     assert rows["mass"][3:] == ["37", "37", "37", "given"]
     assert [row[-1] for row in rows.values()].count("held") == 2
     assert rows["offset"][-3:] == ["-", "-", "held"]
-    line = "where 'given', if what is held (coulomb_friction, offset) is right"
+    line = "where 'given', if what is held (offset, amplifier_gain) is right"
     assert line in told
     page = html.unescape(Path("stage", "report.html").read_text())
     assert line in page

@@ -199,3 +199,12 @@ def test_a_second_log_that_cannot_check_the_first_is_refused_at_once():
         assert refused("log.csv", "--check-log", name) == name
     put("still.csv", text(GOOD, "time_s,position_mm,reference_mm"))
     assert refused("log.csv", "--check-log", "still.csv") == "still.csv"
+
+
+def test_what_is_known_is_not_looked_for_too():
+    put("log.csv", text(GOOD))
+    known = ("--set", "plant.parameters.mass=90", "--set", "load.constant=5")
+    assert refused("log.csv", *known, "--free", "offset,mass") == "--free mass"
+    assert refused("log.csv", *known, "--free", "load=3") == "--free load"
+    assert refused("log.csv", "--free", "mass=heavy") == "--free mass"
+    assert refused("log.csv", "--free", "mass=-3") == "--free mass"

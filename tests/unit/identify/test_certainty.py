@@ -32,11 +32,11 @@ def test_coloured_residuals_are_counted(share):
     exact, expected = (r @ pairs / (wave @ wave) ** 2 for r in (true, weighed))
     assert 0.85 * exact < expected <= exact
     wanted = free(CART, {}, ["mass"])
-    slopes = np.stack([wave, np.zeros(STEPS)], axis=1)[:, None]
+    slopes = np.stack([wave, *np.zeros((2, STEPS))], axis=1)[:, None]
     variances, inflated = [], []
     for residual in coloured(share):
         scale = np.array([residual.std()])
-        fit = Fit(wanted, np.zeros(2), residual[:, None], slopes, scale, 1)
+        fit = Fit(wanted, np.zeros(3), residual[:, None], slopes, scale, 1)
         covariance, more = covariance_of(fit)
         variances.append(covariance[0, 0])
         inflated.append(more[0])
@@ -52,9 +52,9 @@ def test_newey_and_west_by_hand(sign, middle):
     The products of neighbours add up to +-99: 100 + 2 (1/2) 99 (+-99 / 100) around the mean.
     """
     wanted = free(CART, {}, ["mass"])
-    slopes = np.stack([np.ones(100), np.zeros(100)], axis=1)[:, None]
+    slopes = np.stack([np.ones(100), *np.zeros((2, 100))], axis=1)[:, None]
     residual = sign ** np.arange(100.0)
-    fit = Fit(wanted, np.zeros(2), residual[:, None], slopes, np.ones(1), 1)
+    fit = Fit(wanted, np.zeros(3), residual[:, None], slopes, np.ones(1), 1)
     covariance, inflated = covariance_of(fit)
     before = VAGUE**-2
     assert covariance[0, 0] == pytest.approx((middle + before) / (100.0 + before) ** 2, rel=1e-12)

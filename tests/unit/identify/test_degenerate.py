@@ -16,11 +16,11 @@ WAVES = np.stack([np.sin(0.02 * k * np.arange(STEPS)) for k in (1, 2, 3)], axis=
 
 
 def fit_of(slopes, names=("mass", "viscous_friction", "force_gain")):
-    """A fit with slopes (steps, names), white noise of 1, and no slope by the delay."""
+    """A fit with slopes (steps, names), white noise of 1, and no slope by delay and lag."""
     residual = np.random.default_rng(0).normal(0.0, 1.0, (STEPS, 1))
     wanted = free(CART, {}, names)
-    slopes = np.append(slopes, np.zeros((STEPS, 1)), axis=1)[:, None]
-    return Fit(wanted, np.zeros(len(names) + 1), residual, slopes, np.ones(1), 1)
+    slopes = np.append(slopes, np.zeros((STEPS, 2)), axis=1)[:, None]
+    return Fit(wanted, np.zeros(len(names) + 2), residual, slopes, np.ones(1), 1)
 
 
 def test_what_is_not_told_is_seen_beside_what_is_told_very_well():
@@ -32,7 +32,8 @@ def test_what_is_not_told_is_seen_beside_what_is_told_very_well():
     fit = fit_of(1e11 * wave @ np.ones((1, 2)), ("mass", "viscous_friction"))
     expected = VAGUE / np.sqrt(2.0)
     covariance, inflated = covariance_of(fit)
-    assert np.sqrt(np.diag(covariance)) == pytest.approx([expected, expected, VAGUE], rel=1e-6)
+    errors = [expected, expected, VAGUE, VAGUE]
+    assert np.sqrt(np.diag(covariance)) == pytest.approx(errors, rel=1e-6)
     assert inflated == pytest.approx(1.0, rel=1e-6)
     assert errors_of(root_of(fit.jacobian, fit.scale))[:2] == pytest.approx(expected, rel=1e-6)
     known = certainty(fit)

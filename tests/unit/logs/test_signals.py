@@ -288,3 +288,19 @@ def test_a_last_step_of_an_encoder_before_a_rest_is_not_an_end_of_a_scale():
         step, start = numbers
         counts = np.concatenate([4 * np.arange(40), 157 + np.minimum(np.arange(30), 1)])
         assert not at_an_end(start + step * counts).any()
+
+
+@pytest.mark.parametrize("off", [60.0, -0.5])
+def test_a_wrong_sample_is_left_out_and_said(off):
+    """Noise, steps of an encoder and reversals are none."""
+    noise = np.random.default_rng(0).normal(0.0, 1e-3, len(PLACE))
+    for place in (PLACE, PLACE + noise, 5e-3 * np.round(PLACE / 5e-3), np.abs(PLACE)):
+        wrong = place + off * (np.arange(len(PLACE)) == 57)
+        one, right = (
+            found({"time": TIME, "position": x, "command": VOLTS}) for x in (wrong, place)
+        )
+        assert right.usable.all()
+        assert np.flatnonzero(~one.usable).tolist() == [57]
+        assert one.values["position"][57] == pytest.approx(place[57], abs=0.05)
+        told = one.notes[-1].partition("the one at 0.057 s is ")[2].split()
+        assert (float(told[0]), told[1]) == (pytest.approx(off, abs=0.05), "mm")

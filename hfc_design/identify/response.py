@@ -1,0 +1,135 @@
+"""What the log's frequencies say against the model: modes that it has not, and what nobody excited.
+
+The response from command to position is estimated by Welch's method, and that of the model from
+what its replay is off: what an observer has set right of it is known. Second differences come
+first, or a slow motion would leak into everything. In a closed loop noise of the position comes
+back in the command: by no more than the share that it is of the position, which counts as error.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.signal import csd
+
+from hfc_design.core.numbers import Floats
+from hfc_design.identify.fit import NOTHING
+from hfc_design.identify.replay import DAMPED, Replay
+
+if TYPE_CHECKING:
+    from hfc_design.identify.search import Found
+
+#: Segments have at most so many samples, are so many at least, and have so many samples at least;
+#: of half as much overlap so many count for one (Welch, IEEE Trans. AU-15, 1967).
+SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
+#: A frequency was excited if its response is known to this share.
+KNOWN = 0.25
+#: Frequencies and damping ratios of a mode that are tried.
+MODES, DAMPINGS = 80, (0.01, 0.03, 0.1, 0.2)
+#: A mode is one if it explains so many times its share of what is left, and changes so much.
+CLEAR, CHANGES = 30.0, 0.15
+#: Autocorrelations of the residual that are looked at, in so many standard errors.
+LAGS, FAR = 40, 1.96
+
+
+class Response(NamedTuple):
+    """Frequencies (lines,) of a log and of the model, and what follows."""
+
+    frequency: Floats  # [Hz]
+    log: Any  # complex, from command to position
+    model: Any  # complex
+    coherence: Floats
+    error: Floats  # by which share the log's may be wrong
+    top: float | None  # what is above was not excited [Hz]; None: nothing was
+    mode: float | None  # that the model has not [Hz]
+    coloured: int  # of ``LAGS`` autocorrelations of the residual, how many are none of white noise
+
+    @property
+    def unknown_above(self) -> float:
+        """Above this nobody knows whether there is a mode [Hz]."""
+        return float(f"{self.top or self.frequency[0]:.2g}")
+
+
+def response(found: "Found") -> Response | None:
+    """What the log of a fit says of frequencies; None: it has no command, or is too short."""
+    replay = found.problem.residual
+    if not isinstance(replay, Replay):
+        return None
+    every, part = float(replay.sample_time), _longest(np.asarray(replay.rows.usable))
+    off, place, command = found.fit.residual[part, 0], replay.rows.place[part], replay.rows.command
+    length = min(SEGMENT, len(off) // PARTS)
+    if length < LEAST:
+        return None
+    bends = np.diff(off, 2), np.diff(place, 2), np.asarray(command)[part][1:-1]
+
+    def density(one: Floats, other: Floats) -> Any:
+        bent: Any = "linear"  # which the types of SciPy do not know
+        return csd(one, other, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
+
+    frequency = np.arange(2.0, length // 2 + 1) / (length * every)
+    missing, own, power = (density(bends[2], x) for x in bends)
+    turn = np.exp(2j * np.pi * frequency * every) - 1.0
+    w = 2.0 * np.pi * (found.bandwidth or 0.0) * every
+    slow = (2.0 * DAMPED * w + w**2) * turn + w**2
+    model = own - missing * (turn**2 + slow) / turn**2
+    noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
+    seen = density(bends[1], bends[1]).real
+    coherence = np.abs(own) ** 2 / (power.real * seen)
+    count = OVERLAP * (2.0 * len(off) / length - 1.0)
+    back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
+    error = back + np.sqrt((1.0 - coherence) / (2.0 * coherence * count))
+    excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
+    top = float(frequency[excited[-1]]) if excited.size else None
+    counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
+    counts &= frequency <= (top or 0.0)
+    mode = _mode(frequency, own / model, error, counts, 0.5 / every)
+    size = turn**2 * power.real
+    curves = frequency, own / size, model / size, coherence, error
+    left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
+    return Response(*curves, top, mode, _coloured(off) if left else 0)
+
+
+def _longest(usable: Floats) -> slice:
+    """The longest stretch that counts."""
+    ends = np.flatnonzero(np.diff(np.r_[0, usable > 0, 0]))
+    k = int(np.argmax(ends[1::2] - ends[::2]))
+    return slice(int(ends[2 * k]), int(ends[2 * k + 1]))
+
+
+def _coloured(off: Floats) -> int:
+    own = off - off.mean()
+    each = np.array([own[k:] @ own[:-k] for k in range(1, LAGS + 1)]) / max(own @ own, 1e-300)
+    return int((np.abs(each) > FAR / np.sqrt(len(own))).sum())
+
+
+def _mode(
+    frequency: Floats, ratio: Any, error: Floats, counts: Floats, highest: float
+) -> float | None:
+    """Of the log's response over that of the model; one rigid body and one mode are left of it.
+
+    Seen at the mass that swings, a mode shows below itself already.
+    """
+    s, told = 2j * np.pi * frequency, frequency[counts]
+    if counts.sum() < 8:
+        return None
+
+    def left(*columns: Any) -> tuple[float, Floats]:
+        each = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
+        *rows, wanted = (np.append(x.real, x.imag) for x in each)
+        found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
+        return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
+
+    least, best = np.inf, None
+    for hz in np.geomspace(told[0], highest, MODES):
+        for damping in DAMPINGS:
+            w = 2.0 * np.pi * hz
+            swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
+            tried = [(left(1.0 - swing, s * (1.0 - swing))[0], 1.0)]
+            if hz <= told[-1]:
+                squares, found = left(1.0 + 0.0 * s, s, swing)
+                tried.append((squares, abs(found[2] / found[0])))
+            for squares, share in tried:
+                if squares < least and share * np.abs(swing[counts]).max() > CHANGES:
+                    least, best = squares, float(hz)
+    clear = left(1.0 + 0.0 * s, s)[0] - least > CLEAR * least / counts.sum()
+    return float(f"{best:.2g}") if best is not None and clear else None

@@ -1,0 +1,38 @@
+"""What is looked for, and what somebody knows."""
+
+from pathlib import Path
+
+import pytest
+
+from hfc_design.identify.asking import asked
+from hfc_design.identify.task import looked_for
+
+
+def wanted(plant, changes, free=None):
+    left_out = dict.fromkeys(("scenario", "axis", "controller", "bandwidth", "check_log"))
+    more = left_out | {"columns": (), "check_columns": (), "seed": 0}
+    question = asked(Path("a.csv"), plant=plant, changes=changes, free=free, **more)
+    return looked_for(question.task)
+
+
+def test_a_load_is_looked_for_where_no_parameter_is_one():
+    assert "load" in wanted("milling-table", ()).names
+    assert "load" not in wanted("positioning-stage", ()).names
+    assert "load" in wanted("positioning-stage", (), ["mass", "load"]).names
+
+
+def test_what_is_set_is_known_and_listed():
+    changes = {"plant.parameters.torque_gain": 2.5, "load.constant": 530, "limits.lag_s": 0.0005}
+    found = wanted("milling-table", changes | {"plant.parameters.lead": 10.0})
+    assert not {"torque_gain", "load", "lead"} & {*found.names}
+    assert found.sought.tolist() == [1.0, 0.0]
+    for told in ("load 530 N", "torque_gain 2.5 N m/V", "lead 10 mm/rev"):
+        assert told in found.rest()
+    assert "table_mass 100 kg" in found.wanted()
+    assert "lag_s known to be" in found.wanted()
+
+
+def test_a_start_is_said_beside_the_name():
+    found = wanted("milling-table", (), ["table_mass=180", "load=20"])
+    assert found.starts["table_mass"] == 180.0
+    assert found.values(found.begun) == pytest.approx([180.0, 20.0])
