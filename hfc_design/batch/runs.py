@@ -97,13 +97,12 @@ def best_usable(path: Path) -> Run:
         UserError: there is none, or no run says whether its design can be used.
     """
     first = runs_below(path)[0]
-    if not first.use.verdict:
-        told = "no run says whether its design can be used; one of a scenario with [robust] does"
-        raise UserError(f"{path}: {told}")
-    if first.use.verdict != VERDICTS[0]:
-        told = f"no run has a design that can be used; nearest is {first.title}"
-        raise UserError(f"{path}: {told}: {first.use.answer}")
-    return first
+    if first.use.verdict == VERDICTS[0]:
+        return first
+    near = f"nearest is {first.title}: {first.use.answer}"
+    none = "none says whether, as those of a scenario with [robust] do"
+    told = near if first.use.verdict else none
+    raise UserError(f"{path}: no run has a design that can be used; {told}")
 
 
 def batches_below(path: Path) -> list[Path]:

@@ -247,7 +247,7 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
     try:
         check_laws(design, machine)
     except UserError as error:
-        raise error.within(f"{head}") from None
+        raise error.within(head) from None
 
 
 def with_converter(scenario: Scenario, design: Design) -> Scenario:

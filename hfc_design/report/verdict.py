@@ -53,8 +53,7 @@ BASELINES = {
 def baselines(scenario: Scenario) -> dict[str, Baseline]:
     """The published designs that the machine of a scenario is for, by their names."""
     known = BASELINES.get(scenario.plant.name, {})
-    nominal = all(own == type(own)() for own in scenario.plant.values())
-    return {name: one for name, one in known.items() if nominal or not one.nominal}
+    return {k: one for k, one in known.items() if not one.nominal or _at_home(k, scenario)}
 
 
 def _at_home(name: str, scenario: Scenario) -> bool:
