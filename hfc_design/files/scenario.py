@@ -38,6 +38,7 @@ from hfc_design.objectives.metrics import Window, late_samples, settled_samples,
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
+from hfc_design.stability.margins import ASKED
 from plants import Machine
 
 MAX_STEPS = 10_000_000
@@ -266,6 +267,11 @@ class Scenario(Record, metaclass=Asked):
         bounds = constraints_on(self.constraints, self.units)
         kept = (robust.keep, robust.quantile, robust.forgiven)
         return Ensemble(weights, bounds, *kept, self.nominal_only)
+
+    @property
+    def margins(self) -> dict[str, float]:
+        """What its constraints ask of the loop of the nominal machine, linearised."""
+        return {name: float(x) for name, x in self.constraints.items() if name in ASKED}
 
     @property
     def nominal_only(self) -> tuple[bool, ...]:
