@@ -107,7 +107,7 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
         first = abs(float(errors[0]))
         return Attainable(name, first, first, first, 1, 0.0, np.zeros(1))
     largest = np.full(len(errors), played.limit)
-    largest[: scenario.limits.of(scenario.plant.machine.axes[0]).delay_samples] = 0.0
+    largest[: int(scenario.limits.of(scenario.plant.machine.axes[0]).delay_samples)] = 0.0
     count = min(SAMPLES + int(np.argmax(np.abs(errors) > 0.0)), len(errors))
     while True:
         window = _window(machine, one, moved, played, largest, start, count)

@@ -34,6 +34,7 @@ KEYS = {
     "polish": "run.polish",
 }
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+EXTEND_HELP = "Search again while the answer is not yes, three times at most [default: --extend]."
 POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
@@ -49,6 +50,7 @@ DEFAULT = "c-axis-practical"
 @click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @click.option("--polish", metavar="STEPS", type=click.IntRange(min=0), help=POLISH_HELP)
+@click.option("--extend/--no-extend", default=None, help=EXTEND_HELP)
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
@@ -152,6 +154,8 @@ def _asked_for(
 
     plugins = [*filter(None, [options[key] for key in CHOSEN])]
     told = {key: x for name, key in KEYS.items() if (x := options[name]) is not None}
+    if options["extend"] is False:
+        told["run.extend"] = 1
     if pareto is not None and not resume:
         told = trading(scenario or DEFAULT, pareto, told, [*plugins, *changes])
     given = [f"{key}={x}" for key, x in told.items()]
@@ -191,6 +195,7 @@ def _searched(
             own: Any = {}
             if not quiet:
                 own = {"on_generation": watch.generation, "on_polish": watch.polished}
+                own |= {"on_lap": watch.lap}
             result = run.run(scenario, folder, anyway=anyway, **own)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None

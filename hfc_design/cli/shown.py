@@ -19,6 +19,7 @@ from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.score_tables import motion_rows, notes, score_rows
 
 if TYPE_CHECKING:
+    from hfc_design.runs.laps import Lap
     from hfc_design.search.loop import Search
     from hfc_design.search.polish import Polished
 
@@ -42,7 +43,7 @@ class Watch(ProgressBar):
     def __init__(self, scenario: Scenario):
         super().__init__("compiling", scenario.search.generations)
         self._steps = scenario.search.population * scenario.simulation.steps
-        self._polish = scenario.run.polish
+        self._polish, self._laps = scenario.run.polish, scenario.run.extend
         self._title = scenario.judge().title
         self._begun = self._said = time.monotonic()
         self._first: tuple[int, float] | None = None
@@ -79,6 +80,12 @@ class Watch(ProgressBar):
                 line += f"  {left:.0f} s left"
             self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
+
+    def lap(self, lap: "Lap") -> None:
+        """Say why the search goes on, if it does."""
+        if lap.use is not None and not lap.enough and lap.number + 1 < self._laps:
+            self.say(f"{lap.use.answer}\nanother start: {lap.number + 2} of {self._laps} at most")
+            self._first = None
 
     def polished(self, done: "Polished") -> None:
         """Show one finished step of the polish."""

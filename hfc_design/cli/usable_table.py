@@ -15,9 +15,11 @@ from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told, three_digits
 from hfc_design.simulation.monte_carlo import Robustness
+from hfc_design.simulation.stressed import ABOUT, HEADS, ON_THIS_MODEL, broken, rows
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
+ONLY = "hfc: warning: the design is usable only where the machine is as in the model"
 
 
 def show_usable(found: Json | None) -> None:
@@ -29,7 +31,7 @@ def show_usable(found: Json | None) -> None:
     if missed := missed_told(found.get("missed", {}), len(found["motions"])):
         print(fill(missed, room()))
     if not found["usable"]:
-        print(WARNING, file=sys.stderr)
+        print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
     scale, unit = (
         (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
@@ -54,8 +56,21 @@ def show_usable(found: Json | None) -> None:
         mark = "" if one.get("asked_of") != "nominal" else " *"
         table.add_row(name + mark, *(measured(x, factor, three_digits, "-") for factor, x in cells))
     show_whole(table)
+    if found.get("stress"):
+        _show_stress(found["stress"])
     for one in _below(found):
         print(fill(one, room()))
+
+
+def _show_stress(found: list[Json]) -> None:
+    table = plain_table()
+    for k, head in enumerate(HEADS):
+        table.add_column(head, justify="right" if k else "left", no_wrap=True)
+    for row in rows(found):
+        table.add_row(*row)
+    show_whole(table)
+    for line in (*broken(found), ABOUT):
+        print(fill(line, room()))
 
 
 def settling_told(found: Json | None, asked: Collection[str]) -> str:

@@ -131,7 +131,7 @@ class Shown(NamedTuple):
     parameters: tuple[Parameters, ...]  # the record of each axis
     #: What each axis told the control, signal -> (steps,); None where that is not known.
     signals: dict[str, dict[str, Floats]] | None
-    delays: tuple[int, ...] = ()  # samples until the command of each axis acts; () for none
+    delays: tuple[float, ...] = ()  # samples until the command of each axis acts; () for none
     #: Largest command that the controller of each axis keeps to; () for none.
     largest: tuple[float | None, ...] = ()
 

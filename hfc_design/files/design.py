@@ -64,13 +64,17 @@ class PerAxisRecord(Record):
         return type(self)(**every | own)
 
 
+#: Samples that a command may be delayed by.
+MOST_DELAYED = 64.0
+
+
 class Limits(PerAxisRecord):
     """What the drives make of commands: their limits, in the units of the plant, and steps.
 
     A command is bound to ``command``, goes there no faster than ``command_rate`` [1/s], from 0
-    before the first sample, and is then rounded to ``resolution``, the step of the converter; it
-    acts in its own sample, or in the next one with ``delay_samples`` = 1, as in a drive whose
-    control computes while the last command acts. A controller itself keeps to the first two alone.
+    before the first sample, and is then rounded to ``resolution``, the step of the converter. It
+    acts ``delay_samples`` later, 1 where the control computes while the last command acts, and the
+    drive's current follows it with ``lag_s``. A controller itself keeps to the first two alone.
     """
 
     #: largest command, either way; left out: no limit but the drive's own [command]
@@ -79,8 +83,11 @@ class Limits(PerAxisRecord):
     command_rate: Positive | None = Field(None, exclude_if=not_)
     #: step of the converter; 0: ideal [command]
     resolution: NotNegative = Field(0.0, exclude_if=not_)
-    #: 1: a command acts in the next sample, as where the control computes meanwhile
-    delay_samples: Literal[0, 1] = Field(0, exclude_if=not_)
+    #: by how much a command acts later; 1: in the next sample, as where the control computes
+    #: meanwhile; of a part of a sample it acts in the mean over it [samples]
+    delay_samples: Annotated[NotNegative, Field(le=MOST_DELAYED)] = Field(0.0, exclude_if=not_)
+    #: time constant with which the current loop of the drive follows the command [s]
+    lag_s: NotNegative = Field(0.0, exclude_if=not_)
 
     @model_validator(mode="after")
     def _has_steps(self) -> Self:

@@ -71,7 +71,7 @@ def started(
     states = []
     each = zip(machine.axes, machine.drives, machine.initial_state(0.0), strict=True)
     for axis, drive, zero in each:
-        state = _put(drive, zero, (places or {}).get(axis, 0.0))
+        state = put(drive, zero, (places or {}).get(axis, 0.0))
         for name, value in own.get(axis, {}).items():
             if name not in state._fields or isinstance(value, dict):
                 known = one_of(name, state._fields)
@@ -80,7 +80,7 @@ def started(
     return tuple(states)
 
 
-def _put(drive: Drive, state: State, off: float) -> State:
+def put(drive: Drive, state: State, off: float) -> State:
     """The state with the whole of an axis moved by so much."""
     places = {drive.position, drive.seen[0], *drive.encoders}
     own = {name: getattr(state, name) + off for name in places if name in state._fields}
@@ -107,5 +107,5 @@ def beside(
         whole = float(axis.drive.commanded(np.array(0.25))) != 0.25
         coarsest = max(step, axis.resolution, float(whole))
         off = max(DISTURBANCE * way, LEAST_STEPS * coarsest) or still
-        found.append(_put(axis.drive, state, off))
+        found.append(put(axis.drive, state, off))
     return tuple(found)

@@ -36,7 +36,7 @@ DEFAULT_SCENARIOS = {
     "positioning-stage": "positioning-stage-move",
 }
 #: Limits that belong to the drive and not to the controller.
-CONVERTER = ("resolution", "delay_samples")
+CONVERTER = ("resolution", "delay_samples", "lag_s")
 #: A signal that hardly moves anything, and by which a law may divide.
 SMALL = 1e-3
 

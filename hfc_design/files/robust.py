@@ -1,5 +1,6 @@
 """On how many machines a search tries its designs, and how far they are from the nominal one."""
 
+import re
 from collections.abc import Iterable
 from typing import Annotated, Literal
 
@@ -9,16 +10,40 @@ from hfc_design.core.records import Record
 from hfc_design.core.wording import one_of
 from hfc_design.files.machine import PlantSettings
 from hfc_design.objectives.verdict import Keep
+from plants import Drive
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
+#: What has a tolerance beside the parameters of a plant: around every drive, in these units, and
+#: shares of all friction while it sticks and while it moves.
+AROUND = {
+    "load": "load",  # constant, either way
+    "delay_samples": "samples",
+    "lag_s": "s",
+    "noise": "1",  # of a factor on it
+    "backlash": "error",  # up to so much, before the encoder that is fed back
+    "friction_at_rest": "1",
+    "friction_moving": "1",
+}
+#: Parameters of friction, by their names, which all plants are built of.
+AT_REST, MOVING = re.compile("static|stiction|break_?away"), re.compile("coulomb|viscous|friction")
+
+
+def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list[str]:
+    """The parameters of a drive that are friction, of any plant by their names."""
+    found = []
+    for name in drive.parameters._fields:
+        sticks = AT_REST.search(name) is not None
+        if (sticks and at_rest) or (not sticks and moving and MOVING.search(name)):
+            found.append(name)
+    return [name for name in found if name not in drive.exact]
 
 
 def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | None:
     """The first of ``names`` that is no parameter of a machine, and what there is; None: none."""
     known = dict.fromkeys(name for own in settings.values() for name in own._fields)
     for name in names:
-        if name not in known:
+        if name not in known and name not in AROUND:
             return f"{name}: no parameter of {settings.machine.name}; {one_of(name, known)}"
     return None
 
@@ -27,7 +52,10 @@ class RobustSettings(Record):
     """Machines within tolerances, drawn once a run from its seed, the same for every candidate."""
 
     spread: Share = 0.2  # of every parameter, either way, as a share of it [1]
-    tolerances: dict[str, Share] = {}  # spread of single parameters, by their names [1]
+    #: spread of single parameters, by their names, as a share; and of what stands around every
+    #: drive: load [load], delay_samples, lag_s [s], noise [1], backlash [error],
+    #: friction_at_rest and friction_moving [1]
+    tolerances: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = {}
     #: how machines are drawn within the spread
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
     keep: Keep = "mean"  # what of all machines a design is ranked by
@@ -48,7 +76,9 @@ class RobustSettings(Record):
     def _more_and_more(self) -> "RobustSettings":
         if not self.first <= self.machines <= self.elite <= self.final:
             raise ValueError("first <= machines <= elite <= final does not hold")
-        for key, spread in {"spread": self.spread, **self.tolerances}.items():
+        absolute = ("load", "delay_samples", "lag_s", "backlash")
+        shares = {key: x for key, x in self.tolerances.items() if key not in absolute}
+        for key, spread in {"spread": self.spread, **shares}.items():
             if self.margin * spread >= 1.0:
                 told = key if key == "spread" else f"tolerances.{key}"
                 raise ValueError(

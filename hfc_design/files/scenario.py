@@ -25,7 +25,8 @@ from hfc_design.files.machine import (
     reading_fault,
 )
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
-from hfc_design.files.robust import RobustSettings, unknown_parameter
+from hfc_design.files.robust import AROUND, RobustSettings, unknown_parameter
+from hfc_design.files.stress import ALSO, StressSettings
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
@@ -33,13 +34,14 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.measures import Units, path_fault
+from hfc_design.objectives.measures import Units, in_units, path_fault
 from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 from hfc_design.stability.margins import ASKED
 from plants import Machine
+from plants.around import Around
 
 MAX_STEPS = 10_000_000
 #: Of a controller that does not say its kind.
@@ -53,6 +55,8 @@ class RunSettings(Record):
     seed: int = Field(0, ge=0)
     #: of the numbers in a search; the choice in the end is made in float64
     precision: Literal["float32", "float64"] = "float32"
+    #: times the asked budget that a search may take in all while the answer is not yes; 1: once
+    extend: int = Field(3, ge=1, le=100, exclude_if=(3).__eq__)
     #: steps that polish the design when the search has ended; 0: none
     polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)
 
@@ -87,6 +91,8 @@ class Scenario(Record, metaclass=Asked):
     constraints: Constraints = Field({}, exclude_if=not_)
     #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)
+    #: what the answer tries beside these machines; left out: the defaults
+    stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:
         return line("Scenario", self._told())
@@ -106,6 +112,16 @@ class Scenario(Record, metaclass=Asked):
     def _tolerances_of_parameters(self) -> "Scenario":
         if told := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
             raise ValueError(f"robust.tolerances.{told}")
+        also = self.robust.tolerances if self.robust else {}
+        if self.stress.load is not None:
+            in_units("stress.load", self.stress.load, "load", self.units)
+        for name in ALSO:
+            size = getattr(self.stress, name)
+            if name in self.stress.model_fields_set and name in also:
+                raise ValueError(
+                    f"stress.{name} = {size}: robust.tolerances.{name} = {also[name]:g} has it "
+                    "already; leave one of them out"
+                )
         return self
 
     @model_validator(mode="after")
@@ -194,6 +210,11 @@ class Scenario(Record, metaclass=Asked):
                 f"simulation: {duration} s in samples of {every} s are {steps:.15g} samples; "
                 f"allowed are 1 to {MAX_STEPS}"
             )
+        for axis in self.plant.machine.axes:
+            delay = self.limits.of(axis).delay_samples
+            if delay >= steps:
+                told = f"limits.delay_samples = {delay:g}: has to be shorter than the motion"
+                raise ValueError(f"{told} of {steps:.0f} samples")
         self._has_windows()
         self._speaks_of_its_axes()
         check_following(self.plant, self.reference, self.simulation)
@@ -204,6 +225,23 @@ class Scenario(Record, metaclass=Asked):
         """The machine with the encoders fed back that its sensors name."""
         machine = self.plant.machine
         return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
+
+    @property
+    def around(self) -> tuple[Around, ...]:
+        """What stands around the drive of each axis."""
+        each = (self.limits.of(axis) for axis in self.plant.machine.axes)
+        return tuple(Around(own.delay_samples, own.lag_s) for own in each)
+
+    @property
+    def longest_delay(self) -> float | None:
+        """Samples that a command waits at most around a drive; None where nothing stands there."""
+        around = self.around
+        also: dict[str, float] = self.robust.tolerances if self.robust else {}
+        if not any(one != Around() for one in around) and not (AROUND.keys() & also):
+            return None
+        margin = self.robust.margin if self.robust else 1.0
+        more = margin * also.get("delay_samples", 0.0)
+        return float(max(one.delay_samples for one in around)) + more
 
     @property
     def target(self) -> Target:

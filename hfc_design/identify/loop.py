@@ -62,7 +62,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
     usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
 
     def off(parameters: Parameters, late: Scalar) -> Scalar:
-        fixed = one.machine.coefficients((parameters,))
+        fixed = one.coefficients((parameters,))
         zero = 0.0 * late
         put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
         before = start(one, zero, (put,))

@@ -9,6 +9,7 @@ from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import TITLES, measured, merit_told
 from hfc_design.simulation.missed import missed_told
 from hfc_design.simulation.settling import EXPLAINED, reasons_told
+from hfc_design.simulation.stressed import ABOUT, HEADS, broken, rows
 
 
 def in_use(found: Json) -> Json:
@@ -30,6 +31,10 @@ def in_use(found: Json) -> Json:
         "gain_told": found["gain"] and gain_told(found["gain"]),
         "chaos_told": merit_told(found),
         "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
+        "stress_heads": HEADS,
+        "stress_rows": rows(found.get("stress", [])),
+        "stress_broken": broken(found.get("stress", [])),
+        "stress_about": ABOUT,
     }
 
 

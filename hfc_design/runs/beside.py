@@ -56,10 +56,22 @@ class _Ends(Beside):
     highest: Finite | None = None
 
 
+class _Stress(Beside):
+    name: str
+    holds: bool
+    share: Finite
+    merit: Finite | None
+    part: Finite
+    breaks: str
+    why: str
+
+
 class UsableFile(Beside):
     """``usable.json``."""
 
     usable: bool
+    verdict: Literal["yes", "on this model only", "no"] | None = None  # of older files
+    stress: list[_Stress] = []
     answer: Annotated[str, Field(min_length=1)]
     missed: dict[str, _Missed] = {}
     spread: Finite

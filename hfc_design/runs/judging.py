@@ -19,10 +19,13 @@ from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stress import among
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
 #: much of that rounding may take away.
 FEW, SLACK = 4, 1e-9
+#: The machines on which the choice is made in the end are drawn with a seed so far beyond.
+CHOSEN = 2**33
 
 
 class Parts(NamedTuple):
@@ -46,14 +49,18 @@ class Judging:
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
         check_laws(design, scenario.plant.machine)
         controller, _ = controller_of(design, scenario)  # that of any individual
-        self._loop = closed_loop(scenario, controller)
+        later = scenario.stress.delay_samples if scenario.robust else None
+        self._loop = closed_loop(scenario, controller, later)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = [motion.samples() for motion in scenario.each_motion()]
         self._dtype = np.dtype(scenario.run.precision)
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
             wider = 1.0 if final else self._robust.margin
-            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+            seed = scenario.run.seed + CHOSEN * final
+            own = drawn_for(scenario, self._robust.final - 1, seed, wider)
+            stand = simulate.standing if final else among
+            self._machines = stand(own, scenario, self._loop)
         self._allowed = self._ensemble
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)

@@ -23,6 +23,7 @@ from hfc_design.runs.beside import UsableFile, beside
 from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.individuals import with_score
+from hfc_design.runs.laps import LAP, Lap, lap_file, lap_of, laps
 from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
@@ -34,7 +35,7 @@ from hfc_design.simulation.usable import usable
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
 #: What the score in a design file keeps of it.
-KEPT = "share", "interval", "spread", "machines", "seed", "missed"
+KEPT = "verdict", "share", "interval", "spread", "machines", "seed", "missed"
 HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"
@@ -122,9 +123,11 @@ def run(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
     on_polish: Callable[[Polished], None] = lambda done: None,
+    on_lap: Callable[[Lap], None] = lambda lap: None,
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and fill the folder.
 
+    While the answer is not yes it searches again, from another start, up to ``run.extend`` times.
     Stopped at any moment and called again, it ends with the same files as without the stop.
 
     Raises:
@@ -140,26 +143,25 @@ def run(
         _write_design(folder / DESIGN, design)
         return Result(design, evaluation, None)
     check_memory(scenario)
-    problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
     made_by = stored.made_by(scenario, folder)
-    search = stored.load(folder / CHECKPOINT, scenario, {} if anyway else made_by, HINT)
-    saved = time.monotonic()
-    parts = (searcher(settings, problem.task), problem.genome, settings.generations, seed)
-    steps = generations(*parts, problem.scored, search)
-    try:
-        for search in steps:
-            interrupt.heard()
-            on_generation(search)
-            if time.monotonic() - saved > CHECKPOINT_EVERY:
-                _save(folder, search, made_by)
-                saved = time.monotonic()
-    finally:
-        if search is not None:
-            _save(folder, search, made_by)
-    assert search is not None  # there is at least one generation
-    front = front_of(search, scenario)
-    one = front.individual(search, front.best) if front is not None and len(front.merit) else None
-    individual, design, evaluation = best_of(search, scenario, one)
+    needed = {} if anyway else made_by
+    best: Lap | None = None
+    for k in range(laps(scenario)):
+        search = _searched(scenario, folder, k, needed, made_by, on_generation)
+        front = front_of(search, scenario) if k == 0 else None
+        one = front.individual(search, front.best) if front and len(front.merit) else None
+        lap = Lap(k, search, best_of(search, scenario, one), front)
+        if laps(scenario) > 1:
+            lap = lap.decided(scenario)
+            on_lap(lap)
+        best = lap if best is None or lap.better_than(best) else best
+        if lap.enough:
+            break
+    assert best is not None
+    search, front, (individual, design, evaluation) = best.search, best.front, best.found
+    if best.number:
+        design = design.model_copy(update={"score": {**design.score, LAP: best.number}})
+        _save_history(folder, search)
     if scenario.run.polish:
         begun = (individual, design, evaluation)
         design, evaluation = polished(scenario, folder, begun, made_by, anyway, on_polish)
@@ -169,6 +171,35 @@ def run(
         write_front(front, folder)
     _write_design(folder / DESIGN, design)
     return Result(design, evaluation, search, front)
+
+
+def _searched(
+    scenario: Scenario,
+    folder: Path,
+    number: int,
+    needed: dict[str, str],
+    made_by: dict[str, str],
+    on_generation: Callable[[Search], None],
+) -> Search:
+    """The search of a lap, from the start or from its checkpoint."""
+    path, where = folder / lap_file(CHECKPOINT, number), lap_of(scenario, number)
+    search = stored.load(path, scenario, needed, HINT)
+    problem, settings = Problem(where), scenario.search
+    saved = time.monotonic()
+    parts = (searcher(settings, problem.task), problem.genome, settings.generations)
+    steps = generations(*parts, where.run.seed, problem.scored, search)
+    try:
+        for search in steps:
+            interrupt.heard()
+            on_generation(search)
+            if time.monotonic() - saved > CHECKPOINT_EVERY:
+                _save(path, search, made_by)
+                saved = time.monotonic()
+    finally:
+        if search is not None:
+            _save(path, search, made_by)
+    assert search is not None  # there is at least one generation
+    return search
 
 
 def front_needed(folder: Path, result: Result) -> Front:
@@ -247,16 +278,22 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
             raise UserError(f"{folder}: holds no finished run (no {name}){told}")
     scenario = opened_run(folder)
     config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # it only has to be told of
-    search = stored.load(folder / CHECKPOINT, scenario, config)
-    if search is None and not (folder / GIVEN).exists():
-        raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
     design = read_design(folder / DESIGN)
+    number = design.score.get(LAP, 0)
+    path = folder / lap_file(CHECKPOINT, number if isinstance(number, int) else 0)
+    search = stored.load(path, scenario, config)
+    if search is None and not (folder / GIVEN).exists():
+        raise RunError(f"{path}: is gone; what the search did is not known")
     front = read_front(scenario, search, folder)
     return scenario, Result(design, evaluate(design, scenario), search, front)
 
 
-def _save(folder: Path, search: Search, made_by: dict[str, str]) -> None:
-    checkpoint.save(folder / CHECKPOINT, search, made_by)
+def _save(path: Path, search: Search, made_by: dict[str, str]) -> None:
+    checkpoint.save(path, search, made_by)
+    _save_history(path.parent, search)
+
+
+def _save_history(folder: Path, search: Search) -> None:
     lines = ["generation,best,median,diverged,structures"]
     columns = (column.tolist() for column in search.history)
     rows = enumerate(zip(*columns, strict=True))

@@ -9,6 +9,8 @@ Sensors, controller, drives, objectives. ``population`` runs it over the samples
     judged = loop.judge.judged(watch.sums, positions(loop, after.states))
 """
 
+from collections.abc import Sequence
+from math import ceil
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -33,6 +35,7 @@ from hfc_design.simulation.sensors import (
     without_steps,
 )
 from plants import Drive, Machine
+from plants.around import Sampled, Standing, sampled, surrounded
 from plants.blocks import bell, larger, once, pick, ratio, smaller
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
@@ -52,12 +55,23 @@ class Loop(NamedTuple):
     limits: tuple[float | None, ...]  # of the drives' commands
     sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
     resolutions: tuple[float | None, ...]  # of the drives' converters, None where ideal
-    delayed: tuple[bool, ...]  # whether a command acts a sample later
+    around: tuple[Sampled, ...] = ()  # what stands around each drive, where something does
 
     @property
     def doubled(self) -> bool:
         """Whether a copy of the machine, that began a little off, runs beside it."""
         return any(one.doubled for one in self.judge.measured)
+
+    def coefficients(self, parameters: Sequence[Parameters]) -> tuple[Parameters, ...]:
+        """What a step needs of the parameters of each axis.
+
+        Around drives of which the parameters say nothing stands what the loop has.
+        """
+        own = tuple(parameters)
+        if self.around:
+            pairs = zip(own, self.around, strict=True)
+            own = tuple(x if isinstance(x, Standing) else Standing(x, y) for x, y in pairs)
+        return self.machine.coefficients(own)
 
     @property
     def apart(self) -> tuple[Code, tuple[float, ...]]:
@@ -76,12 +90,21 @@ class Loop(NamedTuple):
         return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
 
 
-def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
-    """The loop of ``scenario`` with ``controller`` in it."""
+def closed_loop(scenario: Scenario, controller: Controller, later: float | None = None) -> Loop:
+    """The loop of ``scenario`` with ``controller`` in it.
+
+    With a number of samples there is room around its drives, and for a delay ``later`` by them.
+    """
     machine, simulation = scenario.machine, scenario.simulation
     every = simulation.sample_time_s
     sensors = (sensors_of(scenario.sensors.of(axis), every) for axis in machine.axes)
     limits = [scenario.limits.of(axis) for axis in machine.axes]
+    longest = scenario.longest_delay
+    standing: tuple[Sampled, ...] = ()
+    if longest is not None or later is not None:
+        waits = ceil((longest or 0.0) + (later or 0.0))
+        machine = surrounded(machine, waits, simulation.substeps)
+        standing = tuple(sampled(x, every, simulation.substeps, waits) for x in scenario.around)
     return Loop(
         machine,
         controller,
@@ -90,7 +113,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
         tuple(map(largest_command, limits)),
         tuple(sensors),
         tuple(own.resolution or None for own in limits),
-        tuple(own.delay_samples > 0 for own in limits),
+        standing,
     )
 
 
@@ -104,7 +127,6 @@ class Moving(NamedTuple):
     states: tuple[State, ...]  # of each drive
     angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
     rates: tuple[Rates, ...]  # that its observers had
-    waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
 
@@ -120,7 +142,7 @@ class Watch(NamedTuple):
 class Recorded(NamedTuple):
     """One axis at the start of a sample; of whole motions leaves are (steps, individuals).
 
-    The command is the one that acts on the drive in the sample.
+    The command is the one that the drive is given in the sample.
     """
 
     error: Scalar
@@ -131,7 +153,11 @@ class Recorded(NamedTuple):
 
 def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
     """A machine before the first sample, at ``started`` and with nothing to remember."""
-    states = tuple(type(state)(*(zero + x for x in state)) for state in started)
+    blank = loop.machine.initial_state(zero)
+    states = tuple(
+        own._replace(**{name: zero + x for name, x in state._asdict().items()})
+        for own, state in zip(blank, started, strict=True)
+    )
     angles, rates = [], []
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
@@ -143,7 +169,6 @@ def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
         states,
         tuple(angles),
         tuple(rates),
-        tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
     )
@@ -179,7 +204,7 @@ def moved(
 
     ``told`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
     makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
-    scalars and ``sample_time`` [s] apart from it. The commands afterwards are those that acted.
+    scalars and ``sample_time`` [s] apart from it.
     """
     machine, axes = loop.machine, range(len(loop.machine.drives))
     each = (_sensed(loop, k, fixed[k], before, row.axes[k], sample_time) for k in axes)
@@ -187,12 +212,10 @@ def moved(
     view = View(signals, _path_view(loop, seen, row), told)
     asked, memory = loop.controller.step(LANES, gains, before.memory, view)
     held = tuple(converted(asked[k], loop.limits[k], loop.resolutions[k]) for k in axes)
-    acting = tuple(before.waiting[k] if loop.delayed[k] else held[k] for k in axes)
-    waiting = tuple(held[k] if loop.delayed[k] else None for k in axes)
-    commands = tuple(machine.drives[k].accepted(fixed[k], acting[k]) for k in axes)
+    commands = tuple(machine.drives[k].accepted(fixed[k], held[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, before.states, commands, loads, sample_time, loop.substeps)
-    return Moving(states, angles, rates, waiting, memory, commands)
+    return Moving(states, angles, rates, memory, commands)
 
 
 def watched(
@@ -228,6 +251,8 @@ def _sensed(
 ) -> tuple[State, dict[str, Scalar], Angles, Rates]:
     """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
     drive, sensors = loop.machine.drives[k], loop.sensors[k]
+    if loop.around:
+        row = row._replace(noise=tuple(fixed.around.noise * x for x in row.noise))
     known = before.angles[k], before.rates[k]
     found = measured(sensors, drive, fixed, before.states[k], known, row, sample_time)
     seen, angles, rates = found

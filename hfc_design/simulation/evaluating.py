@@ -34,6 +34,7 @@ from hfc_design.simulation.evaluation import EVALUATED, AxisMotion, Evaluation
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.repeats import averaged, louder, repeats_of, together
 from hfc_design.simulation.stepping import Motions
+from plants.around import plain
 
 
 def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
@@ -113,7 +114,8 @@ def _evaluations(
     own, time = loop.machine, scenario.simulation.time
     many = len(judged.merit) > machines.size
     for k in range(machines.size):
-        parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), machines.true)
+        true = tuple(map(plain, machines.true))
+        parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
         each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
         axes = tuple(starmap(AxisMotion, each))

@@ -13,6 +13,7 @@ from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.one_motion import InMotion, plain
 from hfc_design.simulation.repeats import Repeats, chaos_told
 from hfc_design.simulation.settling import several
+from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES, Stressed, breaking
 
 #: What motions that never rest may not show.
 UNSTABLE = (
@@ -43,6 +44,7 @@ class Usable(NamedTuple):
     units: dict[str, str]  # of the measures
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
     repeats: Repeats  # of the merit of the nominal machine, in float64
+    stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
 
     def __repr__(self) -> str:
         return line("Usable", self._told())
@@ -75,9 +77,16 @@ class Usable(NamedTuple):
 
     @property
     def yes(self) -> bool:
-        """Whether the nominal machine passes every motion, and nearly all of the others do."""
+        """Whether that holds on a machine that is not quite the model, too."""
+        return self.verdict == YES
+
+    @property
+    def verdict(self) -> str:
+        """Whether the nominal machine passes every motion, nearly all others do, and stress too."""
         calm = self.loop_stable is not False and not self._nominal
-        return calm and bool(self.good.mean() >= ENOUGH)
+        if not (calm and self.good.mean() >= ENOUGH):
+            return NO
+        return YES if all(one.holds for one in self.stress) else ON_THIS_MODEL
 
     @property
     def missed(self) -> Json:
@@ -100,13 +109,14 @@ class Usable(NamedTuple):
 
     @property
     def answer(self) -> str:
-        """Yes, or no and why, in a line."""
+        """Yes, on this model only, or no, and why, in a line."""
         share, count = float(self.good.mean()), len(self.good)
         machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
         passes = "pass every motion" if len(self.motions) > 1 else "pass"
         passes += " required of them" if len(self.asked) < len(self.motions) else ""
-        if self.yes:
-            return f"yes: {machines} {passes}"
+        if self.verdict != NO:
+            broken = breaking(self.stress)
+            return f"{self.verdict}: {machines} {passes}" + (broken and f"; {broken}")
         if self.loop_stable is False and not self._nominal:
             return f"no: {UNSTABLE}; {machines} {passes}"
         if why := self._nominal:
@@ -125,6 +135,7 @@ class Usable(NamedTuple):
         low, high = self.interval
         return {
             "usable": self.yes,
+            "verdict": self.verdict,
             "answer": self.answer,
             "missed": self.missed,
             "spread": self.spread,
@@ -139,6 +150,7 @@ class Usable(NamedTuple):
             "merit": plain(float(self.repeats.values[0])),
             "repeats": self.repeats.numbers(),
             "chaotic": self.repeats.chaotic,
+            "stress": [one.numbers() for one in self.stress],
             "units": self.units,
             "motions": {one.name: one.numbers() for one in self.motions},
         }

@@ -2,21 +2,22 @@
 
 A parameter is uniform within +-spread of its nominal value, independent of all others and of the
 other axes; one that is 0 stays 0, and what ``Drive.exact`` names does not vary. A machine that
-cannot exist (``Drive.fault``) is drawn again.
+cannot exist (``Drive.fault``) is drawn again. What ``AROUND`` names varies around every drive.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import jax
 import numpy as np
 from scipy.stats import qmc
 
-from hfc_design.core.numbers import Floats, Parameters
+from hfc_design.core.numbers import Floats, Integers, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.robust import unknown_parameter
+from hfc_design.files.robust import AROUND, friction_of, unknown_parameter
 from hfc_design.simulation.population import Machines
+from plants import Drive
 
 #: A spread is refused if it needs more than this many draws a machine.
 MAX_DRAWS = 100
@@ -50,6 +51,7 @@ def drawn(
         raise UserError(f"{'--tolerance ' if key == KEY else 'robust.tolerances.'}{told}")
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
+    groups = _groups(drives, tolerances)
     generator = np.random.default_rng(seed)
     varied = np.flatnonzero(width)
     evenly = iter(qmc.LatinHypercube(len(varied), rng=generator).random(samples if even else 0))
@@ -61,6 +63,8 @@ def drawn(
             place = generator.random(len(varied))
         low, high = 1.0 - width[varied], 1.0 + width[varied]
         factors[varied] = low + (high - low) * place
+        for own, most in groups:
+            factors[own] *= generator.uniform(1.0 - most, 1.0 + most)
         return _changed(nominal, factors)
 
     kept, refused = [nominal], 0
@@ -77,7 +81,34 @@ def drawn(
                 f"gave a possible {settings.machine.name}; a smaller spread is needed"
             )
     true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)
-    return Machines(nominal, true), refused
+    around = {
+        name: _around(name, tolerances[name], (len(drives), samples + 1), [seed, k])
+        for k, name in enumerate(AROUND)
+        if name in tolerances and not name.startswith("friction")
+    }
+    return Machines(nominal, true, around), refused
+
+
+def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> Floats:
+    """(axes, machines) of what differs around every drive, of the nominal machine nothing."""
+    place = np.random.default_rng(seed).uniform(0.0 if name == "backlash" else -1.0, 1.0, shape)
+    place[:, 0] = 0.0
+    return most * place + (name == "noise")
+
+
+def _groups(
+    drives: Sequence[Drive], tolerances: Mapping[str, float]
+) -> list[tuple[Integers, float]]:
+    """Parameters of friction, by their places, which change together, and by what share."""
+    found, begin = [], 0
+    for drive in drives:
+        places = {name: begin + k for k, name in enumerate(drive.parameters._fields)}
+        for rest, name in ((True, "friction_at_rest"), (False, "friction_moving")):
+            own = [places[x] for x in friction_of(drive, rest, not rest)]
+            if name in tolerances and own:
+                found.append((np.array(own), tolerances[name]))
+        begin += len(places)
+    return found
 
 
 def _changed(nominal: tuple[Parameters, ...], factors: Floats) -> tuple[Parameters, ...]:

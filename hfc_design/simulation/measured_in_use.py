@@ -23,10 +23,15 @@ from hfc_design.simulation.settling import STABILITY, faults
 from plants import in_a_name
 
 
-def loop_in_use(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
-    """Tolerances, constraints, what is told, and ``STABILITY`` are measured, in this order."""
+def loop_in_use(
+    design: Design, scenario: Scenario, later: float | None = None
+) -> tuple[Loop, Gains]:
+    """Tolerances, constraints, what is told, and ``STABILITY`` are measured, in this order.
+
+    ``later`` is that of ``closed_loop``.
+    """
     controller, gains = controller_of(design, scenario)
-    loop = closed_loop(scenario, controller)
+    loop = closed_loop(scenario, controller, later)
     bounds = [*_tolerances(scenario), *constraints_on(scenario.constraints, scenario.units)]
     own = (*(bound.measure for bound in bounds), *_measures(scenario), *STABILITY)
     return loop._replace(judge=loop.judge._replace(measured=own)), gains

@@ -198,6 +198,7 @@ def _motions(
     size = max(min(at_once, room), 1)
     one, wide = gains, lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size))
     gains = jax.tree.map(wide, gains)
+    machines = population.standing(machines, scenario, loop)
     measured = measuring(loop, (own for own, _ in tolerated_metrics(scenario).values()))
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.

@@ -4,9 +4,10 @@ Numbers go in and come out as numpy. What happens to them in between is in ``com
 spreads a population over the devices, and below it in ``stepping``, which lets it step.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jax
@@ -16,11 +17,17 @@ from jax.typing import DTypeLike
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters
 from hfc_design.core.plugins import own_code
+from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import compiled, rejecting
 from hfc_design.simulation.closed_loop import Loop, axis_signals
 from hfc_design.simulation.stepping import Inputs, Motions, trailing
+from plants.around import Around, Standing, plain, sampled
+
+#: Of ``Around`` what is never less than 0.
+LEAST_0 = ("delay_samples", "lag_s", "noise", "backlash", "jitter")
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class Machines(NamedTuple):
@@ -28,6 +35,7 @@ class Machines(NamedTuple):
 
     told: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
     true: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
+    around: Mapping[str, Floats] = MappingProxyType({})  # (axes, machines), see ``standing``
 
     @property
     def size(self) -> int:
@@ -36,7 +44,45 @@ class Machines(NamedTuple):
 
     def take(self, chosen: int | Integers) -> "Machines":
         """The machines that an index array chooses, or the one of an index."""
-        return Machines(self.told, jax.tree.map(lambda leaf: leaf[chosen], self.true))
+        true = jax.tree.map(lambda leaf: leaf[chosen], self.true)
+        around = {name: x[..., chosen] for name, x in self.around.items()}
+        return Machines(self.told, true, around)
+
+    @property
+    def each(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
+        """What the control believes of all of them, and what each is."""
+        return self.told, self.true
+
+    @property
+    def one(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
+        """The same of the first of them, with numbers."""
+        return self.take(0).each
+
+
+def standing(
+    machines: Machines, scenario: Scenario, loop: Loop, more: Mapping[str, Any] = NOTHING
+) -> Machines:
+    """The machines with what stands around their drives.
+
+    That is what ``scenario`` has and ``machines`` differ by, and then ``more``: fields of
+    ``Around``, a number or one an axis. All of it is added, but for factors and modes.
+    """
+    if not loop.around:
+        return machines
+    every, waits = scenario.simulation.sample_time_s, len(loop.around[0].waits)
+    true = []
+    for k, (own, base) in enumerate(zip(machines.true, scenario.around, strict=True)):
+        found = base
+        for changes in (machines.around, more):
+            for name, change in changes.items():
+                value = np.asarray(change, float)
+                value = value[k] if value.ndim else value
+                before = getattr(found, name)
+                both = before * value if name == "noise" else before + value
+                found = found._replace(**{name: np.maximum(both, 0.0) if name in LEAST_0 else both})
+        wide = Around(*(np.broadcast_to(np.asarray(x, float), machines.size) for x in found))
+        true.append(Standing(plain(own), sampled(wide, every, loop.substeps, waits)))
+    return Machines(machines.told, tuple(true), machines.around)
 
 
 def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
@@ -52,6 +98,7 @@ def scores(
     gains: Gains,
     dtype: DTypeLike = np.float32,
     at_once: int = 0,
+    steps: int = 0,
 ) -> Judged:
     """What the judge says of every individual on every machine in every motion, as numpy.
 
@@ -61,23 +108,27 @@ def scores(
     is spread over all devices.
 
     ``at_once`` pairs of an individual and a machine are simulated together, or all: other numbers
-    of individuals and machines then share a program.
+    of individuals and machines then share a program, as with a number of ``steps`` do motions that
+    are no longer than that together.
     """
     count, each = trailing(gains), machines.size
     lanes = count * each
     width = compiled.filled(at_once or lanes)
     code, data = loop.apart
     # A loop over a known number of samples is up to a tenth faster, and a program for that number.
-    samples, bounds = _joined(motions) if len(motions) > 1 else (motions[0], None)
-    parts = []
+    joined = len(motions) > 1 or steps > 0
+    samples, bounds = _joined(motions, least=steps) if joined else (motions[0], None)
+    parts, whole = [], None  # which all lanes share is packed once
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, lanes, width):
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = _lanes_of(gains, lane // each) if width > count else gains
             true = machines.take(lane % each if each > 1 else 0).true
             inputs = Inputs(data, machines.told, true, samples, some, bounds)
-            numbers = inputs.packed(each > 1, dtype, compiled.together(width))
-            parts.append(np.asarray(compiled.scores(code, each > 1, *numbers), np.float64))
+            forms, whole, own = inputs.packed(each > 1, dtype, compiled.together(width), whole)
+            parts.append(
+                np.asarray(compiled.scores(code, each > 1, forms, whole[1], own), np.float64)
+            )
     found = np.concatenate(parts, axis=-1)[..., :lanes]
     found = found.reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
@@ -108,16 +159,16 @@ def scores_needed(
     # Dealt to the devices in turn: neighbours are alike, and often lost together.
     dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
     code, data = loop.apart
-    parts = []
+    parts, whole = [], None
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, count, width):
             own = start + dealt
             lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
             least = np.where(own < count, needed[lane], np.inf)
             some = _lanes_of(gains, lane)
-            inputs = Inputs(data, *machines.take(0), samples, some, bounds, least)
-            numbers = inputs.packed(False, dtype, compiled.finely(width))
-            found = np.asarray(compiled.scores_needed(code, *numbers), np.float64)
+            inputs = Inputs(data, *machines.one, samples, some, bounds, least)
+            forms, whole, few = inputs.packed(False, dtype, compiled.finely(width), whole)
+            found = np.asarray(compiled.scores_needed(code, forms, whole[1], few), np.float64)
             parts.append(found[:, np.argsort(dealt)])
     found = np.concatenate(parts, axis=1)[:, :count, None, None]
     merit, failed, simulated, *values = found
@@ -166,7 +217,7 @@ def motions_and_memories(
     recorded = trailing(gains) if recorded is None else recorded
     own, (code, data) = machines.size > 1, loop.apart
     samples, bounds = _joined(motions, recorded)
-    inputs = Inputs(data, *(machines if own else machines.take(0)), samples, gains, bounds)
+    inputs = Inputs(data, *(machines.each if own else machines.one), samples, gains, bounds)
     with _own_code(loop), jax.enable_x64(True):
         found, moved, memory = jax.tree.map(
             np.asarray, compiled.trajectories(code, own, recorded, inputs.cast(np.float64))
@@ -239,7 +290,7 @@ def jacobians(
         chosen = np.arange(sum(sizes))
     code, data = loop.apart
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(data, *machines.take(0), samples, gains).cast(dtype)
+        inputs = Inputs(data, *machines.one, samples, gains).cast(dtype)
         values, slopes = compiled.jacobians(code, quantities, inputs, compiled.filled_up(chosen))
     count = len(chosen)
     return {
@@ -258,11 +309,13 @@ def _own_code(loop: Loop) -> AbstractContextManager[None]:
     return own_code(" cannot be simulated", *parts, passing=(no_memory,))
 
 
-def _joined(motions: Sequence[Samples], recorded: int = 0) -> tuple[Samples, Integers]:
+def _joined(
+    motions: Sequence[Samples], recorded: int = 0, least: int = 0
+) -> tuple[Samples, Integers]:
     """Motions one after the other, filled up behind the last one, and the columns of each."""
     columns = [own._replace(sample_time=None, start=(), beside=()) for own in motions]
     ends = np.cumsum([0, *(len(own.time) for own in motions)])
-    behind = np.full(compiled.filled_up_steps(int(ends[-1]), recorded) - ends[-1], -1)
+    behind = np.full(compiled.filled_up_steps(max(int(ends[-1]), least), recorded) - ends[-1], -1)
 
     def joined(*parts: Floats) -> Floats:
         return np.concatenate([*parts, parts[-1][..., behind]], axis=-1)

@@ -64,15 +64,23 @@ class Inputs(NamedTuple):
         return jax.tree.map(converted, self)
 
     def packed(
-        self, own_machine: bool, dtype: DTypeLike, chunk: int
-    ) -> tuple[Forms, Packed, Packed]:
-        """What all lanes share and what each has, in few arrays: see ``from_packed``."""
+        self,
+        own_machine: bool,
+        dtype: DTypeLike,
+        chunk: int,
+        whole: tuple[Form, Packed] | None = None,
+    ) -> tuple[Forms, tuple[Form, Packed], Packed]:
+        """What all lanes share and what each has, in few arrays: see ``from_packed``.
+
+        What is shared is ``whole`` where it has been packed before.
+        """
         shared, own = (None, self.true) if own_machine else (self.true, None)
-        whole, all_numbers = packed(
-            (self.numbers, self.told, shared, self.samples, self.bounds), dtype
-        )
+        if whole is None:
+            every = (self.numbers, self.told, shared, self.samples, self.bounds)
+            form, numbers = packed(every, dtype)
+            whole = form, jax.tree.map(jnp.asarray, numbers)  # on the device once
         lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
-        return (whole, lanes), all_numbers, lane_numbers
+        return (whole[0], lanes), whole, lane_numbers
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
@@ -181,7 +189,7 @@ def stepping(
     _, told, true, samples, gains, *_ = inputs
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
-    fixed = loop.machine.coefficients(true)
+    fixed = loop.coefficients(true)
     doubled = loop.doubled and bool(samples.beside)
     own = 0 if own_machine else None
     step = jax.vmap(partial(moved, loop), in_axes=(None, own, None, 0, 0, None))

@@ -8,7 +8,7 @@ four times the substeps.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -23,15 +23,17 @@ from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
-from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.gain_range import gain_range
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
 from hfc_design.simulation.monte_carlo import FEW, check_draw
-from hfc_design.simulation.population import Machines
+from hfc_design.simulation.population import Machines, standing
 from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
+from hfc_design.simulation.stress import AT_ONCE, longest, stressed
+from hfc_design.simulation.stressed import NO
 from hfc_design.stability.margins import margins
 
 #: Of a scenario that says nothing about tolerances.
@@ -68,23 +70,38 @@ def usable(
     parts = (robust.spread, count, seed, robust.tolerances)
     key = "robust.spread" if spread is None else "--spread"
     some, _ = drawn(machine(design, scenario), *parts, key=key)
-    motions = scenario.each_motion()
-    judged = _on_machines(design, scenario, some)
-    exact, gain, repeats = _gain(design, scenario, some.take(np.zeros(1, int)))
+    under = scenario.robust is not None or "stress" in scenario.model_fields_set
+    later = scenario.stress.delay_samples if under else None
+    judged, standing_in = _on_machines(design, scenario, some, later)
+    nominal = some.take(np.zeros(1, int))
+    exact, gain, repeats = _gain(design, scenario, nominal)
     once = merit(scenario, exact.merit)
-    coarse = merit(scenario, judged.merit[:1])
-    told = tuple(in_motion(scenario, judged, k, one) for k, one in enumerate(motions))
-    return Usable(
+    each = enumerate(scenario.each_motion())
+    found = Usable(
         robust.spread,
         seed,
-        told,
+        tuple(in_motion(scenario, judged, k, one) for k, one in each),
         gain,
-        _change(coarse, once),
-        _substeps(design, scenario, some.take(np.zeros(1, int)), once),
+        _change(merit(scenario, judged.merit[:1]), once),
+        _substeps(design, scenario, nominal, once),
         units(scenario),
         _loop_stable(design, scenario),
         repeats,
     )
+    if not under or found.verdict == NO:
+        return found
+    crossover = _crossover(design, scenario)
+    return found._replace(stress=stressed(scenario, *standing_in, some, judged, crossover))
+
+
+def _crossover(design: Design, scenario: Scenario) -> float | None:
+    """The highest at which a loop has the magnitude 1 [Hz]."""
+    try:
+        loops = open_loops(design, machine(design, scenario), scenario.limits)
+    except UserError:
+        return None
+    each = [x for loop in loops.values() for x in [margins(loop).crossover] if x]
+    return max(each) / (2.0 * np.pi * scenario.simulation.sample_time_s) if each else None
 
 
 def _loop_stable(design: Design, scenario: Scenario) -> bool | None:
@@ -108,24 +125,30 @@ def _merits(scenario: Scenario, merits: Floats) -> Floats:
     return averaged(merits, weights)
 
 
-def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judged:
-    """(machines, motions) of each; what diverges is simulated again in finer steps."""
+def _on_machines(
+    design: Design, scenario: Scenario, machines: Machines, later: float | None
+) -> tuple[Judged, tuple[Loop, Gains]]:
+    """(machines, motions) of each, and the loop, with room for a command ``later`` by that.
 
-    def simulated(where: Scenario, some: Machines) -> Judged:
-        loop, gains = loop_in_use(design, where)
-        samples = [motion.samples() for motion in where.each_motion()]
-        found = population.scores(loop, some, samples, gains, scenario.run.precision)
-        return Judged(*(np.array(part[0]) for part in found))
-
-    judged = simulated(scenario, machines)
+    What diverges is simulated again in finer steps.
+    """
+    loop, gains = loop_in_use(design, scenario, later)
+    samples = [motion.samples() for motion in scenario.each_motion()]
+    about = (gains, scenario.run.precision)
+    shared = () if later is None else (AT_ONCE, longest(scenario))  # a program with all stresses
+    found = population.scores(loop, standing(machines, scenario, loop), samples, *about, *shared)
+    judged = Judged(*(np.array(part[0]) for part in found))
     for where in finer(scenario):
         again = np.flatnonzero(judged.failed.any(axis=1))
         if not len(again):
             break
-        found = simulated(where, machines.take(np.resize(again, -(-len(again) // FEW) * FEW)))
+        some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
+        finely, _ = loop_in_use(design, where)
+        each = [motion.samples() for motion in where.each_motion()]
+        found = population.scores(finely, standing(some, where, finely), each, *about)
         for part, new in zip(judged, found, strict=True):
-            part[again] = new[: len(again)]
-    return judged
+            part[again] = new[0, : len(again)]
+    return judged, (loop, gains)
 
 
 def _gain(

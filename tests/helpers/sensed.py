@@ -14,10 +14,9 @@ def moved(found, kp=758.405, kd=743.010):
     return evaluation.axes[0].motion
 
 
-def commands(y):
-    """Of an X-Y machine, the Y axis of which has a converter of its own."""
+def axes(y):
+    """Motions of an X-Y machine, the Y axis of which has a converter of its own."""
     limits = {"command": 120.0, "resolution": 3.0, "axes": {"y": {"resolution": 5.0, **y}}}
     changes = {"limits": limits, "simulation.duration_s": 0.5}
     found = hfc.load_scenario("feed-drive-circle", changes)
-    axes = hfc.evaluate("jee-koren-2004-pid", found).axes
-    return [axis.motion.command for axis in axes]
+    return [axis.motion for axis in hfc.evaluate("jee-koren-2004-pid", found).axes]

@@ -1,6 +1,7 @@
 """What stands between the controller and the machine in an FMU: its sensors and its converter."""
 
 from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
 from hfc_design.files.machine import Axis
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import plant_code
@@ -52,8 +53,17 @@ def sensing(scenario: Scenario, axis: Axis, head: str) -> tuple[Json, list[Varia
 
 
 def converter(scenario: Scenario, axis: Axis) -> Json:
-    """What the template reads of the converter of an axis."""
+    """What the template reads of the converter of an axis.
+
+    Raises:
+        UserError: its delay is none of a whole sample, or it has a lag.
+    """
     limits = scenario.limits.of(axis.name)
+    if limits.delay_samples not in (0.0, 1.0) or limits.lag_s:
+        raise UserError(
+            f"scenario {scenario.name}: limits.delay_samples must be 0 or 1 and limits.lag_s 0 in "
+            f"an FMU of a machine (got {limits.delay_samples:g} and {limits.lag_s:g})"
+        )
     return {
         "limit": largest_command(limits),
         "step": limits.resolution,

@@ -6,7 +6,7 @@ import numpy as np
 import oracle
 import pytest
 from scipy.signal import lfilter
-from sensed import commands, moved, scenario
+from sensed import axes, moved, scenario
 
 import hfc_design.api as hfc
 
@@ -89,17 +89,17 @@ def test_difference_over_several_samples_is_one_of_the_readings():
 
 
 def by_hand(samples, resolution, limit, kp=758.405, kd=743.010):
-    """Commands that act on the C-axis, by a plain loop."""
+    """Commands that the C-axis is given, each acting a sample later, by a plain loop."""
     rhs = oracle.plant()
-    x, waiting, acting = np.zeros(6), 0.0, []
+    x, waiting, given = np.zeros(6), 0.0, []
     for n in range(samples):
         command = kp * (0.02 * n * PERIOD - x[3]) + kd * (0.02 - x[4])
         command = np.clip(command, -limit, limit)
         command = resolution * np.floor(command / resolution + 0.5)
         now, waiting = waiting, command
         x = oracle.rk4(lambda t, x, now=now: rhs(x, now, 0.0), 0.0, x, PERIOD)
-        acting.append(now)
-    return np.array(acting)
+        given.append(command)
+    return np.array(given)
 
 
 def test_commands_are_bound_then_rounded_then_held_back():
@@ -118,7 +118,7 @@ def test_a_limit_that_is_no_whole_step_is_not_exceeded():
 
 
 def test_each_axis_has_a_converter_of_its_own():
-    x, y = commands({"delay_samples": 1})
+    x, y = (one.command for one in axes({"delay_samples": 1}))
     assert (x % 3 == 0).all()
     assert (y % 5 == 0).all()
     assert len(np.unique(x)) > 5 < len(np.unique(y))

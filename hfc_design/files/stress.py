@@ -1,0 +1,39 @@
+"""What a usable design has to stand that no scenario has: a delay, a mode, a load, a gap."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from hfc_design.core.quantities import Quantity
+from hfc_design.core.records import NotNegative, Positive, Record
+
+Share = Annotated[float, Field(gt=0, lt=1)]
+Factor = Annotated[float, Field(ge=1, le=100)]
+#: What of it robust.tolerances may have too.
+ALSO = ("delay_samples", "load", "noise")
+
+
+class StressSettings(Record):
+    """What the answer tries beside the scenario's machines, one at a time; 0 leaves one out."""
+
+    delay_samples: Annotated[float, Field(ge=0, le=16)] = 1.0  # longer delay [samples]
+    lag_samples: NotNegative = 0.5  # slower current loop, its time constant [samples]
+    noise: Factor = 2.0  # factor on the noise of the sensors; 1 leaves it out [1]
+    #: load on every axis, one way, the other, and as a step in the middle of the motion; left out:
+    #: the largest of the scenario, or what a tenth of the largest command holds [load]
+    load: Quantity | None = None
+    friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]
+    mode_damping: Share = 0.02  # damping ratio of a mode that the model has not [1]
+    #: what swings in it, as shares of all that moves; from twice the crossover to a quarter of the
+    #: sampling rate [1]
+    mode_inertia: tuple[Share, ...] = (0.1, 1.0 / 3.0)
+    #: modes between the drive and what is measured, which a log has shown [Hz]
+    far_modes_hz: tuple[Positive, ...] = ()
+    #: nothing above was excited in a log: such a mode may be there [Hz]
+    unknown_above_hz: Positive | None = None
+    backlash_steps: NotNegative = 3.0  # gap before the encoder that is fed back [steps]
+    start: NotNegative = 0.1  # start off the reference, of the way in the fastest second [1]
+    jitter: Annotated[float, Field(ge=0, le=0.9)] = 0.1  # of the sample time [1]
+    rest_s: NotNegative = 60.0  # at rest after every motion [s]
+    machines: Annotated[int, Field(ge=1, le=1000)] = 32  # on which each is tried, nominal one first
+    share: Share = 0.9  # of those that hold without it have to hold [1]

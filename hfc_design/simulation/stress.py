@@ -1,0 +1,384 @@
+"""A design under stress: what every engineer takes for granted and no scenario has.
+
+One at a time on some of the machines, in all motions, in the compiled program of all others.
+Most stands around the drives (``plants.around``), so that no plant has to know of it; a load, a
+start and a rest are other samples of the same motions.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.records import UserError
+from hfc_design.files.machine import Axis
+from hfc_design.files.motions import put, way
+from hfc_design.files.robust import friction_of
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.measures import in_units
+from hfc_design.objectives.metrics import late_samples
+from hfc_design.simulation import population
+from hfc_design.simulation.closed_loop import Loop
+from hfc_design.simulation.missed import three_digits
+from hfc_design.simulation.population import Machines, standing
+from hfc_design.simulation.repeats import averaged
+from hfc_design.simulation.settling import faults
+from hfc_design.simulation.stressed import Stressed
+from hfc_design.stability.nominal import nominal
+from plants.around import plain
+
+#: Parts of a stress that are tried where the whole breaks the design.
+PARTS = np.arange(1, 8) / 8.0
+#: Frequencies of a mode, from the lowest to the highest.
+MODES = 4
+#: Share of the largest command that holds the load of a scenario that has none.
+HELD = 0.1
+#: Pairs of a stress and a machine that are simulated together.
+AT_ONCE = 64
+
+#: What a size does: around every axis, by a factor on friction, to the samples of a motion.
+Applied = tuple[dict[str, Any], float, Callable[[Samples], Samples] | None]
+
+
+class Case(NamedTuple):
+    """One stress, of which parts can be tried."""
+
+    words: str  # with a place for its size
+    size: float
+    applied: Callable[[float], Applied]  # of a size
+    shown: float = 1.0  # factor of the size in words
+    factor: bool = False  # its size is a factor, of which the half is a root
+
+    def of(self, part: float) -> float:
+        """The size of a part of it."""
+        return self.size**part if self.factor else self.size * part
+
+    def told(self, part: float) -> str:
+        """A part of it in words."""
+        return self.words.format(three_digits(self.shown * self.of(part)))
+
+
+def stressed(
+    scenario: Scenario,
+    loop: Loop,
+    gains: Gains,
+    machines: Machines,
+    found: Judged,
+    crossover: float | None,
+) -> tuple[Stressed, ...]:
+    """What becomes of a design under every stress that the scenario asks for.
+
+    ``loop`` has room around its drives, ``found`` (machines, motions) is what the ``machines`` do
+    without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
+    """
+    own = scenario.stress
+    count = min(own.machines, machines.size)
+    some = machines.take(np.arange(count))
+    without = Judged(*(part[:count] for part in found))
+    each = _asked(scenario, crossover)
+    judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
+    whole = [_held(scenario, without, one) for one in judged]
+    broken = [k for k, (held, _) in enumerate(whole) if not _enough(held, own.share)]
+    tried = [(each[k], float(part)) for k in broken for part in PARTS]
+    less = _judged(scenario, loop, some, gains, tried)
+    parts = {k: less[n * len(PARTS) : (n + 1) * len(PARTS)] for n, k in enumerate(broken)}
+    told = []
+    for k, (case, one) in enumerate(zip(each, judged, strict=True)):
+        held, _ = whole[k]
+        row = Stressed(
+            case.told(1.0),
+            k not in parts,
+            float(held.mean()) if len(held) else 1.0,
+            _worth(scenario, one) / _worth(scenario, without) if k not in parts else 0.0,
+        )
+        told.append(
+            row if k not in parts else _breaking(scenario, without, row, case, parts[k], one)
+        )
+    return tuple(told)
+
+
+def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
+    """The machines, of which every other one is under a stress, each in turn.
+
+    What needs another motion is not among them.
+    """
+    kinds = [one for one in _asked(scenario, None) if one.applied(one.size)[2] is None]
+    if not kinds:
+        return standing(machines, scenario, loop)
+    places, parts = [np.arange(0, machines.size, 2)], []
+    parts.append(standing(machines.take(places[0]), scenario, loop).true)
+    for k, case in enumerate(kinds):
+        own = np.arange(1 + 2 * k, machines.size, 2 * len(kinds))
+        if len(own):
+            changes, friction, _ = case.applied(case.size)
+            some = _rubbing(scenario, machines.take(own), friction)
+            places.append(own)
+            parts.append(standing(some, scenario, loop, changes).true)
+    order = np.argsort(np.concatenate(places))
+    true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
+    return Machines(machines.told, true)
+
+
+def _asked(scenario: Scenario, crossover: float | None) -> list[Case]:
+    """Those with a size."""
+    return [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
+
+
+def _breaking(
+    scenario: Scenario,
+    without: Judged,
+    row: Stressed,
+    case: Case,
+    parts: Sequence[Judged],
+    whole: Judged,
+) -> Stressed:
+    """With the least part that breaks the design."""
+    for part, one in zip((*PARTS, 1.0), (*parts, whole), strict=True):
+        held, why = _held(scenario, without, one)
+        if not _enough(held, scenario.stress.share):
+            return row._replace(part=float(part), breaks=case.told(float(part)), why=why)
+    return row
+
+
+def _enough(held: Mask, share: float) -> bool:
+    """Whether the nominal machine holds, the first, and so many of the others."""
+    return bool(not len(held) or (held[0] and held.mean() >= share))
+
+
+def _held(scenario: Scenario, without: Judged, found: Judged) -> tuple[Mask, str]:
+    """Of the machines that hold without stress which hold, and what most others do and where."""
+    motions = scenario.each_motion()
+
+    def lost(one: Judged) -> dict[str, Mask]:
+        values = np.concatenate([without.values[:1], one.values])
+        failed = np.concatenate([without.failed[:1], one.failed])
+        masks = faults(values, failed, motions)
+        asked = ~np.array(scenario.nominal_only)
+        return {why: mask[1:] & asked for why, mask in masks.items()}
+
+    held = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
+    reasons = {why: mask[held] for why, mask in lost(found).items()}
+    holds = ~np.logical_or.reduce([*reasons.values()]).any(axis=1)
+    why = max(reasons, key=lambda name: reasons[name].any(axis=1).sum())
+    where = int(reasons[why].sum(axis=0).argmax())
+    name = f" in {scenario.motions[where].name}" if scenario.motions else ""
+    return holds, why + name
+
+
+def _worth(scenario: Scenario, found: Judged) -> float:
+    """Merit of the median machine, all motions together."""
+    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
+    merits = np.where(found.failed, -np.inf, found.merit)
+    return float(np.median(averaged(merits, weights)))
+
+
+def longest(scenario: Scenario) -> int:
+    """Samples of all motions together, with the rest that is the longest of all stresses."""
+    each = [motion.simulation for motion in scenario.each_motion()]
+    return sum(x.steps + round(scenario.stress.rest_s / x.sample_time_s) for x in each)
+
+
+def _judged(
+    scenario: Scenario,
+    loop: Loop,
+    machines: Machines,
+    gains: Gains,
+    tried: Sequence[tuple[Case, float]],
+) -> list[Judged]:
+    """(machines, motions) of each part of a stress; those of the same motions together."""
+    plainly = [motion.samples() for motion in scenario.each_motion()]
+    steps = longest(scenario)
+    found: dict[int, Judged] = {}
+    alike: list[Any] = []
+    apart: list[Any] = []
+    for k, (case, part) in enumerate(tried):
+        changes, friction, other = case.applied(case.of(part))
+        one = standing(_rubbing(scenario, machines, friction), scenario, loop, changes)
+        (apart if other else alike).append((k, one, other))
+    groups = [(alike, plainly)] if alike else []
+    groups += [([own], [*map(own[2], plainly)]) for own in apart]
+    for group, motions in groups:
+        every = [one.true for _, one, _ in group]
+        true = jax.tree.map(lambda *leaves: np.concatenate(leaves), *every)
+        many = Machines(machines.told, true)
+        dtype = scenario.run.precision
+        judged = population.scores(loop, many, motions, gains, dtype, AT_ONCE, steps)
+        for n, (k, *_) in enumerate(group):
+            here = slice(n * machines.size, (n + 1) * machines.size)
+            found[k] = Judged(*(np.array(part[0, here]) for part in judged))
+    return [found[k] for k in range(len(tried))]
+
+
+def _rubbing(scenario: Scenario, machines: Machines, factor: float) -> Machines:
+    """The machines with so many times the friction."""
+    if factor == 1.0:
+        return machines
+    true = []
+    for drive, own in zip(scenario.machine.drives, machines.true, strict=True):
+        bare = plain(own)
+        more = {name: factor * getattr(bare, name) for name in friction_of(drive)}
+        bare = bare._replace(**more)
+        true.append(own._replace(own=bare) if bare is not own and hasattr(own, "around") else bare)
+    return Machines(machines.told, tuple(true))
+
+
+def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
+    """Every stress that a scenario asks for and has a place for."""
+    own, every = scenario.stress, scenario.simulation.sample_time_s
+    axes = scenario.plant.each()
+    sensors = [scenario.sensors.of(axis.name) for axis in axes]
+    pairs = zip(axes, sensors, strict=True)
+    steps = np.array([axis.resolution or sensor.encoder_resolution for axis, sensor in pairs])
+    noisy = any(x.noise or any(y.noise for y in x.readings.values()) for x in sensors)
+    rubbing = any(friction_of(axis.drive) for axis in axes)
+    more = partial(_around, "delay_samples")
+    yield Case("a delay {} samples longer", own.delay_samples, more)
+    slower = partial(_around, "lag_s", scale=every)
+    yield Case("a current loop {} samples slower", own.lag_samples, slower)
+    louder = partial(_around, "noise")
+    yield Case("{} times the noise", own.noise if noisy else 1.0, louder, factor=True)
+    for size in (own.friction, 1.0 / own.friction):
+        words, all_of_it = "{} times the friction", size if rubbing else 1.0
+        yield Case(words, all_of_it, _rubbed, factor=True)
+    yield from _modes(scenario, crossover)
+    gap = partial(_around, "backlash", scale=steps)
+    yield Case("a gap of {} encoder steps", own.backlash_steps * steps.any(), gap)
+    words = "samples up to {} % early or late"
+    yield Case(words, own.jitter, partial(_around, "jitter"), 100.0)
+    yield from _loads(scenario)
+    begun = partial(_other, partial(_started, scenario))
+    yield Case("a start {} % of the way off", own.start, begun, 100.0)
+    yield Case("{} s at rest behind the motion", own.rest_s, partial(_other, _resting))
+
+
+def _around(key: str, size: float, scale: Any = 1.0) -> Applied:
+    return {key: size * scale}, 1.0, None
+
+
+def _rubbed(size: float) -> Applied:
+    return {}, size, None
+
+
+def _other(change: Callable[..., Samples], size: float) -> Applied:
+    return {}, 1.0, partial(change, size=size)
+
+
+def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
+    """Modes at the drive, of each inertia at several frequencies, and between drive and encoder."""
+    own, highest = scenario.stress, 0.25 / scenario.simulation.sample_time_s
+
+    def mode(hz: float, share: Callable[[float], float], size: float) -> Applied:
+        found = {"mode_hz": hz, "mode_damping": own.mode_damping, "mode_share": share(size)}
+        return found, 1.0, None
+
+    def frequencies(lowest: float | None) -> list[float]:
+        found = lowest is not None and lowest < highest
+        return np.geomspace(lowest, highest, MODES).tolist() if found and lowest else []
+
+    twice = crossover and 2.0 * crossover
+    for inertia in own.mode_inertia:
+        for hz in frequencies(twice):
+            words = f"a mode at {three_digits(hz)} Hz, {{}} % of what moves"
+            swings = partial(mode, hz, lambda r: r / (1.0 - r))
+            yield Case(words, inertia, swings, 100.0)
+    unknown = own.unknown_above_hz and max(own.unknown_above_hz, twice or 0.0)
+    for hz in (*own.far_modes_hz, *frequencies(unknown)):
+        words = f"a mode at {three_digits(hz)} Hz before the encoder, {{}} % of it"
+        yield Case(words, 1.0, partial(mode, hz, lambda part: -part), 100.0)
+
+
+def _loads(scenario: Scenario) -> Iterator[Case]:
+    """No load, one either way, a step of one."""
+    motions = [motion.samples() for motion in scenario.each_motion()]
+    loaded = any(np.any(axis.loads) for one in motions for axis in one.axes)
+    without = partial(_other, _loaded)
+    yield Case("{} % less of the load", float(loaded), without, 100.0)
+    sizes = np.array(loads(scenario, motions))
+    largest, unit = float(sizes.max()), scenario.units.signals["load"]
+    shares = sizes / largest if largest else sizes
+    words = f"a load of {{}} {unit} more"
+    for sign in (1.0, -1.0):
+        yield Case(words, sign * largest, partial(_around, "load", scale=shares))
+    step = partial(_other, partial(_stepped, shares=shares.tolist()))
+    yield Case(f"a load step of {{}} {unit}", largest, step)
+
+
+def loads(scenario: Scenario, motions: Sequence[Samples]) -> list[float]:
+    """The load of the stress on each axis; 0 where nobody can say how much that is."""
+    own, axes = scenario.stress.load, scenario.plant.each()
+    if own is not None:
+        return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
+    largest = [max(float(np.abs(x.axes[k].loads).max()) for x in motions) for k in range(len(axes))]
+    return largest if any(largest) else [_held_by_a_part(scenario, axis) for axis in axes]
+
+
+def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
+    """What ``HELD`` of the largest command holds."""
+    limit = scenario.limits.of(axis.name).command
+    most = min(map(abs, axis.drive.largest_commands(axis.parameters, limit)))
+    try:
+        model = nominal(axis.drive, axis.parameters, scenario.simulation.sample_time_s)
+    except UserError:  # it cannot be linearised
+        return 0.0
+    return HELD * most / abs(model.load.command) if np.isfinite(most) else 0.0
+
+
+def _loaded(samples: Samples, size: float) -> Samples:
+    """With a share of the load less."""
+    return _pushed(samples, lambda loads, k: (1.0 - size) * loads)
+
+
+def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:
+    """With a step of the load in the middle."""
+    after = (np.arange(len(samples.time)) >= len(samples.time) // 2).astype(float)
+    return _pushed(samples, lambda loads, k: loads + size * shares[k] * after)
+
+
+def _pushed(samples: Samples, change: Callable[[Floats, int], Floats]) -> Samples:
+    axes = (x._replace(loads=change(np.asarray(x.loads), k)) for k, x in enumerate(samples.axes))
+    return samples._replace(axes=tuple(axes))
+
+
+def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
+    """With a machine, and its copy, that begin off the reference."""
+    starts, besides = [], []
+    each = zip(scenario.plant.each(), samples.axes, samples.start, samples.beside, strict=True)
+    for axis, own, start, beside in each:
+        gone = np.asarray(own.target) - getattr(start, axis.drive.position)
+        off = size * way(gone, np.asarray(own.reference_rate))
+        starts.append(put(axis.drive, start, off))
+        besides.append(put(axis.drive, beside, off))
+    return samples._replace(start=tuple(starts), beside=tuple(besides))
+
+
+#: Of an axis what stays as it is at rest, and what is 0 there.
+STAYS = ("reference", "loads", "target", "end", "heading")
+ENDS = ("reference_rate", "reference_acceleration", "sliding")
+
+
+def _resting(samples: Samples, size: float) -> Samples:
+    """With a rest [s] behind the motion; the last load stays, the noise comes again."""
+    more = round(size / float(samples.sample_time))
+    steps = len(samples.time) + more
+
+    def held(column: Floats | None, factor: float = 1.0) -> Floats | None:
+        if column is None:
+            return None
+        last = factor * np.asarray(column)[..., -1:]
+        return np.concatenate([column, np.repeat(last, more, axis=-1)], axis=-1)
+
+    axes = []
+    for own in samples.axes:
+        found = {name: held(getattr(own, name)) for name in STAYS}
+        found |= {name: held(getattr(own, name), 0.0) for name in ENDS}
+        noise = np.take(own.noise, np.arange(steps) % len(samples.time), axis=-1)
+        axes.append(own._replace(**found, noise=noise))
+    time: Floats = float(samples.sample_time) * np.arange(steps, dtype=np.float64)
+    path = jax.tree.map(held, samples.path)
+    rest = {"path": path, "settled": held(samples.settled), "late": late_samples(time)}
+    return samples._replace(axes=tuple(axes), time=time, **rest)

@@ -1,0 +1,179 @@
+"""What stands around a drive and is not in its model: delay, lag, load, a mode, a gap, jitter.
+
+``surrounded`` makes another drive of any drive, own ones included, so that none has to know of it.
+"""
+
+from collections import namedtuple
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import ArrayLike
+
+from plants.drive import Coefficients, Drive, Loads, Parameters, Scalar, State
+from plants.machine import Machine
+
+#: Jitter is drawn from multiples of the golden ratio: even in any stretch, and alike everywhere.
+GOLDEN = 0.6180339887498949
+
+
+class Around(NamedTuple):
+    """How much of each there is; numbers, or (machines,)."""
+
+    delay_samples: Any = 0.0  # of the command; fractions too
+    lag_s: Any = 0.0  # time constant of the current loop, after the delay [s]
+    load: Any = 0.0  # constant, added to that of the scenario [load]
+    noise: Any = 1.0  # factor on that of the readings
+    backlash: Any = 0.0  # between the axis and the encoder that is fed back [error]
+    jitter: Any = 0.0  # largest change of the time of a sample, as a share of it
+    mode_hz: Any = 0.0  # of a mode in the force; 0: there is none [Hz]
+    mode_damping: Any = 0.0  # ratio [1]
+    #: What swings as a share of what does not (Franklin et al., Feedback Control, sec. 2.1, two
+    #: masses pushed at the one that is measured); -1: what is measured is the mass that swings.
+    mode_share: Any = 0.0
+
+
+class Sampled(NamedTuple):
+    """``Around`` for one length of a step; what a step needs of it, numbers or (machines,)."""
+
+    waits: tuple[Scalar, ...]  # 1 at the whole samples of the delay, else 0
+    late: Scalar  # share of a sample beyond these
+    keep: Scalar  # of the lag, in a step
+    mean: Scalar  # of what is kept, in the mean over a step
+    turn: tuple[Scalar, Scalar, Scalar, Scalar]  # matrix of the mode, row by row
+    share: Scalar
+    load: Scalar
+    noise: Scalar
+    slack: Scalar  # half the backlash
+    jitter: Scalar
+
+
+class Standing(NamedTuple):
+    """Parameters of a drive, or what a step needs of them, and what stands around it."""
+
+    own: Any
+    around: Sampled
+
+
+def sampled(around: Around, sample_time: float, substeps: int, waits: int) -> Sampled:
+    """``around`` in steps of ``sample_time / substeps`` [s].
+
+    ``waits`` are the samples that the longest delay takes, rounded up.
+    """
+    dt = sample_time / substeps
+    delay, lag, hz = (np.asarray(x, float) for x in (around.delay_samples, around.lag_s, around[6]))
+    whole = np.clip(np.ceil(delay) - 1.0, 0.0, None)
+    with np.errstate(divide="ignore"):
+        keep = np.where(lag > 0.0, np.exp(-dt / np.maximum(lag, 1e-300)), 0.0)
+    rest = np.asarray(around.mode_share, float) * (hz > 0.0)
+    turn = _turned(np.where(hz > 0.0, hz, 1.0 / dt), np.asarray(around.mode_damping, float), dt)
+    given = (around.load, around.noise, 0.5 * np.asarray(around.backlash), around.jitter)
+    parts = (delay - whole, keep, lag / dt * (1.0 - keep), turn, rest, *given)
+    weights = tuple(np.where(whole == k, 1.0, 0.0) for k in range(waits))
+    shape = np.broadcast_shapes(*(np.shape(x) for x in around))
+    return Sampled(*_shaped((weights, *parts), shape))
+
+
+def _turned(hz: ArrayLike, damping: ArrayLike, dt: float) -> tuple[ArrayLike, ...]:
+    """``s'' + 2 z w s' + w^2 s = u`` over a held u: off = w^2 s - u and swing = s' / dt."""
+    w = 2.0 * np.pi * np.asarray(hz)
+    decay, damped = np.asarray(damping) * w, w * np.sqrt(1.0 - np.asarray(damping) ** 2)
+    e, c, s = np.exp(-decay * dt), np.cos(damped * dt), np.sin(damped * dt)
+    ratio = decay / damped
+    rows = (c + ratio * s, w**2 * dt / damped * s, -s / (damped * dt), c - ratio * s)
+    return tuple(e * x for x in rows)
+
+
+def _shaped(parts: Any, shape: tuple[int, ...]) -> Any:
+    """Each number as a float, or as (machines,)."""
+    if isinstance(parts, tuple):
+        return tuple(_shaped(part, shape) for part in parts)
+    return np.broadcast_to(parts, shape).astype(float) if shape else float(parts)
+
+
+def plain(parameters: Parameters) -> Parameters:
+    """The parameters of the drive itself."""
+    return parameters.own if isinstance(parameters, Standing) else parameters
+
+
+@cache  # the same machine for the same one: it is a key of compiled code
+def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
+    """The machine whose drives have what stands around them, ``Standing``, in their parameters.
+
+    ``waits`` are those of ``sampled``. What a step needs of parameters without it has nothing
+    around.
+    """
+    drives = tuple(_around(drive, waits, substeps) for drive in machine.drives)
+    own, forces = machine.forces, None
+    if own is not None:
+        counts = [len(drive.initial_state(0.0)) for drive in machine.drives]
+        kinds = [type(drive.initial_state(0.0)) for drive in machine.drives]
+
+        def forces(fixed: Any, states: Any, commands: Any) -> Any:
+            inner = (k(*x[:n]) for k, x, n in zip(kinds, states, counts, strict=True))
+            return own(tuple(one.own for one in fixed), tuple(inner), commands)
+
+    return Machine(machine.name, machine.axes, drives, forces)
+
+
+def _record(fields: tuple[str, ...]) -> Any:
+    return namedtuple("State", fields)
+
+
+def _around(drive: Drive, waits: int, substeps: int) -> Drive:
+    kind = type(drive.initial_state(0.0))
+    count, seen = len(kind._fields), drive.seen[0]
+    sent = [f"sent_{k + 1}" for k in range(waits)]
+    more = [*sent, "part", "lagged", "bent", "swing", "slack", "beat"]
+    state_of = _record((*kind._fields, *more))
+    nothing = sampled(Around(), 1.0, 1, waits)
+
+    def inner(state: State) -> State:
+        return kind(*state[:count])
+
+    def coefficients(parameters: Parameters) -> Standing:
+        own = parameters if isinstance(parameters, Standing) else Standing(parameters, nothing)
+        return Standing(drive.coefficients(own.own), own.around)
+
+    def measured(fixed: Coefficients, state: State) -> State:
+        own = inner(state)
+        if len(state) > count:
+            own = own._replace(**{seen: getattr(own, seen) + state.slack})
+        return drive.measured(fixed.own, own)
+
+    def step(fixed: Standing, state: State, command: Scalar, loads: Loads, dt: Scalar) -> State:
+        a, before = fixed.around, inner(state)
+        given = (command, *(getattr(state, name) for name in sent))
+        old = a.late if substeps == 1 else jnp.clip(a.late * substeps - state.part, 0.0, 1.0)
+        acting = command
+        if waits:
+            pairs = zip(a.waits, pairwise(given), strict=True)
+            acting = sum(w * ((1.0 - old) * new + old * late) for w, (new, late) in pairs)
+        lagged = acting + a.keep * (state.lagged - acting)
+        held = acting + a.mean * (state.lagged - acting)
+        off, (one, two, three, four) = state.bent - held, a.turn
+        bent, swing = held + one * off + two * state.swing, three * off + four * state.swing
+        pushed = held + a.share * (swing - state.swing)
+        beat = state.beat + GOLDEN
+        beat = beat - jnp.floor(beat)
+        time = dt * (1.0 + a.jitter * (2.0 * beat - 1.0))
+        after = drive.step(fixed.own, before, pushed, tuple(x + a.load for x in loads), time)
+        slack = state.slack + getattr(before, seen) - getattr(after, seen)
+        part = jnp.where(state.part + 1.5 > substeps, 0.0, state.part + 1.0)
+        ends = part == 0.0
+        kept = [jnp.where(ends, new, x) for new, x in pairwise(given)]
+        slack = jnp.clip(slack, -a.slack, a.slack)
+        return state_of(*after, *kept, part, lagged, bent, swing, slack, beat)
+
+    return replace(
+        drive,
+        initial_state=lambda zero: state_of(*drive.initial_state(zero), *(zero for _ in more)),
+        coefficients=coefficients,
+        step=step,
+        signals=lambda fixed, state: drive.signals(fixed.own, inner(state)),
+        measured=measured,
+        accepted=lambda fixed, command: drive.accepted(fixed.own, command),
+    )

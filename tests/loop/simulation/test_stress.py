@@ -1,0 +1,142 @@
+"""What a design stands, against poles by SciPy and static errors by hand."""
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete
+
+from hfc_design.api import with_gains
+from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.simulation.stress import PARTS, _resting
+from hfc_design.simulation.usable import usable
+from plants.around import GOLDEN
+
+PERIOD, KP, KD = 1e-3, 20.0, 0.3  # V/mm, V s/mm
+GAIN, DRAG, MASS = 35.1507, 203.5, 95.11
+#: Nothing but what a test asks for.
+NONE = {
+    **dict.fromkeys(("delay_samples", "lag_samples", "load", "backlash_steps", "jitter"), 0.0),
+    **{"noise": 1.0, "friction": 1.0, "start": 0.0, "rest_s": 0.0, "mode_inertia": []},
+    "machines": 2,
+}
+#: A stage without friction, which the poles of a linear loop describe.
+STAGE = {
+    "plant": {
+        "name": "positioning-stage",
+        "parameters": {"coulomb_friction": 0.0, "offset": 0.0},
+    },
+    "simulation": {"duration_s": 2.0, "sample_time_s": PERIOD},
+    "reference": {"kind": "trapezoidal", "distance": 5.0, "velocity": 50.0, "acceleration": 2000.0},
+    "robust": {
+        "spread": 1e-6,
+        **{"unseen": 3, "first": 2, "machines": 2, "elite": 2, "final": 2},
+    },
+    "fitness": {"kind": "tolerances", "tolerances": {"rms_error": 1.0}},
+    "controller": {"kind": "pid+ff"},
+}
+
+
+def found(**stress):
+    scenario = load_scenario({**STAGE, "stress": NONE | stress})
+    gains = {"kp": KP, "kd": KD, "ki": 0.0, "velocity": DRAG / GAIN * 1e-3}
+    return usable(
+        with_gains(scenario, "pid+ff", {k: gains[k] for k in ("kp", "kd", "ki")}), scenario
+    )
+
+
+def radius(delay=0, hz=0.0, damping=0.0, share=0.0):
+    """Of the closed loop's largest pole, with whole samples of delay and a mode in the force."""
+    a = np.array([[0.0, 1.0, 0, 0], [0, -DRAG / MASS, 0, 0], [0, 0, 0, 1.0], [0, 0, 0, 0]])
+    b = np.array([[0.0], [1e3 * GAIN / MASS], [0.0], [1.0]])
+    w = 2.0 * np.pi * hz
+    a[3, 2:] = -(w**2), -2.0 * damping * w
+    a[1] += 1e3 * GAIN / MASS * share * a[3]  # the force is u + share s'', s'' = u - ...
+    b[1] *= 1.0 + share
+    ad, bd, *_ = cont2discrete((a, b, np.eye(4), np.zeros((4, 1))), PERIOD)
+    fed = -np.array([[KP, KD, 0.0, 0.0]])
+    if not hz:
+        ad, bd, fed = ad[:2, :2], bd[:2], fed[:, :2]
+    for _ in range(delay):
+        size = len(ad)
+        ad = np.block([[ad, bd], [np.zeros((1, size + 1))]])
+        bd = np.vstack([np.zeros((size, 1)), [[1.0]]])
+        fed = np.hstack([fed, [[0.0]]])
+    return np.abs(np.linalg.eigvals(ad + bd @ fed)).max()
+
+
+def test_a_delay_breaks_the_loop_where_its_poles_do():
+    own = found(delay_samples=16.0)
+    (row,) = own.stress
+    sizes = 16.0 * np.append(PARTS, 1.0)
+    unstable = [radius(int(x)) > 1.0 for x in sizes]
+    assert any(unstable)
+    assert not all(unstable)
+    assert row.part == sizes[int(np.argmax(unstable))] / 16.0
+    assert not row.holds
+    assert row.why.startswith(("oscillates", "diverges", "stays at a limit"))
+    assert own.verdict == "on this model only"
+    assert own.answer.startswith("on this model only: 100 % of 3 unseen machines")
+    assert f"a delay {row.part * 16:g} samples longer" in own.answer
+    assert not own.numbers()["usable"]
+
+
+def test_a_far_mode_breaks_the_loop_where_its_poles_do():
+    own = found(far_modes_hz=[60.0], mode_damping=0.02)
+    (row,) = own.stress
+    parts = np.append(PARTS, 1.0)
+    unstable = [radius(0, 60.0, 0.02, -x) > 1.0 for x in parts]
+    assert any(unstable)
+    assert not all(unstable)
+    assert (row.part, row.holds) == (parts[int(np.argmax(unstable))], False)
+
+
+def test_a_stress_that_the_loop_stands_is_no_reason():
+    assert radius(2) < 1.0
+    own = found(delay_samples=2.0, rest_s=2.0, start=0.1, jitter=0.1)
+    assert [one.holds for one in own.stress] == [True] * 4
+    assert own.verdict == "yes"
+    assert own.numbers()["usable"]
+
+
+@pytest.mark.parametrize("times", [0.8, 1.2])
+def test_a_load_is_where_the_static_error_is_too_large(times):
+    """Without an integral a load leaves F / (gain kp); far off is more than 5 % of the way."""
+    load = times * 0.05 * 5.0 * GAIN * KP
+    rows = {one.name: one for one in found(load=load).stress}
+    assert len(rows) == 3  # either way and as a step
+    assert {one.holds for one in rows.values()} == {times < 1.0}
+    if times > 1.0:
+        parts = {one.part for one in rows.values()}
+        assert parts == {PARTS[np.argmax(times * PARTS > 1.0)]}
+        assert all(one.why.startswith("is far off") for one in rows.values())
+
+
+def test_a_rest_goes_on_where_the_motion_has_ended():
+    samples = load_scenario(STAGE).samples()
+    longer = _resting(samples, 0.5)
+    (one,), (other,) = samples.axes, longer.axes
+    assert len(longer.time) == 2500
+    assert longer.time[-1] == pytest.approx(2.499)
+    assert (other.reference[2000:] == one.reference[-1]).all()
+    assert (other.reference_rate[2000:] == 0.0).all()
+    np.testing.assert_array_equal(other.reference[:2000], one.reference)
+    assert (np.flatnonzero(longer.late)[0], longer.late.max()) == (1875, 2.0)
+    assert 0.0 < GOLDEN < 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"stress.delay_samples": 17}, "stress.delay_samples"),
+        ({"stress.noise": 0.5}, "stress.noise"),
+        ({"stress.load": "3 kg"}, "stress.load"),
+        (
+            {"stress.delay_samples": 1, "robust.tolerances": {"delay_samples": 1.0}},
+            "stress.delay_samples",
+        ),
+    ],
+)
+def test_stress_that_cannot_be_is_a_line(changes, where):
+    with pytest.raises(UserError, match=where) as told:
+        load_scenario(STAGE, changes)
+    assert len(told.value.lines) == 1
