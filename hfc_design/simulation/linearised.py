@@ -26,11 +26,14 @@ from hfc_design.simulation.closed_loop import Loop, moved, positions, start
 from hfc_design.simulation.packing import Code, joined
 from hfc_design.stability.margins import OpenLoop
 from plants import Machine
+from plants.around import fine
 
 #: Newton's steps at most, and the change [1] at which it has come, or has come near enough.
 TRIES, SETTLED, NEAR = 30, 1e-9, 1e-5
 #: A matrix of even numbers with a smaller determinant may be singular.
 SINGULAR = 1e-7
+#: What differs by a smaller share is the same but for its last bits.
+ROUNDED = 1e-13
 #: How many times as fast a motion is looked for first where none is found.
 FAST = 1e3
 
@@ -64,7 +67,7 @@ def _of_machine(code: Code, numbers: Any, told: Any, true: Any, every: Any, row:
 
     def sample(true: Any, row: Samples, x: Any) -> Any:
         _, of = ravel_pytree(start(loop, jnp.zeros(()), row.start)._replace(commands=()))
-        fixed, axes = loop.machine.coefficients(true), len(row.axes)
+        fixed, axes = loop.coefficients(true), len(row.axes)
         commands, shifts, loads = x[-3 * axes :].reshape(3, axes)
         there = tuple(
             one._replace(
@@ -129,19 +132,25 @@ def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> S
             c = slopes[:, size:-axes, of_state]
             along = _along(a, c[:, errors])
             # What depends on the place, as cogging does, is 0 in the mean over the way.
-            a = a + np.where(moving, (a @ along - along) @ c[:, errors], 0.0)
+            off = a @ along - along
+            off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
+            a = a + np.where(moving, off @ c[:, errors], 0.0)
             way = (along @ (every * speeds)[..., None])[..., 0]
             off = value[:, :size] - x[:, of_state] - way
             off = np.concatenate([off, value[:, size:][:, errors]], axis=1)
             matrix = np.block([[a - unit, b], [c[:, errors], np.zeros((lanes, axes, axes))]])
-            move = solved(np.nan_to_num(matrix), -np.nan_to_num(off))
+            heard = _heard(slopes[:, :, of_state])
+            some = np.append(heard, np.ones(axes, bool))
+            move = np.zeros_like(off)
+            whole = np.nan_to_num(matrix)[:, some][:, :, some]
+            move[:, some] = solved(whole, -np.nan_to_num(off)[:, some])
             x[:, : size + axes] += move
             scale = np.maximum(np.abs(x).max(axis=1), np.finfo(float).tiny)
             far = np.abs(move).max(axis=1) / scale
             if (far <= SETTLED).all():
                 break
-        come = (far <= NEAR) & np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
-        return x, come, (a, c, along, value, slopes, view)
+        sound = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
+        return x, (far <= NEAR) & sound, (a, c, along, value, slopes, view)
 
     first = begun(1.0)
     size, unit = first.shape[1], np.eye(first.shape[1])
@@ -160,12 +169,13 @@ def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> S
     references = slopes[:, size:-axes, size + axes : size + 2 * axes]
     change = ((c @ along + references) @ (every * speeds)[..., None])[..., 0]
     change[np.abs(change) <= SETTLED * every * np.abs(speeds).max()] = 0.0
+    kept = _heard(slopes[:, :, of_state])
     return Steady(
-        a,
-        slopes[:, :size, of_command],
-        c,
-        slopes[:, -axes:, of_state],
-        slopes[:, :size, -axes:],
+        a[:, kept][:, :, kept],
+        slopes[:, :size, of_command][:, kept],
+        c[:, :, kept],
+        slopes[:, -axes:, of_state][:, :, kept],
+        slopes[:, :size, -axes:][:, kept],
         -c @ along,
         view,
         value[:, size:-axes],
@@ -173,6 +183,18 @@ def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> S
         x[:, of_command],
         come,
     )
+
+
+def _heard(slopes: Floats) -> Mask:
+    """(states,) which of them change a signal or a position now or later.
+
+    Others may run by themselves, as a count of samples does, and are no part of any loop.
+    """
+    size, hears = slopes.shape[2], (slopes != 0.0).any(axis=0)
+    found = hears[size:].any(axis=0)
+    for _ in range(size):
+        found = found | hears[:size][found].any(axis=0)
+    return np.asarray(found)
 
 
 def _without_steps(loop: Loop) -> Loop:
@@ -184,9 +206,7 @@ def _without_steps(loop: Loop) -> Loop:
 
 @cache  # the same machine for the same one: it is a key of compiled code
 def _fine(machine: Machine) -> Machine:
-    same: Any = lambda fixed, x: x
-    drives = tuple(replace(drive, accepted=same, measured=same) for drive in machine.drives)
-    return replace(machine, drives=drives)
+    return replace(machine, drives=tuple(map(fine, machine.drives)))
 
 
 def _unlimited(controller: Any) -> Any:
@@ -248,6 +268,7 @@ def solved(matrix: Floats, right: Floats) -> Floats:
         open_ &= ~regular
     for k in np.flatnonzero(open_):
         found[k] = np.linalg.lstsq(even[k], told[k], rcond=1e-11)[0]
+    found[np.abs(found) <= ROUNDED * np.abs(found).max(axis=1, initial=0.0)[:, None]] = 0.0
     return np.asarray(columns * found)
 
 
