@@ -84,12 +84,12 @@ def stability(
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
-    With DESIGN (kind flc, aflc or soflc) also the gains of its rule table; one for another plant
-    than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
-    2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi), or a hierarchy on a linear part, the
-    margins of its loop instead: with the drive linearised near the speed at which friction slides
-    and the hierarchy at rest, the factors on the gain, the lag and the delay at which it begins to
-    oscillate.
+    Without anything: the range of the drive of Jee & Koren 2004; with a DESIGN of kind flc, aflc or
+    soflc also the gains of its rule table, on another plant than a feed drive with --gain and
+    --time-constant. With any DESIGN alone: the loop as it is simulated on its scenario, opened at
+    its command and linearised at rest and at the speeds of its motions. Gain, phase and delay
+    margin, largest sensitivity, bandwidth and compliance, of the nominal machine and a band over
+    others.
     """
     from hfc_design.calls.stability import stability
     from hfc_design.core.records import UserError

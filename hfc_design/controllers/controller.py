@@ -21,8 +21,7 @@ FOLLOWED = {
 #: Fields of memories in which laws keep what they learn, slowly beside a loop.
 LEARNT = frozenset(
     ("root", "rules", "weights", "moved", "moves", "error_moves", "change_moves")
-    + ("singleton_moves", "change", "action")
-)
+) | {"singleton_moves", "change", "action"}
 
 
 def units_of(units: Mapping[str, str]) -> dict[str, str]:

@@ -18,7 +18,7 @@ from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled
 from hfc_design.simulation.loop_margins import near, operating_points
 from hfc_design.simulation.population import one_machine
-from hfc_design.stability.loop_report import ASKED
+from hfc_design.stability.margins import ASKED
 
 #: Frequencies, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(2e-3, 1.0, 48), 1.01

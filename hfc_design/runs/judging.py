@@ -19,6 +19,7 @@ from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import trailing
 from hfc_design.simulation.stress import among
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
@@ -129,7 +130,7 @@ class Judging:
     def _beside(self, gains: Gains) -> Floats:
         """(n,) by how much individuals break what is asked of the margins of their loops."""
         if self._margins is None:
-            return np.zeros(simulate.trailing(gains))
+            return np.zeros(trailing(gains))
         return self._margins.broken(gains)
 
     def _rank(

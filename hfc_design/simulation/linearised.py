@@ -57,7 +57,9 @@ QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pass
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
-def _of_machine(code: Code, numbers: Any, told: Any, true: Any, every: Any, row: Any, x: Any) -> Any:
+def _of_machine(
+    code: Code, numbers: Any, told: Any, true: Any, every: Any, row: Any, x: Any
+) -> Any:
     """Of every lane what a sample makes of ``x``, derivatives of that, and the signals as a tree.
 
     ``x`` are the numbers of the machine, commands, shifts of the references, and loads beside what
@@ -111,77 +113,98 @@ class Steady(NamedTuple):
     found: Mask  # whether there is such a motion
 
 
-def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
-    """Machines that follow the ``rows`` with ``speeds`` (lanes, axes), a lane each; float64."""
-    loop = _without_steps(loop._replace(controller=Told()))
-    code, numbers = loop.apart
-    lanes, axes = speeds.shape
-    every = float(np.ravel(rows.sample_time)[0])
-    rows_of = [_lane(rows, k) for k in range(lanes)]
+class _Near(NamedTuple):
+    """What a sample makes of machines at some numbers, a lane each."""
 
-    def begun(factor: float) -> Floats:
-        return np.array([_begun(loop, *own) for own in zip(rows_of, factor * speeds, strict=True)])
+    a: Floats  # (lanes, states, states)
+    c: Floats  # (lanes, signals, states)
+    along: Floats  # (lanes, states, axes) what moves with a unit of way
+    value: Floats
+    slopes: Floats
+    view: Any
+    errors: Integers  # places of the errors among the signals
 
-    def found(x: Floats, speeds: Floats) -> tuple[Floats, Mask, tuple[Floats, ...]]:
-        """Newton's method: state and commands, whether they are found, and what is near them."""
+
+class _Machines:
+    """Machines that follow rows with speeds (lanes, axes), a lane each, without a controller."""
+
+    def __init__(self, loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats):
+        self._loop = _without_steps(loop._replace(controller=Told()))
+        self._code, self._numbers = self._loop.apart
+        self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
+        self._given = told, true, np.float64(self.every), rows
+        self._rows = [_lane(rows, k) for k in range(len(speeds))]
+        self.size = self.begun(1.0).shape[1] - speeds.shape[1]
+
+    def begun(self, factor: float) -> Floats:
+        """(lanes, states + axes) where all has the speeds times a factor, without any command."""
+        each = zip(self._rows, factor * self.speeds, strict=True)
+        states = np.array([_begun(self._loop, *own) for own in each])
+        return np.concatenate([states, 0.0 * self.speeds], axis=1)
+
+    def near(self, x: Floats) -> _Near:
+        """What is near states and commands."""
+        more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
+        value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
+        value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
+        a = slopes[:, : self.size, : self.size]
+        c = slopes[:, self.size : -self.speeds.shape[1], : self.size]
+        along = _along(a, c[:, errors])
+        # What depends on the place, as cogging does, is 0 in the mean over the way.
+        off = a @ along - along
+        off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
+        off[~self.speeds.any(axis=1)] = 0.0
+        return _Near(a + off @ c[:, errors], c, along, value, slopes, view, errors)
+
+    def followed(self, x: Floats, factor: float) -> tuple[Floats, Mask]:
+        """States and commands by Newton's method from ``x``, and whether they are found."""
+        (lanes, axes), size = self.speeds.shape, self.size
         for _ in range(TRIES):
-            value, slopes, view = _of_machine(code, numbers, told, true, every, rows, x)
-            value, slopes = np.array(value), np.array(slopes)
-            errors = _errors(view)
-            a, b = slopes[:, :size, of_state], slopes[:, :size, of_command]
-            c = slopes[:, size:-axes, of_state]
-            along = _along(a, c[:, errors])
-            # What depends on the place, as cogging does, is 0 in the mean over the way.
-            off = a @ along - along
-            off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
-            a = a + np.where(moving, off @ c[:, errors], 0.0)
-            way = (along @ (every * speeds)[..., None])[..., 0]
-            off = value[:, :size] - x[:, of_state] - way
-            off = np.concatenate([off, value[:, size:][:, errors]], axis=1)
-            matrix = np.block([[a - unit, b], [c[:, errors], np.zeros((lanes, axes, axes))]])
-            heard = _heard(slopes[:, :, of_state])
-            some = np.append(heard, np.ones(axes, bool))
-            move = np.zeros_like(off)
-            whole = np.nan_to_num(matrix)[:, some][:, :, some]
+            one = self.near(x)
+            b, errors = one.slopes[:, :size, size : size + axes], one.c[:, one.errors]
+            way = (one.along @ (self.every * factor * self.speeds)[..., None])[..., 0]
+            off = one.value[:, :size] - x[:, :size] - way
+            off = np.concatenate([off, one.value[:, size:][:, one.errors]], axis=1)
+            matrix = np.block([[one.a - np.eye(size), b], [errors, np.zeros((lanes, axes, axes))]])
+            some = np.append(_heard(one.slopes[..., :size]), np.ones(axes, bool))
+            move, whole = np.zeros_like(off), np.nan_to_num(matrix)[:, some][:, :, some]
             move[:, some] = solved(whole, -np.nan_to_num(off)[:, some])
-            x[:, : size + axes] += move
-            scale = np.maximum(np.abs(x).max(axis=1), np.finfo(float).tiny)
-            far = np.abs(move).max(axis=1) / scale
+            x = x + move
+            far = np.abs(move).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
             if (far <= SETTLED).all():
                 break
-        sound = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
-        return x, (far <= NEAR) & sound, (a, c, along, value, slopes, view)
+        sound = np.isfinite(one.slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
+        return x, (far <= NEAR) & sound
 
-    first = begun(1.0)
-    size, unit = first.shape[1], np.eye(first.shape[1])
-    none, moving = np.zeros((lanes, 3 * axes)), speeds.any(axis=1)[:, None, None]
-    of_state, of_command = slice(size), slice(size, size + axes)
-    x, come, about = found(np.concatenate([first, none], axis=1), speeds)
-    if not come.all():  # nothing touches behind a gap; much faster, what brakes does
-        fast, _, _ = found(np.concatenate([begun(FAST), none], axis=1), FAST * speeds)
-        fast[:, of_state] += first - begun(FAST)
-        again, came, others = found(np.where(np.isfinite(fast), fast, 0.0), speeds)
-        mended = came & ~come
-        pick = [(mended, old, new) for old, new in zip(about[:5], others[:5], strict=True)]
-        about = (*(np.where(m.reshape(-1, *[1] * (old.ndim - 1)), new, old) for m, old, new in pick), about[5])
-        x, come = np.where(mended[:, None], again, x), come | came
-    a, c, along, value, slopes, view = about
-    references = slopes[:, size:-axes, size + axes : size + 2 * axes]
-    change = ((c @ along + references) @ (every * speeds)[..., None])[..., 0]
-    change[np.abs(change) <= SETTLED * every * np.abs(speeds).max()] = 0.0
-    kept = _heard(slopes[:, :, of_state])
+
+def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
+    """Machines that follow the ``rows`` with ``speeds`` (lanes, axes), a lane each; float64."""
+    with jax.enable_x64(True):
+        machines = _Machines(loop, told, true, rows, speeds)
+        x, found = machines.followed(machines.begun(1.0), 1.0)
+        if not found.all():  # nothing touches behind a gap; much faster, what brakes does
+            fast, _ = machines.followed(machines.begun(FAST), FAST)
+            fast = np.nan_to_num(fast) + machines.begun(1.0) - machines.begun(FAST)
+            again, came = machines.followed(fast, 1.0)
+            x, found = np.where(found[:, None], x, again), found | came
+        one, size, axes = machines.near(x), machines.size, speeds.shape[1]
+    commands, references, loads = np.split(one.slopes[..., size:], 3, axis=2)
+    change = one.c @ one.along + references[:, size:-axes]
+    change = machines.every * (change @ speeds[..., None])[..., 0]
+    change[np.abs(change) <= SETTLED * machines.every * np.abs(speeds).max()] = 0.0
+    kept = _heard(one.slopes[..., :size])
     return Steady(
-        a[:, kept][:, :, kept],
-        slopes[:, :size, of_command][:, kept],
-        c[:, :, kept],
-        slopes[:, -axes:, of_state][:, :, kept],
-        slopes[:, :size, -axes:][:, kept],
-        -c @ along,
-        view,
-        value[:, size:-axes],
+        one.a[:, kept][:, :, kept],
+        commands[:, :size][:, kept],
+        one.c[:, :, kept],
+        one.slopes[:, -axes:, :size][:, :, kept],
+        loads[:, :size][:, kept],
+        -one.c @ one.along,
+        one.view,
+        one.value[:, size:-axes],
         change,
-        x[:, of_command],
-        come,
+        x[:, size:],
+        found,
     )
 
 
@@ -218,8 +241,8 @@ def _unlimited(controller: Any) -> Any:
     if not hasattr(controller, "step"):
         return controller
     own = {key: _unlimited(getattr(controller, key)) for key in controller._fields}
-    own |= {"limit": None} if "limit" in own else {}
-    return controller._replace(**own | ({"limits": (None,) * len(own["limits"])} if "limits" in own else {}))
+    none = {"limit": None, "limits": (None,) * len(own.get("limits", ()))}
+    return controller._replace(**own | {key: x for key, x in none.items() if key in own})
 
 
 def _begun(loop: Loop, row: Samples, speeds: Floats) -> Floats:
@@ -257,9 +280,10 @@ def solved(matrix: Floats, right: Floats) -> Floats:
     """(lanes, n) the least solutions of equations, in units that make them even."""
     rows, columns = np.ones(matrix.shape[:2]), np.ones(matrix.shape[::2])
     for _ in range(3):
-        for units, axis in ((rows, 2), (columns, 1)):
+        for axis in (2, 1):
             largest = np.abs(rows[:, :, None] * matrix * columns[:, None]).max(axis=axis)
-            units /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
+            size = np.sqrt(np.where(largest > 0.0, largest, 1.0))
+            rows, columns = (rows / size, columns) if axis == 2 else (rows, columns / size)
     even, told = rows[:, :, None] * matrix * columns[:, None], rows * right
     found, open_ = np.zeros(columns.shape), told.any(axis=1)
     if matrix.shape[1] == matrix.shape[2]:
@@ -303,8 +327,9 @@ def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers
         whole = np.concatenate([x[:, memory], signals], axis=1).T
         given = [Sloped(own, unit[:, None]) for own, unit in zip(whole, np.eye(count), strict=True)]
         numbers = dict(zip(living, given, strict=False))
-        before = jax.tree_util.tree_map_with_path(lambda path, own: numbers.get(path, own), begins)
-        view = View(*jax.tree.unflatten(seen, given[size:]), told)
+        before = jax.tree_util.tree_map_with_path(numbers.get, begins)
+        told_of, path = jax.tree.unflatten(seen, given[size:])
+        view = View(told_of, path, told)
         commands, after = law.step(SLOPED, rows, before, view)
         later = _living(after)
         both = [parts(one, count, lanes) for one in (*(later[path] for path in living), *commands)]

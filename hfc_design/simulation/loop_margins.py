@@ -14,7 +14,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, opened, pushed, steady
-from hfc_design.simulation.population import Machines, one_machine
+from hfc_design.simulation.population import Machines, one_machine, standing
 from hfc_design.simulation.sensors import largest_command
 from hfc_design.stability.loop_report import At, LoopMargins, band, numbers
 from hfc_design.stability.margins import OpenLoop, largest, margins
@@ -128,19 +128,21 @@ def loop_margins(
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", design.controller.kind)]
     with own_code(" cannot be linearised", *parts):
-        about = near(loop, machines, operating_points(scenario))
+        about = near(loop, standing(machines, scenario, loop), operating_points(scenario))
         own = controllers(about, gains)
-    rows, count = [], len(about.points)
+    rows, count, axes = [], len(about.points), scenario.machine.axes
     for n, point in enumerate(about.points):
-        each = [_at(scenario, about, own, n + k * count, machines.take(k)) for k in range(machines.size)]
-        for axis, of_axis in zip(scenario.machine.axes, zip(*each, strict=True), strict=True):
+        lanes = [(n + k * count, machines.take(k)) for k in range(machines.size)]
+        each = [_at(scenario, about, own, *lane) for lane in lanes]
+        for axis, of_axis in zip(axes, zip(*each, strict=True), strict=True):
             (why, nominal, open_loop), *others = of_axis
-            name = axis if len(scenario.machine.axes) > 1 else ""
-            known = [numbers for _, numbers, _ in others if numbers]
+            known = [told for _, told, _ in others if told]
+            name = axis if len(axes) > 1 else ""
             rows.append(At(point.name, name, why, nominal, band(known), open_loop))
     units = scenario.units.signals
-    unit = f"{units['error']}/({units['load']})" if " " in units["load"] else f"{units['error']}/{units['load']}"
-    return LoopMargins(rows, scenario.simulation.sample_time_s, scenario.plant.name, unit, machines.size - 1)
+    load = f"({units['load']})" if " " in units["load"] else units["load"]
+    every, unit = scenario.simulation.sample_time_s, f"{units['error']}/{load}"
+    return LoopMargins(rows, every, scenario.plant.name, unit, machines.size - 1)
 
 
 def _at(
@@ -161,13 +163,17 @@ def _at(
     return found
 
 
-def _why(
-    scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines
-) -> str:
+def _why(scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
     if not about.machines.found[lane]:
         return "no steady motion was found there, so that the loop cannot be linearised"
-    pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, about.machines.commands[lane], strict=True)
+    pairs = zip(
+        scenario.machine.axes,
+        scenario.machine.drives,
+        machine.true,
+        about.machines.commands[lane],
+        strict=True,
+    )
     for name, drive, parameters, command in pairs:
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))
         if not low <= command <= high:

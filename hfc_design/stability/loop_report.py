@@ -1,7 +1,8 @@
 """Margins of simulated loops, as ``hfc stability``, the pages and ``usable`` show them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -75,9 +76,21 @@ class LoopMargins(NamedTuple):
 
     @property
     def stable(self) -> bool | None:
-        """Whether all loops of the nominal machine are; None: there are none."""
-        found = [bool(row.numbers["stable"]) for row in self.rows if not row.why]
-        return all(found) if found else None
+        """Whether the loops of the nominal machine are, at rest and at speed; None: there are none.
+
+        Between the two friction that falls with the speed may push, which motions there show.
+        """
+        each: dict[str, list[bool]] = {}
+        for row in self.rows:
+            if not row.why:
+                each.setdefault(row.axis, []).append(bool(row.numbers["stable"]))
+        return all(one[0] and one[-1] for one in each.values()) if each else None
+
+    @property
+    def crossover(self) -> float | None:
+        """The highest frequency at which a loop of the nominal machine has the magnitude 1 [Hz]."""
+        each = [row.numbers["crossover_hz"] for row in self.rows if not row.why]
+        return max((x for x in each if x), default=None)
 
     @property
     def worst(self) -> dict[str, tuple[float | None, str]]:
@@ -93,18 +106,18 @@ class LoopMargins(NamedTuple):
                 found[name] = (value if np.isfinite(value) else None), where
         return found
 
-    def broken(self, asked: Json) -> dict[str, str]:
-        """Constraint -> what the loop has and where, of those of ``asked`` that it does not keep."""
-        found = {}
+    def broken(self, asked: Mapping[str, float]) -> list[str]:
+        """What the loop has and where, of that of ``asked`` that it does not keep."""
+        found = []
         for name, limit in asked.items():
             value, where = self.worst.get(name, (None, ""))
-            more = ASKED[name][1]
-            if not where or (value is None and not more):
+            more, told = ASKED[name][1], "at least "
+            if value is None and (not more or not where):
                 continue
-            off = value is None or (value > limit if more else value < limit)
-            if off:
-                told = "unstable" if value is None or not value else f"{value:.3g}"
-                found[name] = f"{name} {told}, {'allowed' if more else 'asked'} {limit:g} ({where})"
+            if value is None or (value > limit if more else value < limit):
+                own = f"{name} {value:.3g}" if value else "the loop is unstable"
+                at = where if where == "at rest" else f"at {where}"
+                found.append(f"{own} {at}, allowed {'' if more else told}{limit:g}")
         return found
 
     def numbers(self) -> Json:
@@ -132,9 +145,9 @@ class LoopMargins(NamedTuple):
         for row in rows:
             shown.add_row(*row)
         show_whole(shown)
-        for row in self.rows:
-            if row.why:
-                print(f"{row.name}: {row.why}")
+        for one in self.rows:
+            if one.why:
+                print(fill(f"{one.name}: {one.why}", room()))
 
     @property
     def about(self) -> str:
@@ -160,7 +173,7 @@ class LoopMargins(NamedTuple):
 
 
 def numbers(found: Margins, every: float, compliance: tuple[float, float]) -> Json:
-    """Margins as plain data, frequencies in Hz for samples of ``every`` [s]; None: without an end."""
+    """Margins as plain data, frequencies in Hz for samples of ``every`` [s]; None: no end."""
 
     def hertz(angle: float | None) -> float | None:
         return None if angle is None else angle / (2.0 * np.pi * every)
@@ -191,7 +204,8 @@ def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]
             each = [inf if one[key] is None else one[key] for one in others if one["stable"]]
             if each:
                 ends = np.quantile(each, BAND, method="nearest")
-                found[key] = tuple(float(x) if np.isfinite(x) else None for x in ends)
+                low, high = (float(x) if np.isfinite(x) else None for x in ends)
+                found[key] = low, high
     return found
 
 

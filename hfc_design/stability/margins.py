@@ -1,7 +1,7 @@
 """Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import matrix_balance
@@ -61,11 +61,11 @@ class OpenLoop(NamedTuple):
         """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
         return np.asarray(1.0 / self.sensitivity()(np.asarray(angle)) - 1.0)
 
-    def poles(self) -> tuple[Floats, Floats]:
+    def poles(self) -> tuple[Any, Any]:
         """Of the open and of the closed loop, complex."""
         a, units = balanced(self.a)
         fed_back = np.outer(self.b / units, self.c * units)
-        return np.linalg.eigvals(a), np.linalg.eigvals(a + fed_back)
+        return np.asarray(np.linalg.eigvals(a)), np.asarray(np.linalg.eigvals(a + fed_back))
 
     def sensitivity(self) -> Callable[[Floats], Floats]:
         """1 / (1 + L) at angles, complex: of the distances from the poles, open over closed."""
@@ -105,7 +105,10 @@ def margins(loop: OpenLoop) -> Margins:
     after = after[np.argsort(-np.abs(after), kind="stable")]
     at, angles = loop.sensitivity(), _angles(np.concatenate([before, after]))
     response = at(angles)
-    real = [*_crossings(at, angles, response, lambda s: (1.0 / s).imag), np.pi]  # at pi it always is
+    real = [
+        *_crossings(at, angles, response, lambda s: (1.0 / s).imag),
+        np.pi,
+    ]  # at pi it always is
     if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1:].sum() > INTEGRATES:
         real.append(0.0)
     sizes = 1.0 - (1.0 / at(np.array(real))).real
@@ -197,6 +200,9 @@ def _largest(at: Callable[[Floats], Floats], angles: Floats, part: Part) -> floa
     for _ in range(CLOSER):
         k = int(np.nanargmax(part(at(angles))))
         ends = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
-        best, angles = float(angles[k]), np.append(ends[0] + (ends[1] - ends[0]) * BETWEEN, angles[k])
+        best, angles = (
+            float(angles[k]),
+            np.append(ends[0] + (ends[1] - ends[0]) * BETWEEN, angles[k]),
+        )
         angles.sort()
     return best
