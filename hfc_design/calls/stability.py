@@ -11,6 +11,7 @@ from hfc_design.stability.stable_range import stable_range
 
 if TYPE_CHECKING:
     from hfc_design.files.design import AnyDesign, Design  # which takes longer than all the rest
+    from hfc_design.files.named_scenario import AnyScenario
 
 #: The drive of Jee & Koren 2004, with which their controllers run.
 PUBLISHED = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
@@ -23,6 +24,7 @@ def stability(
     gain: float | None = None,
     time_constant: float | None = None,
     sample_time: float | None = None,
+    scenario: "AnyScenario | None" = None,
 ) -> StableGains | LoopMargins:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
@@ -39,6 +41,7 @@ def stability(
         gain: K [(BLU/s)/unit].
         time_constant: tau [s].
         sample_time: T [s].
+        scenario: whose motions and sensors count; the one that the design was made for if left out.
 
     Raises:
         UserError: there is no such design, numbers are given and it has no rule table, gain or
@@ -61,23 +64,28 @@ def stability(
     if tables and (given or any(drive.linear for drive, _ in axes)):
         told = f"design {own.name} is for the plant {own.plant.name}"
         drive = drive_of(told, axes, own.controller.sample_time_s, given)
-        loop = None if given else _margins(own)
+        try:
+            loop = None if given else _margins(own, scenario)
+        except UserError:  # made for no scenario
+            loop = None
         return StableGains(stable_range(**drive), tables(own.controller), drive, loop)
     if given:
         option = next(iter(given)).replace("_", "-")
         raise UserError(f"--{option}: design {own.name} is judged on its own drive")
-    return _margins(own)
+    return _margins(own, scenario)
 
 
-def _margins(design: "Design") -> LoopMargins:
-    """On the scenario that it was made for, within its tolerances."""
+def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
+    """On the scenario that it was made for, or another, within its tolerances."""
+    from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import machine, own_scenario, with_converter
     from hfc_design.files.robust import RobustSettings
     from hfc_design.simulation.loop_margins import BAND, loop_margins
     from hfc_design.simulation.machines import drawn
     from hfc_design.simulation.usable import BEYOND, SPREAD
 
-    scenario = with_converter(own_scenario(design, design.name), design)
+    own = load_scenario(scenario) if scenario else own_scenario(design, design.name)
+    scenario = with_converter(own, design)
     robust = scenario.robust or RobustSettings(spread=SPREAD)
     parts = (robust.spread, BAND, scenario.run.seed + BEYOND, robust.tolerances)
     some, _ = drawn(machine(design, scenario), *parts, key="robust.spread")

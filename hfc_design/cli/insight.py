@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN, OrElse
+from hfc_design.cli.named import DESIGN, SCENARIO, OrElse, named
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 from hfc_design.cli.showing import LISTED, PLURALS, listed
 
@@ -72,6 +72,7 @@ def explain(
 @click.command(short_help="Gains that keep a drive stable; margins of a loop.")
 @click.argument("design", required=False, type=DESIGN)
 @changing_design
+@named("--scenario", kind=SCENARIO, help="Another than DESIGN was made for.")
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
@@ -80,7 +81,12 @@ def explain(
 @as_json
 @knowing_plugins
 def stability(
-    design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
+    design: str | None,
+    others: Texts,
+    scenario: str | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: float | None,
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
@@ -96,7 +102,7 @@ def stability(
 
     if design is None and others:
         raise UserError("--change needs a DESIGN")
-    found = stability(design, others, **options)
+    found = stability(design, others, scenario=scenario, **options)
     if plot is not None:
         from hfc_design.pictures.files import save
 

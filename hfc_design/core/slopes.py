@@ -48,7 +48,9 @@ class Sloped:
         return Sloped(found, -found / self.value * self.slope)
 
     def __pow__(self, power: float) -> "Sloped":
-        return Sloped(self.value**power, power * self.value ** (power - 1) * self.slope)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steep = power * self.value ** (power - 1)  # of a root at 0 either way: 0 in the mean
+        return Sloped(self.value**power, np.where(np.isfinite(steep), steep, 0.0) * self.slope)
 
     def __abs__(self) -> "Sloped":
         return Sloped(np.abs(self.value), np.sign(self.value) * self.slope)

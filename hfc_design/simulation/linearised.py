@@ -134,19 +134,28 @@ class _Machines:
         self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
         self._given = told, true, np.float64(self.every), rows
         self._rows = [_lane(rows, k) for k in range(len(speeds))]
+        #: About the command that a speed takes, where a drive tells its highest one.
+        self._pushes = np.zeros(speeds.shape[1])
+        for k, (drive, own) in enumerate(zip(loop.machine.drives, told, strict=True)):
+            most, top = drive.largest_commands(own, loop.limits[k])[1], drive.top_speed(own)
+            if np.isfinite([most, top]).all() and top > 0.0:
+                self._pushes[k] = most / top
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
 
     def begun(self, factor: float) -> Floats:
-        """(lanes, states + axes) where all has the speeds times a factor, without any command."""
+        """(lanes, states + axes) where all has the speeds times a factor, and about a command."""
         each = zip(self._rows, factor * self.speeds, strict=True)
         states = np.array([_begun(self._loop, *own) for own in each])
-        return np.concatenate([states, 0.0 * self.speeds], axis=1)
+        pushes = self.speeds * self._pushes if factor == 1.0 else 0.0 * self.speeds
+        return np.concatenate([states, pushes], axis=1)
 
     def near(self, x: Floats) -> _Near:
         """What is near states and commands."""
         more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
         value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
         value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
+        # A distance has no slope at 0: it grows either way.
+        slopes[:, self.size :] = np.nan_to_num(slopes[:, self.size :])
         a = slopes[:, : self.size, : self.size]
         c = slopes[:, self.size : -self.speeds.shape[1], : self.size]
         along = _along(a, c[:, errors])
@@ -184,7 +193,9 @@ def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> S
         x, found = machines.followed(machines.begun(1.0), 1.0)
         if not found.all():  # nothing touches behind a gap; much faster, what brakes does
             fast, _ = machines.followed(machines.begun(FAST), FAST)
-            fast = np.nan_to_num(fast) + machines.begun(1.0) - machines.begun(FAST)
+            off = (machines.begun(1.0) - machines.begun(FAST))[:, : machines.size]
+            fast[:, : machines.size] += off
+            fast = np.nan_to_num(fast)
             again, came = machines.followed(fast, 1.0)
             x, found = np.where(found[:, None], x, again), found | came
         one, size, axes = machines.near(x), machines.size, speeds.shape[1]

@@ -25,8 +25,8 @@ BAND = 20
 ALIKE = 1.01
 #: A motion that is slower than this share of its highest speed stands.
 STANDS = 0.01
-#: A response that is no larger is none.
-NOTHING = 1e-12
+#: A response that is nowhere larger is none.
+LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
 OPEN = "the law does not answer a small error there, so that the loop is open"
 
@@ -155,9 +155,8 @@ def _at(
     found: list[tuple[str, Json, OpenLoop | None]] = []
     pairs = zip(opened(about.machines, own, lane), pushed(about.machines, own, lane), strict=True)
     for loop, of_load in pairs:
-        whole = loop.reduced()
-        if not len(whole.b) or np.abs(whole.b).max() * np.abs(whole.c).max() < NOTHING:
-            found.append((OPEN if np.abs(loop.b).max() > NOTHING else HELD, {}, None))
+        if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
+            found.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
             found.append(("", numbers(margins(loop), every, largest(of_load)), loop))
     return found

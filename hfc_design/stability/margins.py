@@ -20,7 +20,7 @@ ASKED = {
 #: two or three in a row are found at 1 +- 1e-8 or 1e-5, by their last bits.
 INTEGRATES = 1e-9
 #: A gain margin beyond that, either way, is of a response that is 0 or infinite but for rounding.
-NO_MARGIN = 1e9
+NO_MARGIN = 1e5
 #: Frequencies that are looked at, in shares of half the sampling frequency.
 FREQUENCIES = np.geomspace(1e-6, 1.0, 601)
 #: The same on either side of a pole near the unit circle, in its distances from that: where the
