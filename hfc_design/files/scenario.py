@@ -87,7 +87,8 @@ class Scenario(Record, metaclass=Asked):
     run: RunSettings = RunSettings()  # how it is computed
     windows: tuple[Window, ...] = ()  # parts of the motion over which metrics are read once more
     #: measures by name, each with the most that is allowed: a number, or a text with a unit; band:
-    #: the width that band_time is about [of the measure]
+    #: the width that band_time is about; of the loop, linearised, the most of sensitivity and the
+    #: least of gain_margin, phase_margin_deg and delay_margin_samples [of the measure]
     constraints: Constraints = Field({}, exclude_if=not_)
     #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)

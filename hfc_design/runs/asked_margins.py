@@ -21,7 +21,7 @@ from hfc_design.simulation.population import one_machine
 from hfc_design.stability.margins import ASKED
 
 #: Frequencies, in shares of half the sampling frequency, and how much more is asked.
-FREQUENCIES, STRICTER = np.geomspace(2e-3, 1.0, 48), 1.01
+FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 
 
 class AskedMargins:
@@ -52,6 +52,18 @@ class AskedMargins:
 
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
+        found = self.margins(gains)
+        total = np.zeros(jax.tree.leaves(gains)[0].shape[-1])
+        for name, limit in self._asked.items():
+            value, more = found[name], ASKED[name][1]
+            with np.errstate(divide="ignore"):
+                over = value / limit * STRICTER if more else limit * STRICTER / value
+            worst = np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf).max(axis=1, initial=0.0)
+            total += 1.0 - 1.0 / (1.0 + worst.reshape(len(total), -1).max(axis=1))
+        return total
+
+    def margins(self, gains: Gains) -> dict[str, Floats]:
+        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised."""
         points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
@@ -60,14 +72,8 @@ class AskedMargins:
         with np.errstate(all="ignore"):
             own = controlled(self._about.loop, self._about.told, every, machines)
             found = self._margins(own, count)
-            known = (own.found & machines.found).reshape(count, points)
-            total = np.zeros(count)
-            for name, limit in self._asked.items():
-                value, more = found[name].reshape(count, points, -1), ASKED[name][1]
-                over = value / limit * STRICTER if more else limit * STRICTER / value
-                over = np.where(known[..., None], over - 1.0, 0.0).max(axis=(1, 2))
-                total += np.where(over > 0.0, 1.0 - 1.0 / (1.0 + over), 0.0)
-        return total
+        known = (own.found & machines.found)[:, None]
+        return {name: np.where(known, each, np.nan) for name, each in found.items()}
 
     def _margins(self, own: Controllers, count: int) -> dict[str, Floats]:
         """(lanes, axes) of each margin."""
