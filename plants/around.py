@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike
 from plants.drive import Coefficients, Drive, Loads, Parameters, Scalar, State
 from plants.machine import Machine
 
+#: What the state of a drive ends with that has something around it.
+MORE = ("part", "lagged", "bent", "swing", "slack", "beat")
 #: Jitter is drawn from multiples of the golden ratio: even in any stretch, and alike everywhere.
 GOLDEN = 0.6180339887498949
 
@@ -119,6 +121,18 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
     return Machine(machine.name, machine.axes, drives, forces)
 
 
+def fine(drive: Drive) -> Drive:
+    """The drive without steps of its own converter and encoders, and with no limit of that."""
+    place = drive.seen[0]
+
+    def measured(fixed: Coefficients, state: State) -> State:
+        if state._fields[-len(MORE) :] != MORE:
+            return state
+        return state._replace(**{place: getattr(state, place) + state.slack})
+
+    return replace(drive, accepted=lambda fixed, command: command, measured=measured)
+
+
 def _record(fields: tuple[str, ...]) -> Any:
     return namedtuple("State", fields)
 
@@ -127,7 +141,7 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
     kind = type(drive.initial_state(0.0))
     count, seen = len(kind._fields), drive.seen[0]
     sent = [f"sent_{k + 1}" for k in range(waits)]
-    more = [*sent, "part", "lagged", "bent", "swing", "slack", "beat"]
+    more = [*sent, *MORE]
     state_of = _record((*kind._fields, *more))
     nothing = sampled(Around(), 1.0, 1, waits)
 
@@ -165,7 +179,7 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
         part = jnp.where(state.part + 1.5 > substeps, 0.0, state.part + 1.0)
         ends = part == 0.0
         kept = [jnp.where(ends, new, x) for new, x in pairwise(given)]
-        slack = jnp.clip(slack, -a.slack, a.slack)
+        slack = jnp.where(a.slack > 0.0, jnp.clip(slack, -a.slack, a.slack), 0.0)
         return state_of(*after, *kept, part, lagged, bent, swing, slack, beat)
 
     return replace(

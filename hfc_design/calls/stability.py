@@ -10,7 +10,8 @@ from hfc_design.stability.report import StableGains, drive_of
 from hfc_design.stability.stable_range import stable_range
 
 if TYPE_CHECKING:
-    from hfc_design.files.design import AnyDesign  # which takes longer than all the rest
+    from hfc_design.files.design import AnyDesign, Design  # which takes longer than all the rest
+    from hfc_design.files.named_scenario import AnyScenario
 
 #: The drive of Jee & Koren 2004, with which their controllers run.
 PUBLISHED = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
@@ -23,13 +24,16 @@ def stability(
     gain: float | None = None,
     time_constant: float | None = None,
     sample_time: float | None = None,
+    scenario: "AnyScenario | None" = None,
 ) -> StableGains | LoopMargins:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
-    What ``hfc stability`` shows (Jee & Koren 2004, section 3). With a design of kind flc, aflc or
-    soflc also the gains of its rule table; of a linear kind, or a hierarchy on a linear part, the
-    margins of its loop instead, on its own drive linearised where friction slides. Either shows
-    itself as a table and has ``numbers()``; ``plot`` draws it.
+    What ``hfc stability`` shows. Without a design, or with numbers of a drive, the range (Jee &
+    Koren 2004, section 3), and the gains of the rule table of a design of kind flc, aflc or soflc
+    in it. With a design alone the margins of its loop on its scenario: as simulated, linearised at
+    rest and where each motion is slowest and fastest, for the nominal machine and a band over
+    others; of a rule table on a feed drive the range too. Either shows itself as a table and has
+    ``numbers()``; ``plot`` draws it.
 
     Args:
         design: its drive is taken unless the numbers below say another; Jee & Koren's without one.
@@ -37,10 +41,12 @@ def stability(
         gain: K [(BLU/s)/unit].
         time_constant: tau [s].
         sample_time: T [s].
+        scenario: whose motions and sensors count; the one that the design was made for if left out.
 
     Raises:
-        UserError: there is no such design, it has neither a rule table nor a linear loop, or is
-            for no feed drive and gain or time constant are not given; a number is not allowed.
+        UserError: there is no such design, numbers are given and it has no rule table, gain or
+            time constant are not given for another plant than a feed drive, its loop cannot be
+            linearised; a number is not allowed.
     """
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
@@ -49,20 +55,38 @@ def stability(
     if design is None:
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)
-    from hfc_design.controllers.kind import needed
     from hfc_design.files.machine import PlantSettings  # with JAX
-    from hfc_design.files.pairing import load_design, open_loops
+    from hfc_design.files.pairing import load_design
 
     own = load_design(design, changes)
-    plant, every = PlantSettings(**dict(own.plant)), own.controller.sample_time_s
-    if loops := open_loops(own, plant, own.limits):
-        if given:
-            option = next(iter(given)).replace("_", "-")
-            raise UserError(f"--{option}: design {own.name} is judged on its own drive")
-        return LoopMargins(loops, every, own.plant.name)
-    lacks = "no flc, aflc or soflc, and neither pid+ff, lqr or lqi nor with a linear part"
-    points = needed(own.kind.table_gains, own, lacks)(own.controller)
-    axes = [(axis.drive, axis.parameters) for axis in plant.each()]
-    told = f"design {own.name} is for the plant {own.plant.name}"
-    drive = drive_of(told, axes, every, given)
-    return StableGains(stable_range(**drive), points, drive)
+    axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]
+    tables = own.kind.table_gains
+    if tables and (given or any(drive.linear for drive, _ in axes)):
+        told = f"design {own.name} is for the plant {own.plant.name}"
+        drive = drive_of(told, axes, own.controller.sample_time_s, given)
+        try:
+            loop = None if given else _margins(own, scenario)
+        except UserError:  # made for no scenario
+            loop = None
+        return StableGains(stable_range(**drive), tables(own.controller), drive, loop)
+    if given:
+        option = next(iter(given)).replace("_", "-")
+        raise UserError(f"--{option}: design {own.name} is judged on its own drive")
+    return _margins(own, scenario)
+
+
+def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
+    """On the scenario that it was made for, or another, within its tolerances."""
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import machine, own_scenario, with_converter
+    from hfc_design.files.robust import RobustSettings
+    from hfc_design.simulation.loop_margins import BAND, loop_margins
+    from hfc_design.simulation.machines import drawn
+    from hfc_design.simulation.usable import BEYOND, SPREAD
+
+    own = load_scenario(scenario) if scenario else own_scenario(design, design.name)
+    scenario = with_converter(own, design)
+    robust = scenario.robust or RobustSettings(spread=SPREAD)
+    parts = (robust.spread, BAND, scenario.run.seed + BEYOND, robust.tolerances)
+    some, _ = drawn(machine(design, scenario), *parts, key="robust.spread")
+    return loop_margins(design, scenario, some)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN, OrElse
+from hfc_design.cli.named import DESIGN, SCENARIO, OrElse, named
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 from hfc_design.cli.showing import LISTED, PLURALS, listed
 
@@ -72,6 +72,7 @@ def explain(
 @click.command(short_help="Gains that keep a drive stable; margins of a loop.")
 @click.argument("design", required=False, type=DESIGN)
 @changing_design
+@named("--scenario", kind=SCENARIO, help="Another than DESIGN was made for.")
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
@@ -80,23 +81,28 @@ def explain(
 @as_json
 @knowing_plugins
 def stability(
-    design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
+    design: str | None,
+    others: Texts,
+    scenario: str | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: float | None,
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
-    With DESIGN (kind flc, aflc or soflc) also the gains of its rule table; one for another plant
-    than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
-    2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi), or a hierarchy on a linear part, the
-    margins of its loop instead: with the drive linearised near the speed at which friction slides
-    and the hierarchy at rest, the factors on the gain, the lag and the delay at which it begins to
-    oscillate.
+    Without anything: the range of the drive of Jee & Koren 2004; with a DESIGN of kind flc, aflc or
+    soflc also the gains of its rule table, on another plant than a feed drive with --gain and
+    --time-constant. With any DESIGN alone: the loop as it is simulated on its scenario, opened at
+    its command and linearised at rest and at the speeds of its motions. Gain, phase and delay
+    margin, largest sensitivity, bandwidth and compliance, of the nominal machine and a band over
+    others.
     """
     from hfc_design.calls.stability import stability
     from hfc_design.core.records import UserError
 
     if design is None and others:
         raise UserError("--change needs a DESIGN")
-    found = stability(design, others, **options)
+    found = stability(design, others, scenario=scenario, **options)
     if plot is not None:
         from hfc_design.pictures.files import save
 

@@ -18,6 +18,11 @@ FOLLOWED = {
     "reference_acceleration": "acceleration that is commanded",
 }
 
+#: Fields of memories in which laws keep what they learn, slowly beside a loop.
+LEARNT = frozenset(
+    ("root", "rules", "weights", "moved", "moves", "error_moves", "change_moves")
+) | {"singleton_moves", "change", "action"}
+
 
 def units_of(units: Mapping[str, str]) -> dict[str, str]:
     """Unit of everything that one axis tells, of those of its drive."""

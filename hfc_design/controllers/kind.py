@@ -131,7 +131,6 @@ class Shown(NamedTuple):
     parameters: tuple[Parameters, ...]  # the record of each axis
     #: What each axis told the control, signal -> (steps,); None where that is not known.
     signals: dict[str, dict[str, Floats]] | None
-    delays: tuple[float, ...] = ()  # samples until the command of each axis acts; () for none
     #: Largest command that the controller of each axis keeps to; () for none.
     largest: tuple[float | None, ...] = ()
 
@@ -140,7 +139,7 @@ class Shown(NamedTuple):
         k = self.machine.axes.index(axis)
         own = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
-        return Shown(machine, parameters, own, self.delays[at], self.largest[at])
+        return Shown(machine, parameters, own, self.largest[at])
 
     @property
     def units(self) -> dict[str, str]:
@@ -244,9 +243,6 @@ class Kind:
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
-    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive; None
-    #: where the record has none.
-    open_loop: Callable[[Own, Any, Parameters], Any] | None = None
     #: What ``hfc plot`` draws: (record, drive) -> "surface", "terms", "tables", "tree", as far as
     #: there are, -> name of a unit -> ``pictures.section.Drawn``; the last one where none is named.
     pictures: Callable[[Own, Any], dict[str, dict[str, Any]]] | None = None

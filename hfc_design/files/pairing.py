@@ -25,7 +25,6 @@ from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.search.loop import STRATEGIES
-from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 
 #: Plant -> the scenario of a design that does not name its own.
@@ -174,25 +173,6 @@ def axes_of(design: Design) -> tuple[str, ...]:
         return machine(design, own_scenario(design, design.name)).machine.axes
     except UserError:
         return own.axes
-
-
-def open_loops(design: Design, plant: PlantSettings, limits: Limits) -> dict[str, OpenLoop]:
-    """The linear loop of every axis, "" where there is one; nothing if a controller has none.
-
-    Raises:
-        UserError: a drive cannot be linearised, or does not tell a signal.
-    """
-    parts, axes, found = design.by_axis(), plant.each(), {}
-    for axis in axes:
-        part = parts.get(axis.name, design)
-        if part.kind.open_loop is None:
-            return {}
-        loop = part.kind.open_loop(part.controller, axis.drive, axis.parameters)
-        if loop is None:
-            return {}
-        delay = limits.of(axis.name).delay_samples
-        found[axis.name if len(axes) > 1 else ""] = loop.delayed(delay)
-    return found
 
 
 def machine(design: Design, scenario: Scenario) -> PlantSettings:

@@ -39,6 +39,7 @@ from hfc_design.objectives.metrics import Window, late_samples, settled_samples,
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
+from hfc_design.stability.margins import ASKED
 from plants import Machine
 from plants.around import Around
 
@@ -86,7 +87,8 @@ class Scenario(Record, metaclass=Asked):
     run: RunSettings = RunSettings()  # how it is computed
     windows: tuple[Window, ...] = ()  # parts of the motion over which metrics are read once more
     #: measures by name, each with the most that is allowed: a number, or a text with a unit; band:
-    #: the width that band_time is about [of the measure]
+    #: the width that band_time is about; of the loop, linearised, the most of sensitivity and the
+    #: least of gain_margin, phase_margin_deg and delay_margin_samples [of the measure]
     constraints: Constraints = Field({}, exclude_if=not_)
     #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)
@@ -304,6 +306,11 @@ class Scenario(Record, metaclass=Asked):
         bounds = constraints_on(self.constraints, self.units)
         kept = (robust.keep, robust.quantile, robust.forgiven)
         return Ensemble(weights, bounds, *kept, self.nominal_only)
+
+    @property
+    def margins(self) -> dict[str, float]:
+        """What its constraints ask of the loop of the nominal machine, linearised."""
+        return {name: float(x) for name, x in self.constraints.items() if name in ASKED}
 
     @property
     def nominal_only(self) -> tuple[bool, ...]:

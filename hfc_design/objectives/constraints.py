@@ -6,6 +6,7 @@ from pydantic import AfterValidator
 
 from hfc_design.core.quantities import Quantity
 from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure, named
+from hfc_design.stability.margins import ASKED
 
 #: In a table of constraints the width that ``band_time`` is about.
 BAND = "band"
@@ -19,13 +20,19 @@ class Constraint(NamedTuple):
 
 
 def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
-    for name in most:
-        if name != BAND:
+    for name, quantity in most.items():
+        if name in ASKED:
+            low, high = ASKED[name][2]
+            if isinstance(quantity, str) or not low < quantity < high:
+                told = f"has to be a number greater than {low:g} and less than {high:g}"
+                raise ValueError(f"{name} = {quantity!r}: {told}")
+        elif name != BAND:
             measure(named(name))
-    return {named(name): quantity for name, quantity in most.items()}
+    return {x if x in ASKED else named(x): quantity for x, quantity in most.items()}
 
 
-#: The ``[constraints]`` of a scenario: measures by name, each with the most that is allowed.
+#: The ``[constraints]`` of a scenario: measures by name, each with the most that is allowed, and
+#: margins of the loop (``ASKED``).
 Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
 
 
@@ -40,7 +47,7 @@ def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
         raise ValueError(f"constraints.{BAND_TIME}: needs constraints.{BAND}")
     width = None if band is None else in_units(f"constraints.{BAND}", band, "error", units)
     for name, quantity in most.items():
-        if name == BAND:
+        if name == BAND or name in ASKED:
             continue
         own = measure(name, width)
         number = in_units(f"constraints.{name}", quantity, own.unit, units)

@@ -46,8 +46,12 @@ class Ensemble(NamedTuple):
     forgiven: float = 0.0  # share of the machines that need not keep the constraints
     nominal: tuple[bool, ...] = ()  # of the motions, which count on the nominal machine alone
 
-    def verdict(self, judged: Judged, penalty: float | None = None) -> Verdict:
+    def verdict(
+        self, judged: Judged, penalty: float | None = None, beside: Floats | float = 0.0
+    ) -> Verdict:
         """Of ``judged`` (designs, machines, motions); constraints are its last values.
+
+        By what is broken ``beside`` them (designs,) a design ranks as much lower.
 
         With a ``penalty`` merit and constraints are also weighed against each other: ``_weighed``.
         """
@@ -59,14 +63,14 @@ class Ensemble(NamedTuple):
         violation = self._violation(broken, len(weights))
         asked = self._asked(violation)
         violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
-        most = violation.mean(axis=1)
+        most = violation.mean(axis=1) + beside
         rank = np.where(most > 0.0, -most, self._kept(some))
         weighed = rank if penalty is None else self._weighed(some, most, penalty)
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         rank, weighed = (np.where(lost, -np.inf, x) for x in (rank, weighed))
         return Verdict(rank, weighed, merit, broken)
 
-    def reach(self, judged: Judged, machines: int) -> Floats:
+    def reach(self, judged: Judged, machines: int, beside: Floats | float = 0.0) -> Floats:
         """(designs,) the highest rank that each can still have, on so many ``machines`` in all.
 
         ``judged`` are the first of them. The others may cost nothing and break nothing, and those
@@ -79,7 +83,8 @@ class Ensemble(NamedTuple):
         best = np.sort(found.merit[:, 1:], axis=1)[:, ::-1][:, :left]
         free = np.full((len(best), asked - 1 - left), np.inf)
         merit = self._kept(np.concatenate([found.merit[:, :1], best, free], axis=1))
-        return np.where(least > 0.0, -least / asked, merit)
+        least = least / asked + beside
+        return np.where(least > 0.0, -least, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
         """One that allows less by a ``factor``: few machines stand for many."""

@@ -22,8 +22,7 @@ def picture(design: Design, what: str, unit: str | None = None, axis: str = "") 
     own = part(design, axis)
     every = PlantSettings(**own.plant.model_dump()).each()
     drive = next((one for one in every if one.name == own.axis), every[0]).drive
-    drawn = "; hfc stability --plot draws its loop" * (own.kind.open_loop is not None)
-    lacks = f"it has no fuzzy units to draw{drawn}; hfc report shows all that it has"
+    lacks = "it has no fuzzy units to draw; hfc stability --plot draws its loop, hfc report all"
     found = needed(own.kind.pictures, own, lacks)(own.controller, drive)
     if what not in found:
         raise UserError(f"{own.name} has no picture {what!r}; it has {', '.join(found)}")

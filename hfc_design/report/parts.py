@@ -11,11 +11,10 @@ from hfc_design.core.plugins import own_code
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
-from hfc_design.files.pairing import with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
 from hfc_design.pictures.numbers import digits, score
-from hfc_design.pictures.section import Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.report.comparison.tables import titled
 from hfc_design.report.in_use import in_use
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
@@ -23,6 +22,7 @@ from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.score_tables import score_rows
 
 #: This many structures are listed.
@@ -107,10 +107,28 @@ def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Sectio
     # With sensors of the scenario's own nobody knows what the control has measured.
     known = scenario.sensors == SensorSettings() and not own.diverged
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
-    limits, axes = with_converter(scenario, design).limits, plant.machine.axes
-    delays = tuple(limits.of(axis).delay_samples for axis in axes)
-    largest = tuple(design.limits.of(axis).command for axis in axes)
-    shown = Shown(plant.machine, plant.values(), signals, delays, largest)
+    largest = tuple(design.limits.of(axis).command for axis in plant.machine.axes)
+    shown = Shown(plant.machine, plant.values(), signals, largest)
     kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
     with own_code(", sections of the report (the design is saved)", *kinds):
-        return [Section(*section) for section in design.kind.sections(design.controller, shown)]
+        found = [Section(*section) for section in design.kind.sections(design.controller, shown)]
+    return [*found, _loop(design, scenario)]
+
+
+def _loop(design: Design, scenario: Scenario) -> Section:
+    """Margins of the loop as it is simulated, and its response."""
+    title = "The loop"
+    try:
+        own = loop_margins(design, scenario)
+    except UserError as error:
+        return Section(title, f"{error.typed}.", None, [])
+    heads, rows = own.cells()
+    heads = [head.replace("\n", " ").strip() for head in heads]
+    drawing = Drawing(
+        own.figure(),
+        "Magnitude and phase of the open loop, and its sensitivity",
+        "The open loop from the command back to the command, and by how much feedback makes a "
+        "disturbance larger.",
+    )
+    why = " ".join(f"{row.name}: {row.why}." for row in own.rows if row.why)
+    return Section(title, why, Listing(own.about, heads, rows), [drawing])

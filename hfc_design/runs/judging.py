@@ -12,12 +12,14 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.asked_margins import AskedMargins
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.search.newton import Linear
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import trailing
 from hfc_design.simulation.stress import among
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
@@ -68,6 +70,7 @@ class Judging:
         #: Individuals and machines of a generation.
         self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
         self._record = design.controller
+        self._margins = AskedMargins(scenario, self._loop) if scenario.margins else None
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
@@ -76,8 +79,9 @@ class Judging:
         ``at_once`` pairs of an individual and a machine are simulated together, or all.
         """
         some = self._machines.take(machines)
-        judged = self._judged(self.genome.gains(population), some, at_once)
-        return self._rank(judged, self._ensemble)[:, 0]
+        gains = self.genome.gains(population)
+        judged = self._judged(gains, some, at_once)
+        return self._rank(judged, self._ensemble, beside=self._beside(gains))[:, 0]
 
     def _ranked(
         self,
@@ -91,10 +95,12 @@ class Judging:
         On all ``machines``; on the first ``FEW`` alone who cannot reach what is ``needed``.
         """
         gains, ensemble = self.genome.gains(population), self._ensemble
+        beside = self._beside(gains)
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
-            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, penalty)
+            judged = self._judged(gains, self._machines.take(machines))
+            return self._rank(judged, ensemble, penalty, beside)
         some = self._judged(gains, self._machines.take(machines[:FEW]))
-        reach = ensemble.reach(some, len(machines))
+        reach = ensemble.reach(some, len(machines), beside)
         alive = np.flatnonzero((reach >= needed) | np.isclose(reach, needed, rtol=SLACK, atol=0.0))
         rank = np.stack([reach, reach], axis=1)
         if len(alive):
@@ -102,7 +108,7 @@ class Judging:
             more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
             pairs = zip(some, more, strict=True)
             whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
-            rank[alive] = self._rank(Judged(*whole), ensemble)
+            rank[alive] = self._rank(Judged(*whole), ensemble, beside=beside[alive])
         return rank
 
     def _alone(self, population: Population, needed: Floats | None) -> Floats:
@@ -121,12 +127,22 @@ class Judging:
         self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
         return found
 
+    def _beside(self, gains: Gains) -> Floats:
+        """(n,) by how much individuals break what is asked of the margins of their loops."""
+        if self._margins is None:
+            return np.zeros(trailing(gains))
+        return self._margins.broken(gains)
+
     def _rank(
-        self, judged: Judged, ensemble: Ensemble | None, penalty: float | None = None
+        self,
+        judged: Judged,
+        ensemble: Ensemble | None,
+        penalty: float | None = None,
+        beside: Floats | float = 0.0,
     ) -> Floats:
         if ensemble is None:
             return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
-        found = ensemble.verdict(judged, penalty)
+        found = ensemble.verdict(judged, penalty, beside)
         return np.stack([found.rank, found.weighed], axis=1)
 
     @property

@@ -117,7 +117,8 @@ class Problem(Judging):
         some = np.arange(self._machines.size) if machines is None else machines
         gains = self.genome.gains(population)
         judged = self._judged(gains, self._machines.take(some))
-        rank, costs = self._rank(judged, self._traded_by)[:, 0], self._costs(judged, gains)
+        rank = self._rank(judged, self._traded_by, beside=self._beside(gains))[:, 0]
+        costs = self._costs(judged, gains)
         violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
         failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
         rank, violation = np.where(failed, -np.inf, rank), np.where(failed, np.inf, violation)
@@ -207,6 +208,7 @@ class Problem(Judging):
             own, law = self._loop.controller, laws.controller()
             law = own._replace(inner=law) if isinstance(own, RateLimited) else law
             of_laws._loop = self._loop._replace(controller=law)
+            of_laws._margins = self._margins and self._margins.of(law)
             of_laws.simulated = 0
             found = FirstLaws(self, of_laws, evaluations).dealt(tree, rng)
             self.simulated += of_laws.simulated

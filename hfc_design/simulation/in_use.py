@@ -1,6 +1,7 @@
 """What can be said about using a design: in each motion, in a line, as plain numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -14,10 +15,11 @@ from hfc_design.simulation.one_motion import InMotion, plain
 from hfc_design.simulation.repeats import Repeats, chaos_told
 from hfc_design.simulation.settling import several
 from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES, Stressed, breaking
+from hfc_design.stability.loop_report import LoopMargins
 
 #: What motions that never rest may not show.
 UNSTABLE = (
-    "the linear loop is unstable at rest (see hfc stability; a motion that holds a position would "
+    "the loop is unstable at rest or at speed (see hfc stability; a motion that holds that would "
     "show it)"
 )
 
@@ -26,6 +28,7 @@ TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
+NOTHING: Mapping[str, float] = MappingProxyType({})
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9
 
@@ -42,10 +45,11 @@ class Usable(NamedTuple):
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # the same to four times the substeps; None: not allowed
     units: dict[str, str]  # of the measures
-    loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
+    margins: LoopMargins | None  # None: the loop cannot be linearised
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
     why_not: Json | None = None  # of no: what would give a yes
+    asked: Mapping[str, float] = NOTHING  # what the margins have to be
 
     def __repr__(self) -> str:
         return line("Usable", self._told())
@@ -64,10 +68,10 @@ class Usable(NamedTuple):
     @property
     def good(self) -> Mask:
         """(machines,) that pass every motion: stable, and every constraint met."""
-        return np.logical_and.reduce([one.good for one in self.asked])
+        return np.logical_and.reduce([one.good for one in self._everywhere])
 
     @property
-    def asked(self) -> tuple[InMotion, ...]:
+    def _everywhere(self) -> tuple[InMotion, ...]:
         """The motions that are asked of all machines."""
         return tuple(one for one in self.motions if one.everywhere)
 
@@ -84,10 +88,20 @@ class Usable(NamedTuple):
     @property
     def verdict(self) -> str:
         """Whether the nominal machine passes every motion, nearly all others do, and stress too."""
-        calm = self.loop_stable is not False and not self._nominal
+        calm = self.loop_stable is not False and not self._nominal and not self.short_of
         if not (calm and self.good.mean() >= ENOUGH):
             return NO
         return YES if all(one.holds for one in self.stress) else ON_THIS_MODEL
+
+    @property
+    def loop_stable(self) -> bool | None:
+        """Whether that of the nominal machine is, where it is slowest and fastest."""
+        return self.margins and self.margins.stable
+
+    @property
+    def short_of(self) -> list[str]:
+        """What the margins lack of what is asked, in words."""
+        return self.margins.broken(self.asked) if self.margins else []
 
     @property
     def missed(self) -> Json:
@@ -114,7 +128,7 @@ class Usable(NamedTuple):
         share, count = float(self.good.mean()), len(self.good)
         machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
         passes = "pass every motion" if len(self.motions) > 1 else "pass"
-        passes += " required of them" if len(self.asked) < len(self.motions) else ""
+        passes += " required of them" if len(self._everywhere) < len(self.motions) else ""
         if self.verdict != NO:
             broken = breaking(self.stress)
             return f"{self.verdict}: {machines} {passes}" + (broken and f"; {broken}")
@@ -122,7 +136,9 @@ class Usable(NamedTuple):
             return f"no: {UNSTABLE}; {machines} {passes}"
         if why := self._nominal:
             return f"no: the nominal machine {why}; {machines} {passes}"
-        worst = min(self.asked, key=lambda one: float(one.good.mean()))
+        if short := self.short_of:
+            return f"no: {', '.join(short)}; {machines} {passes}"
+        worst = min(self._everywhere, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
         lost = f"{worst.reasons[reason]} {several(reason)}"
         if worst.reasons[reason] == 1:
@@ -145,6 +161,7 @@ class Usable(NamedTuple):
             "share": float(self.good.mean()),
             "interval": [low, high],
             "loop_stable": self.loop_stable,
+            "margins": self.margins and self.margins.numbers(),
             "gain": None if self.gain is None else [*self.gain],
             "precision": plain(self.precision),
             "substeps": None if self.substeps is None else plain(self.substeps),

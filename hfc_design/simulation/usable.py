@@ -18,7 +18,6 @@ from hfc_design.files.pairing import (
     controller_of,
     load_design,
     machine,
-    open_loops,
     with_converter,
 )
 from hfc_design.files.robust import RobustSettings
@@ -29,6 +28,7 @@ from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.gain_range import gain_range
 from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
 from hfc_design.simulation.monte_carlo import FEW, check_draw
@@ -37,7 +37,7 @@ from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
 from hfc_design.simulation.stress import AT_ONCE, longest, stressed
 from hfc_design.simulation.stressed import NO
 from hfc_design.simulation.why_not import why_not
-from hfc_design.stability.margins import margins
+from hfc_design.stability.loop_report import LoopMargins
 
 #: Of a scenario that says nothing about tolerances.
 SPREAD, MACHINES = 0.2, 200
@@ -88,8 +88,9 @@ def usable(
         _change(merit(scenario, judged.merit[:1]), once),
         _substeps(design, scenario, nominal, once),
         units(scenario),
-        _loop_stable(design, scenario),
+        _margins(design, scenario, some),
         repeats,
+        asked=scenario.margins,
     )
     if found.verdict == NO:
         again = partial(_again, scenario, standing_in, later)
@@ -97,26 +98,16 @@ def usable(
         return found._replace(why_not=why_not(scenario, robust, some, judged, again, steady))
     if not under:
         return found
-    crossover = _crossover(design, scenario)
+    crossover = found.margins and found.margins.crossover
     return found._replace(stress=stressed(scenario, *standing_in, some, judged, crossover))
 
 
-def _crossover(design: Design, scenario: Scenario) -> float | None:
-    """The highest at which a loop has the magnitude 1 [Hz]."""
+def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
+    """None of a loop that cannot be linearised."""
     try:
-        loops = open_loops(design, machine(design, scenario), scenario.limits)
+        return loop_margins(design, scenario, machines)
     except UserError:
         return None
-    each = [x for loop in loops.values() for x in [margins(loop).crossover] if x]
-    return max(each) / (2.0 * np.pi * scenario.simulation.sample_time_s) if each else None
-
-
-def _loop_stable(design: Design, scenario: Scenario) -> bool | None:
-    try:
-        loops = open_loops(design, machine(design, scenario), scenario.limits)
-    except UserError:  # the drive cannot be linearised
-        return None
-    return all(margins(loop).stable for loop in loops.values()) if loops else None
 
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:

@@ -1,132 +1,248 @@
-"""Margins of linear loops, as ``hfc stability`` and the page show them."""
+"""Margins of simulated loops, as ``hfc stability``, the pages and ``usable`` show them."""
 
-from collections.abc import Mapping
-from math import floor, log10
+from collections.abc import Mapping, Sequence
+from math import inf
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from rich.table import Table
 
-from hfc_design.core.console import show_whole
+from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.shown import line, table
-from hfc_design.stability.margins import Margins, OpenLoop, margins
+from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest
 
-#: Loops by the names of their axes, "" where there is one.
-Loops = Mapping[str, OpenLoop]
-NONE = "none"
+#: Shares of the machines that a band is between.
+BAND = (0.05, 0.95)
+#: Columns of a table: title, number, unit in the title.
+COLUMNS = {
+    "gain_down": "gain\ndown",
+    "gain_up": "gain\nup",
+    "phase_deg": "phase\n[deg]",
+    "delay_samples": "delay\n[samples]",
+    "sensitivity": "\nMs",
+    "sensitivity_hz": "at\n[Hz]",
+    "disk": "\ndisk",
+    "crossover_hz": "crossover\n[Hz]",
+    "bandwidth_hz": "band\n[Hz]",
+    "compliance": "compliance\n[{}]",
+}
 ABOUT = (
-    "Near the speed at which friction slides, without sensors, rest and limits: what an observer, "
-    "a filter or a converter lags has to be well within the delay margin; none: no change of that "
-    "kind makes the loop oscillate"
+    "Each loop of the simulation opened at its command, linearised in steady motion at a speed: "
+    "with sensors, observer, delay and friction as they are there, without converter steps and "
+    "limits. Gain: factors on it up to which it is stable; phase, delay: what more of a lag it "
+    "bears; Ms: largest |1 / (1 + L)|; disk: of gain and phase together; band: of the closed loop, "
+    "-3 dB; compliance: largest |position / load|; -: no change of that kind makes it oscillate"
 )
+BANDS = "below: between 5 and 95 % of {} other machines"
+
+
+class At(NamedTuple):
+    """The loop of one axis at an operating point."""
+
+    point: str
+    axis: str  # "" where there is one
+    why: str  # there are no margins; "" where there are
+    numbers: dict[str, float | bool | None]  # of the nominal machine; None: without an end
+    band: dict[str, tuple[float | None, float | None]]  # over other machines
+    loop: OpenLoop | None  # of the nominal machine
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return " ".join(filter(None, (self.axis, self.point)))
 
 
 class LoopMargins(NamedTuple):
-    """Margins of the linear loops of a design."""
+    """Margins of a design's loops at the operating points of a scenario."""
 
-    loops: Loops
+    rows: Sequence[At]
     sample_time: float  # [s]
-    plant: str  # name of the machine whose drives they are of
+    plant: str  # name of the machine
+    units: str  # of its compliance
+    machines: int  # beside the nominal one
 
     def __repr__(self) -> str:
-        told: dict[str, object] = {}
-        for axis, loop in self.loops.items():
-            own = margins(loop)
-            name = f"{axis}_" if axis else ""
-            told |= {f"{name}stable": own.stable, f"{name}gain_up": own.gain_up}
-            told[f"{name}phase_deg"] = own.phase
-        return line("LoopMargins", told)
+        return line("LoopMargins", {"stable": self.stable, **self._worst()})
 
     def _repr_html_(self) -> str:
-        told: dict[str, object] = {}
-        for axis, loop in self.loops.items():
-            own = rows(margins(loop), self.sample_time)
-            told |= {f"{axis}: {name}" if axis else name: text for name, text in own}
-        return table("linear loop, opened at the command", told)
+        return table("worst margins of the loop, opened at the command", self._worst())
+
+    def _worst(self) -> dict[str, float | None]:
+        return {name: value for name, (value, _) in self.worst.items()}
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether the loops of the nominal machine are, at rest and at speed; None: there are none.
+
+        Between the two friction that falls with the speed may push, which motions there show.
+        """
+        each: dict[str, list[bool]] = {}
+        for row in self.rows:
+            if not row.why:
+                each.setdefault(row.axis, []).append(bool(row.numbers["stable"]))
+        return all(one[0] and one[-1] for one in each.values()) if each else None
+
+    @property
+    def crossover(self) -> float | None:
+        """The highest frequency at which a loop of the nominal machine has the magnitude 1 [Hz]."""
+        each = [row.numbers["crossover_hz"] for row in self.rows if not row.why]
+        return max((x for x in each if x), default=None)
+
+    @property
+    def worst(self) -> dict[str, tuple[float | None, str]]:
+        """Of each of ``ASKED`` the worst of the nominal machine, and where; None: without an end.
+
+        A loop that is not stable has no margin.
+        """
+        found = {}
+        for name, (key, more, _) in ASKED.items():
+            each = [(_value(row, key, more), row.name) for row in self.rows if not row.why]
+            if each:
+                value, where = (max if more else min)(each, key=lambda one: one[0])
+                found[name] = (value if np.isfinite(value) else None), where
+        return found
+
+    def broken(self, asked: Mapping[str, float]) -> list[str]:
+        """What the loop has and where, of that of ``asked`` that it does not keep."""
+        found = []
+        for name, limit in asked.items():
+            value, where = self.worst.get(name, (None, ""))
+            more, told = ASKED[name][1], "at least "
+            if value is None and (not more or not where):
+                continue
+            if value is None or (value > limit if more else value < limit):
+                own = f"{name} {value:.3g}" if value else "the loop is unstable"
+                at = where if where == "at rest" else f"at {where}"
+                found.append(f"{own} {at}, allowed {'' if more else told}{limit:g}")
+        return found
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        return numbers(self.loops, self.sample_time)
+        rows = [
+            {"point": one.point, "axis": one.axis, **({"why": one.why} if one.why else {})}
+            | one.numbers
+            | {"band": {key: [*ends] for key, ends in one.band.items()}}
+            for one in self.rows
+        ]
+        worst = {name: {"value": value, "at": at} for name, (value, at) in self.worst.items()}
+        told = {"sample_time": self.sample_time, "plant": self.plant, "machines": self.machines}
+        return {**told, "stable": self.stable, "worst": worst, "points": rows}
 
     def figure(self) -> "Figure":
-        """Magnitude and phase of the open loops."""
-        return loop_figure(self.loops, self.sample_time)
+        """Magnitude and phase of the open loops, and their sensitivity."""
+        return loop_figure(self)
 
     def show(self) -> None:
-        """Print the margins as a table, a column for each axis."""
-        caption = f"On the plant {self.plant}. {about(self.loops)}"
-        shown = Table(caption=caption, caption_justify="left")
-        shown.add_column("linear loop, opened at the command", no_wrap=True)
-        for axis in self.loops:
-            shown.add_column(axis or "value", justify="right")
-        each = [rows(margins(loop), self.sample_time) for loop in self.loops.values()]
-        for own in zip(*each, strict=True):
-            shown.add_row(own[0][0], *(text for _, text in own))
+        """Print the margins, a row for each operating point."""
+        heads, rows = self.cells()
+        shown = plain_table(caption=self.about, caption_justify="left")
+        for k, head in enumerate(heads):
+            shown.add_column(head, justify="right" if k else "left", no_wrap=True)
+        for row in rows:
+            shown.add_row(*row)
         show_whole(shown)
+        for one in self.rows:
+            if one.why:
+                print(fill(f"{one.name}: {one.why}", room()))
+
+    @property
+    def about(self) -> str:
+        """What the margins are of."""
+        band = f"; {BANDS.format(self.machines)}" if self.machines else ""
+        return f"On the plant {self.plant}. {ABOUT}{band}"
+
+    def cells(self) -> tuple[list[str], list[list[str]]]:
+        """Heads and rows of a table, numbers of the nominal machine above the band of others."""
+        heads = ["at", "stable", *(head.format(self.units) for head in COLUMNS.values())]
+        rows = []
+        for one in self.rows:
+            if one.why:
+                rows.append([one.name, *["-"] * (len(heads) - 1)])
+                continue
+            stable = bool(one.numbers["stable"])
+            own = [_told(one.numbers[key]) if stable else "-" for key in COLUMNS]
+            ends = [one.band.get(key) for key in COLUMNS]
+            told = ["" if end is None else "\n" + "..".join(map(_told, end)) for end in ends]
+            cells = [text + band for text, band in zip(own, told, strict=True)]
+            rows.append([one.name, "yes" if stable else "no", *cells])
+        return heads, rows
 
 
-def numbers(loops: Loops, sample_time: float) -> Json:
-    """Margins and poles of every axis as plain data."""
+def numbers(found: Margins, every: float, compliance: tuple[float, float]) -> Json:
+    """Margins as plain data, frequencies in Hz for samples of ``every`` [s]; None: no end."""
+
+    def hertz(angle: float | None) -> float | None:
+        return None if angle is None else angle / (2.0 * np.pi * every)
+
+    return {
+        "stable": found.stable,
+        "gain_up": found.gain_up,
+        "gain_down": found.gain_down,
+        "phase_deg": found.phase,
+        "delay_samples": found.delay,
+        "delay_ms": None if found.delay is None else 1e3 * every * found.delay,
+        "sensitivity": found.sensitivity,
+        "sensitivity_hz": hertz(found.peak),
+        "disk": found.disk,
+        "crossover_hz": hertz(found.crossover),
+        "bandwidth_hz": hertz(found.bandwidth),
+        "compliance": compliance[0],
+        "compliance_static": compliance[1],
+        "slowest_pole": float(abs(found.poles[0])) if found.poles else 0.0,
+    }
+
+
+def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
+    """Between what the numbers of others are: the share ``BAND`` of those that are stable."""
     found = {}
-    for axis, loop in loops.items():
-        own = margins(loop)
-        poles = [{"real": pole.real, "imaginary": pole.imag} for pole in own.poles]
-        found[axis or "axis"] = {**own._asdict(), "poles": poles}
-    return {"sample_time": sample_time, "axes": found}
+    for key in others[0] if others else ():
+        if key != "stable":
+            each = [inf if one[key] is None else one[key] for one in others if one["stable"]]
+            if each:
+                ends = np.quantile(each, BAND, method="nearest")
+                low, high = (float(x) if np.isfinite(x) else None for x in ends)
+                found[key] = low, high
+    return found
 
 
-def about(loops: Loops) -> str:
-    """What the margins are of."""
-    told = dict.fromkeys(loop.about for loop in loops.values() if loop.about)
-    return ". ".join([*told, ABOUT])
+def _value(row: At, key: str, more: bool) -> float:
+    if not row.numbers["stable"]:
+        return inf if more else 0.0
+    value = row.numbers[key]
+    return inf if value is None else float(value)
 
 
-def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
-    """Margins in words; a loop that oscillates by itself has none."""
-    told = _told if found.stable else lambda value: "-"
-    return [
-        ("stable", "yes" if found.stable else "no"),
-        ("gain margin upwards, factor", told(found.gain_up)),
-        ("gain margin downwards, factor", told(found.gain_down)),
-        ("phase margin [deg]", told(found.phase)),
-        ("delay margin [samples]", told(found.delay)),
-        ("delay margin [ms]", told(found.delay and 1e3 * sample_time * found.delay)),
-        ("slowest pole, magnitude", _near_one(abs(found.poles[0]))),
-    ]
+def _told(value: float | bool | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
 
 
-def _near_one(magnitude: float) -> str:
-    """Four digits, or as many as tell how far it is from 1, where a loop begins to oscillate."""
-    away = abs(1.0 - magnitude)
-    return f"{magnitude:.{max(3, 1 - floor(log10(away))) if away > 1e-12 else 3}f}"
-
-
-def _told(value: float | None) -> str:
-    return NONE if value is None else f"{value:.4g}"
-
-
-def loop_figure(loops: Loops, sample_time: float) -> "Figure":
-    """Magnitude and phase of the open loops against the frequency [Hz]."""
+def loop_figure(found: LoopMargins) -> "Figure":
+    """Magnitude and phase of the open loops against the frequency [Hz], and their sensitivity."""
     from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
 
-    figure = framed(4.6, top=0.3)
-    size, phase = figure.subplots(2, sharex=True)
+    figure = framed(6.4, top=0.3)
+    parts = size, phase, peak = figure.subplots(3, sharex=True)
     angles = np.pi * np.geomspace(1e-4, 1.0, 1500)
-    for (axis, loop), color in zip(loops.items(), (OWN, OTHER, "0.4") * 4, strict=False):
-        response, hertz = loop.transfer(angles), angles / (2.0 * np.pi * sample_time)
-        size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=axis)
+    hertz = angles / (2.0 * np.pi * found.sample_time)
+    drawn = [row for row in found.rows if row.loop is not None]
+    for row, color in zip(drawn, (OWN, OTHER, "0.4", "0.7") * len(drawn), strict=False):
+        assert row.loop is not None
+        response = row.loop.reduced().transfer(angles)
+        size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=row.name)
         phase.semilogx(hertz, lag(response), color=color, lw=1.6)
+        peak.semilogx(hertz, np.abs(1.0 / (1.0 + response)), color=color, lw=1.6)
     size.axhline(1.0, color="0.3", lw=0.9)
     phase.axhline(-180.0, color="0.3", lw=0.9)
     gridded(size, y="magnitude [1]")
-    gridded(phase, "frequency [Hz]", "phase [deg]")
-    if len(loops) > 1:
-        size.legend(fontsize=9, frameon=False)
-    for part in (size, phase):
+    gridded(phase, y="phase [deg]")
+    gridded(peak, "frequency [Hz]", "sensitivity [1]")
+    if len(drawn) > 1:
+        size.legend(fontsize=9, frameon=False, ncols=2)
+    for part in parts:
         part.yaxis.set_label_coords(-0.125, 0.5)
     return figure
 

@@ -12,6 +12,7 @@ from hfc_design.core.console import show_whole
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
+from hfc_design.stability.loop_report import LoopMargins
 from hfc_design.stability.stable_range import StableRange
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class StableGains(NamedTuple):
     range: StableRange
     points: Points  # of the design's tables; none without a design
     drive: Mapping[str, float]  # that it is about, as the arguments of ``stable_range``
+    loop: LoopMargins | None = None  # of the design, on its own scenario
 
     def __repr__(self) -> str:
         inside = {name: self.range.contains(*point) for name, point in self.points.items()}
@@ -52,7 +54,8 @@ class StableGains(NamedTuple):
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        return {"drive": dict(self.drive), **numbers(self.range, self.points)}
+        own = {"drive": dict(self.drive), **numbers(self.range, self.points)}
+        return own | ({"loop": self.loop.numbers()} if self.loop else {})
 
     def figure(self) -> "Figure":
         """The bound of K_2 against K_1 (JK04 fig. 4)."""
@@ -66,6 +69,8 @@ class StableGains(NamedTuple):
         for name, value in rows(self).items():
             shown.add_row(name, value)
         show_whole(shown)
+        if self.loop:
+            self.loop.show()
 
 
 def drive_of(

@@ -21,9 +21,8 @@ OPEN = 1e-3
 ROUNDED = 1e-14
 #: Singular values that count as 0 beside numbers of size 1.
 RANK = 1e-9
-#: Parts of a command that differ by no more are alike: with friction of round numbers they are so
-#: at a round speed, and the last bit is not to decide whether it is that one or the next.
-ALIKE = 1.0 + 1e-6
+#: The speed that is looked for is known to this factor.
+CLOSE = 1.0 + 1e-9
 
 
 class Step(NamedTuple):
@@ -135,23 +134,33 @@ class Slides:
         return Steady(float(found[-1]), found[:-1])
 
     def slowest(self, dt: float) -> Motion | None:
-        """That of the lowest speed, of those tried, from which on the command's growing part is
-        larger.
+        """That of the lowest speed from which on the command's growing part is larger.
 
         That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
         v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
         """
-        found = None
+        found, low = None, None
         for speed in SPEEDS.tolist():
             motion = self.motion(speed, dt, found)
             if motion is None:
                 continue
-            one = self.step(motion.state, motion.command, dt)
-            growing = speed * self.asks(one.a, one.b, dt * motion.along).command
-            if found is not None and abs(motion.command - growing) > ALIKE * abs(growing):
+            if found is not None and not self._grows(motion, dt):
+                low = speed
                 break
             found = motion
+        while found is not None and low is not None and found.speed > CLOSE * low:
+            speed = float(np.sqrt(low * found.speed))
+            motion = self.motion(speed, dt, found)
+            if motion is not None and self._grows(motion, dt):
+                found = motion
+            else:
+                low = speed
         return found
+
+    def _grows(self, motion: Motion, dt: float) -> bool:
+        one = self.step(motion.state, motion.command, dt)
+        growing = motion.speed * self.asks(one.a, one.b, dt * motion.along).command
+        return bool(abs(motion.command - growing) <= abs(growing))
 
 
 def balanced(a: Floats) -> tuple[Floats, Floats]:

@@ -32,7 +32,6 @@ KIND = Kind(
     saved=SAVED,
     st=ST,
     lookup=tabulated,
-    open_loop=later("hfc_design.controllers.hierarchical.loop", "open_loop"),
     pictures=later("hfc_design.controllers.hierarchical.pictures", "pictures"),
     sections=later("hfc_design.controllers.hierarchical.section", "sections"),
 )

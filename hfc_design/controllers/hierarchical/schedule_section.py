@@ -1,14 +1,25 @@
 """What the page shows of a scheduled law: how much of it there is."""
 
+from functools import partial
+
 import numpy as np
 
-from hfc_design.controllers.hierarchical.loop import factor
-from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.controllers.hierarchical.law import memberships, outputs
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures.figure import OTHER, OWN, finish, framed
 from hfc_design.pictures.section import Drawing
 
 #: Of the inputs of a hierarchy, six at most.
 STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0.35", ":"))
+
+
+def factor(record: HierarchicalDesign, points: Floats) -> Floats:
+    """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
+    layout = layout_of(record)
+    degrees = partial(memberships, ARRAYS, layout.terms)
+    units, _ = outputs(ARRAYS, degrees, layout.reach, record.gains(), list(points.T))
+    return np.asarray(record.output_scale * units[-1].output)
 
 
 def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str, str]) -> Drawing:

@@ -7,7 +7,6 @@ from hfc_design.controllers.hierarchical.drawn_tree import (
     part_called,
     readable,
 )
-from hfc_design.controllers.hierarchical.loop import open_loop
 from hfc_design.controllers.hierarchical.pictures import surface, table
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
@@ -35,13 +34,10 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
         names = [item.name for item in record.inputs]
         told = {name: readable(name) for name in names}
         drawn.append(schedule(record, told, {x: input_unit(shown.units, x) for x in names}))
-    found = [
+    return [
         Section("The controller", "", _parameters(record, shown.units), drawn),
         Section("Its units", UNITS, None, units),
     ]
-    if record.linear is not None:
-        found.append(linear.loop_section(record, shown, open_loop))
-    return found
 
 
 def _unit(record: HierarchicalDesign, shown: Shown, k: int) -> list[Drawing]:

@@ -68,7 +68,6 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
         explain=Explain(lambda record: (record.reads(), []), _remember, _shown),
-        open_loop=later(f"{here}.model", "open_loop"),
         sections=later(f"{here}.section", "sections"),
     )
 

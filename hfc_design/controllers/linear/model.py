@@ -1,16 +1,14 @@
-"""What a nominal drive tells of linear gains: what is fed forward, a first PID, the loop."""
+"""What a nominal drive tells of linear gains: what is fed forward, a first PID."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from hfc_design.controllers.linear.law import LinearGains, Structure
-from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
-from hfc_design.core.numbers import Floats, Parameters, Scalar
-from hfc_design.core.records import UserError
+from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.record import MULTIPLES
+from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.stability.margins import OpenLoop
-from hfc_design.stability.nominal import Nominal, nominal
-from plants import Drive
+from hfc_design.stability.nominal import Nominal
 
 #: Bandwidths that are tried, in shares of one over the sample time.
 BANDWIDTHS = (1e-3, 0.5)
@@ -18,8 +16,6 @@ BANDWIDTHS = (1e-3, 0.5)
 INTEGRAL = 0.1
 #: Factors on the loop gain at which the first controller is stable too.
 ROOM = (0.5, 1.0, 2.0)
-#: A PID without signals and resonators.
-NOTHING = Structure()
 
 
 def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
@@ -70,57 +66,13 @@ def answer(
     return np.asarray(told["error"] / (1.0 - command))
 
 
-def open_loop(record: LinearDesign, drive: Drive, parameters: Parameters) -> OpenLoop:
-    """The loop of a design on a drive, near the speed where that slides.
-
-    Raises:
-        UserError: the drive cannot be linearised, or does not tell a signal.
-    """
-    return loop_of(record, nominal(drive, parameters, record.sample_time_s), drive)
-
-
-def loop_of(record: LinearDesign, model: Nominal, drive: Drive, key: str = "signals") -> OpenLoop:
-    """The loop of a design with a ``model`` of its drive.
-
-    Raises:
-        UserError: the drive does not tell a signal of those that the file has under ``key``.
-    """
-    for name in record.signals:
-        if name not in model.outputs:
-            raise UserError(f"controller.{key}: {name!r} is no signal of the {drive.name}")
-    return _loop(model, record.gains(), record.sample_time_s, 1.0, record.structure)
-
-
-def _loop(
-    model: Nominal, gains: LinearGains, sample_time: float, room: float, law: Structure = NOTHING
-) -> OpenLoop:
-    """States: the drive, the filtered rate, the integral where there is one, two a resonator."""
+def _loop(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> OpenLoop:
+    """States: the drive, the filtered rate, the integral where there is one."""
     size, rows = len(model.b), model.outputs
-    fed_back = sum(
-        (gain * rows[name] for name, gain in zip(law.signals, gains.signals or (), strict=True)),
-        np.zeros(size),
-    )
     rate = np.append((1.0 - gains.kept) * rows["error_rate"], [gains.kept, 0.0])
-    command = np.append(gains.kp * rows["error"] + fed_back, [0.0, 1.0]) + gains.kd * rate
+    command = np.append(gains.kp * rows["error"], [0.0, 1.0]) + gains.kd * rate
     integral = np.append(gains.ki * sample_time * rows["error"], [0.0, 1.0])
     a, b = np.zeros((size + 2, size + 2)), np.append(model.b, [0.0, 0.0])
     a[:size, :size], a[size], a[size + 1] = model.a, rate, integral
     states = size + 2 if gains.ki else size + 1
-    loop = OpenLoop(a[:states, :states], b[:states], room * command[:states])
-    for rotation, pair in zip(law.rotations, gains.resonators, strict=True):
-        driven = np.outer([pair[0], -pair[1]], sample_time * rows["error"])
-        loop = _resonating(loop, rotation, driven, room)
-    return loop
-
-
-def _resonating(
-    loop: OpenLoop, rotation: tuple[float, float], driven: Floats, room: float
-) -> OpenLoop:
-    """With a resonator (``law._turned``) that the first states drive."""
-    size = len(loop.b)
-    a, b, c = np.zeros((size + 2, size + 2)), np.append(loop.b, [0.0, 0.0]), loop.c
-    a[:size, :size], a[size:, : driven.shape[1]] = loop.a, driven
-    cosine, sine = rotation
-    a[size:, size:] = [[cosine, sine], [-sine, cosine]]
-    angle = float(np.arctan2(sine, cosine))
-    return OpenLoop(a, b, np.append(c, [room, 0.0]), resonances=(*loop.resonances, angle))
+    return OpenLoop(a[:states, :states], b[:states], room * command[:states])

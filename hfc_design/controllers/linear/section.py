@@ -1,51 +1,16 @@
-"""What the page shows of a linear controller: its gains with units, the margins of its loop."""
-
-from collections.abc import Callable
+"""What the page shows of a linear controller: its gains with units."""
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import ControllerRecord, Shown
-from hfc_design.controllers.linear.model import open_loop
+from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
-from hfc_design.core.records import UserError
-from hfc_design.pictures.section import Drawing, Listing, Section
-from hfc_design.stability import loop_report
-from hfc_design.stability.margins import OpenLoop, margins
+from hfc_design.pictures.section import Listing, Section
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: Shown) -> list[Section]:
-    """The gains; the loop near the speed at which the drive slides."""
-    gains = Section("The controller", "", _gains(record, shown.units), [])
-    return [gains, loop_section(record, shown, open_loop)]
-
-
-def loop_section(
-    record: ControllerRecord, shown: Shown, loop_of: Callable[..., OpenLoop | None]
-) -> Section:
-    """Margins and response of the loop of every axis."""
-    axes, every = shown.machine.axes, record.sample_time_s
-    each = zip(axes, shown.machine.drives, shown.parameters, strict=True)
-    delays = dict(zip(axes, shown.delays, strict=False))
-    try:
-        found = {axis: loop_of(record, *own) for axis, *own in each}
-    except UserError as error:
-        return Section("The linear loop", f"{error.typed}.", None, [])
-    loops = {
-        axis if len(axes) > 1 else "": loop.delayed(delays.get(axis, 0))
-        for axis, loop in found.items()
-        if loop
-    }
-    told = [loop_report.rows(margins(loop), every) for loop in loops.values()]
-    rows = [[own[0][0], *(text for _, text in own)] for own in zip(*told, strict=True)]
-    listing = Listing(loop_report.about(loops), ["", *(axis or "value" for axis in loops)], rows)
-    drawing = Drawing(
-        loop_report.loop_figure(loops, every),
-        "Magnitude and phase of the open loop",
-        "The open loop from the command back to the command. It is stable up to the factor and the "
-        "delay of the table.",
-    )
-    return Section("The linear loop", "", listing, [drawing])
+    """The gains."""
+    return [Section("The controller", "", _gains(record, shown.units), [])]
 
 
 def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:

@@ -44,8 +44,6 @@ MISTAKES = {
     "plot pd-only convergence --out a.png": "pd-only",
     f"simulate {JK}-flc --learned a.json": f"design {JK}-flc",
     f"simulate {LL} --learned a.json": f"design {LL}",
-    "stability pd-only": "design pd-only",
-    f"stability {JK}-pid": f"design {JK}-pid",
     "stability no-such-design": "no-such-design",
     "score pd-only --scenario c-axis-ramp --scenario feed-drive-circle": "design pd-only",
     "score pd-only --scenario c-axis-practical --set simulation.sample_time_s=0.002": "design",

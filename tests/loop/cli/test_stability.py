@@ -9,6 +9,7 @@ import pytest
 from run_folders import hfc as command
 from wording import refused_command
 
+from hfc_design.calls.stability import stability
 from hfc_design.files.design import design_json
 from hfc_design.files.pairing import load_design
 from hfc_design.stability.stable_range import stable_range
@@ -48,53 +49,69 @@ LQI = made_up.linear("lqi", 5, "feed-drive")
 
 def linear(folder, **changes):
     """A design file of a PD on the feed drive K = 40, tau = 0.055 without friction."""
-    own = {"positive_start": 0.0, "positive_slope": 0.0, "positive_curvature": 0.0}
+    parts = ("start", "slope", "curvature")
+    own = {f"{way}_{part}": 0.0 for way in ("positive", "negative") for part in parts}
     data = json.loads(design_json(LQI))
     data["plant"]["parameters"] = {"gain": 40.0, "coulomb": 0.0, **own, **changes}
     data["controller"] = {"kind": "pid+ff", "sample_time_s": 0.01, "kp": 1.2}
+    where = {"name": "plain", "plant": {"name": "feed-drive"}}
+    where["simulation"] = {"sample_time_s": 0.01}
+    data["provenance"] = {"scenario": where | {"reference": {"kind": "ramp", "velocity": 100.0}}}
     (folder / "mine.json").write_text(json.dumps(data))
     return folder / "mine.json"
+
+
+def points(*arguments):
+    """Rows of the loops that have margins."""
+    found = json.loads(hfc(*arguments, "--json").stdout)
+    return [one for one in found["points"] if "why" not in one]
 
 
 def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path, monkeypatch):
     """K_1 up to which the linear loop u = K_1 e is stable (JK04 eq. 19), over the kp of the PD."""
     limit = stable_range(40.0, 0.055, 0.01).k1_linear
-    found = json.loads(hfc(linear(tmp_path), "--json").stdout)["axes"]["axis"]
-    assert found["stable"]
-    assert found["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)
-    assert found["gain_down"] is None
-    assert len(found["poles"]) == 3  # two of the drive, one of the filter; no integral
+    found = points(linear(tmp_path))
+    assert [one["point"] for one in found] == ["100"]
+    for one in found:
+        assert one["stable"]
+        assert one["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)
+        assert one["gain_down"] is None
+        low, high = one["band"]["gain_up"]
+        assert low < one["gain_up"] < high
+        # A position that is 1 / kp of a load off asks for a command that takes it back.
+        assert one["compliance_static"] == pytest.approx(1.0 / 1.2, rel=1e-4)
     for width in (60, 80, 120):
         monkeypatch.setenv("COLUMNS", str(width))
         told = hfc(linear(tmp_path)).stdout
-        assert f"{limit / 1.2:.4g}" in told
-        assert "delay margin [samples]" in told
+        assert f"{limit / 1.2:.3g}" in told
         assert max(map(len, told.splitlines())) <= width
 
 
-def test_the_delay_of_the_drive_is_in_the_margins(tmp_path):
-    """One sample less is left, and its lag is off the phase margin, at every crossing the same."""
+@pytest.mark.parametrize("delay", [0.5, 1.0, 1.25])
+def test_the_delay_of_the_drive_is_in_the_loop(delay, tmp_path):
+    """Whole samples turn it; of a part the drive takes the old and the new command in the mean."""
     own, late = (
-        json.loads(hfc(linear(tmp_path), "--change", f"limits.delay_samples={k}", "--json").stdout)
-        for k in (0, 1)
+        stability(linear(tmp_path), {"limits.delay_samples": k}).rows[-1] for k in (0.0, delay)
     )
-    (before,), (found,) = own["axes"].values(), late["axes"].values()
-    assert found["delay"] == pytest.approx(before["delay"] - 1.0)
-    crossing = np.radians(before["phase"]) / before["delay"]  # rad a sample
-    assert found["phase"] == pytest.approx(before["phase"] - np.degrees(crossing))
-    assert found["gain_up"] < before["gain_up"]
-    told = " ".join(hfc(linear(tmp_path), "--change", "limits.delay_samples=1").stdout.split())
-    assert "On the plant feed-drive." in told
-    assert "With the delay of 1 sample that the drive has" in told
+    angles = np.linspace(0.01, 3.1, 30)
+    whole, part, back = int(delay), delay % 1.0, np.exp(-1j * angles)
+    expected = own.loop.transfer(angles) * back**whole * (1.0 - part + part * back)
+    np.testing.assert_allclose(late.loop.transfer(angles), expected, rtol=1e-9)
+    if not part:
+        left = own.numbers["delay_samples"] - delay
+        assert late.numbers["delay_samples"] == pytest.approx(left, abs=1e-9)
 
 
 def test_each_axis_has_margins_of_its_own(tmp_path):
     data = json.loads(linear(tmp_path).read_text())
     data["plant"]["axes"] = {"x": {}, "y": {"gain": 20.0}}
+    where = data["provenance"]["scenario"]
+    where["plant"]["axes"] = {"x": {}, "y": {}}
+    where["reference"] = {"kind": "circle", "radius_mm": 10.0, "feed_mm_min": 700.0}
     (tmp_path / "two.json").write_text(json.dumps(data))
-    found = json.loads(hfc(tmp_path / "two.json", "--json").stdout)["axes"]
-    assert list(found) == ["x", "y"]
-    assert found["y"]["gain_up"] == pytest.approx(2.0 * found["x"]["gain_up"], rel=1e-6)
+    x, y = ({**one} for one in points(tmp_path / "two.json")[:2])
+    assert (x["axis"], y["axis"]) == ("x", "y")
+    assert y["gain_up"] == pytest.approx(2.0 * x["gain_up"], rel=1e-6)
 
 
 def test_a_linear_design_is_drawn_and_judged_on_its_own_drive(tmp_path):
@@ -102,3 +119,11 @@ def test_a_linear_design_is_drawn_and_judged_on_its_own_drive(tmp_path):
     assert done.exit_code == 0
     assert "frequency [Hz]" in (tmp_path / "loop.svg").read_text()
     assert refused_command("stability", linear(tmp_path), "--gain", 40).where == "--gain"
+
+
+def test_a_loop_that_friction_holds_says_so_at_rest_in_a_line():
+    found = json.loads(hfc("emps-cascade", "--json").stdout)
+    rest, moving = found["points"]
+    assert "friction" in rest["why"]
+    assert moving["stable"]
+    assert found["worst"]["sensitivity"]["at"] == moving["point"]

@@ -188,13 +188,18 @@ def test_a_loop_that_swings_at_rest_is_of_no_use():
     )
     assert (calm.loop_stable, wild.loop_stable) == (True, False)
     assert wild.motions[0].nominal_reasons  # as the simulation shows here too
-    assert usable("pd-only", scenario).loop_stable is None  # tables do its work, or a PD
     assert calm.motions[0].nominal_reasons == ()
     good = tuple(one._replace(good=one.good | True) for one in calm.motions)
     assert calm._replace(motions=good).yes
-    never = calm._replace(motions=good, loop_stable=False)
+    never = calm._replace(motions=good, margins=wild.margins)
     assert not never.yes
-    assert never.answer.startswith("no: the linear loop is unstable at rest (see hfc stability")
+    assert never.answer.startswith(
+        "no: the loop is unstable at rest or at speed (see hfc stability"
+    )
+    short = calm._replace(motions=good, asked={"phase_margin_deg": 179.0})
+    assert not short.yes
+    assert short.answer.startswith("no: phase_margin_deg ")
+    assert "allowed at least 179" in short.answer
     assert never.numbers()["loop_stable"] is False
 
 

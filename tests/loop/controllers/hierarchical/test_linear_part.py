@@ -10,10 +10,7 @@ from sledge import hfc
 from wording import refused, refused_command
 
 from hfc_design.controllers.genome import taken
-from hfc_design.controllers.hierarchical.loop import open_loop, slopes
-from hfc_design.controllers.linear import model as linear
 from hfc_design.files.design import Design, design_json
-from hfc_design.files.machine import PlantSettings
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
@@ -84,45 +81,6 @@ def test_the_shares_add_up_to_the_command(tmp_path):
         in hfc("explain", tmp_path / "design.json", "--at", at, "--at", at).stdout
     )
     assert found["units_of_signals"]["reference_acceleration"] == "rad/s2"
-
-
-@pytest.mark.parametrize("seed", [4, 5, 7])
-def test_slopes_are_those_of_the_command(seed):
-    """Of the runtime, from two small readings; of the sample before from two samples."""
-    design = alone(made_up.hierarchy_on_linear(seed, 6))
-    names = design.kind.reads(design.controller)
-    pd, rest = design.controller.pd, dict.fromkeys(names, 0.0)
-    gains, found = {"error": pd.kp, "error_rate": pd.kd}, slopes(design.controller)
-    for name, slope in found.items():
-        signal = name.removeprefix("previous_")
-        commands = []
-        for reading in (1e-5, -1e-5):
-            controller = Controller(design)
-            controller.step(rest)  # which a first sample takes to have been before it
-            first = controller.step(rest | {signal: reading})
-            commands.append(first if name == signal else controller.step(rest))
-        numeric = (commands[0] - commands[1]) / 2e-5
-        expected = slope + (gains.get(name, 0.0) if name == signal else 0.0)
-        assert numeric == pytest.approx(expected, rel=1e-4, abs=1e-4 * pd.kp)
-
-
-def test_a_slope_counts_as_a_gain_and_the_sample_before_as_a_state():
-    """The loop of x = a x + b u with u = c x + d x_before has the poles of the larger matrix."""
-    design = made_up.hierarchy_on_linear(7)
-    axis = PlantSettings(**design.plant.model_dump()).each()[0]
-    loop = open_loop(design.controller, axis.drive, axis.parameters)
-    plain = linear.open_loop(design.controller.linear_part, axis.drive, axis.parameters)
-    assert len(loop.b) == len(plain.b) + 1  # previous_spindle_velocity
-    steep = slopes(design.controller)
-    model = linear.nominal(axis.drive, axis.parameters, 0.001)
-    size, row = len(model.b), model.outputs["spindle_velocity"]
-    more = loop.c[:size] - plain.c[:size]
-    expected = sum(
-        slope * model.outputs[name] for name, slope in steep.items() if name in model.outputs
-    )
-    np.testing.assert_allclose(more, expected, rtol=1e-9, atol=1e-6)
-    np.testing.assert_array_equal(loop.a[-1, :size], row)
-    assert loop.c[-1] == steep["previous_spindle_velocity"]
 
 
 @pytest.mark.parametrize(

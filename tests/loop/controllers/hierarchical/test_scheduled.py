@@ -10,12 +10,9 @@ from sledge import hfc
 from wording import refused, refused_command
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.loop import open_loop
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
-from hfc_design.controllers.linear import model as linear
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.machine import PlantSettings
 from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
@@ -117,39 +114,6 @@ def test_the_shares_add_up_to_the_command_and_to_the_law(tmp_path):
     assert "scheduled law" in printed
     assert "value [V]" in printed
     assert "x 10 x scheduled law" in printed
-
-
-@pytest.mark.parametrize("seed", [2, 3, 9, 15])
-def test_the_loop_has_the_slopes_of_the_command(seed):
-    """Numerically from the runtime, about rest: d (root scheduled) has both of its terms."""
-    design = made_up.scheduling(seed, 6)
-    assert (design.controller.scheduled_part.gains().load != 0.0) == (seed != 3)
-    axis = PlantSettings(**design.plant.model_dump()).each()[0]
-    found = open_loop(design.controller, axis.drive, axis.parameters)
-    model = linear.nominal(axis.drive, axis.parameters, 0.001)
-    names, size = design.kind.reads(design.controller), len(model.b)
-    rest = dict.fromkeys(names, 0.0)
-    expected, sample_before = np.zeros(size), {}
-    for name in names:
-        commands, later = [], []
-        for reading in (1e-6, -1e-6):
-            controller = Controller(design)
-            controller.step(rest)  # which a first sample takes to have been before it
-            commands.append(controller.step(rest | {name: reading}))
-            later.append(controller.step(rest))
-        if name in model.outputs:
-            expected += (commands[0] - commands[1]) / 2e-6 * model.outputs[name]
-            sample_before[name] = (later[0] - later[1]) / 2e-6
-    scale = np.abs(expected).max()
-    np.testing.assert_allclose(found.c[:size], expected, atol=1e-5 * scale)
-    # What the error leaves in the integral a sample later; of rates nothing is kept.
-    root_at_rest = design.controller.output_scale * root(design, rest, {})
-    ki = design.controller.linear.ki + root_at_rest * design.controller.scheduled.ki
-    np.testing.assert_allclose(found.a[size + 1, :size], ki * 0.001 * model.outputs["error"])
-    for k, name in enumerate(("spindle_velocity", "error")):
-        integrated = ki * 0.001 if name == "error" else 0.0
-        slope = sample_before[name] - integrated
-        assert found.c[size + 2 + k] == pytest.approx(slope, rel=1e-3, abs=1e-5 * scale)
 
 
 @pytest.mark.parametrize(

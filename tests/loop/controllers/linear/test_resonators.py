@@ -10,9 +10,10 @@ from sledge import imported
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.controllers.linear import model as of_drive
+from hfc_design.files.design import Design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
+from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.stability.margins import margins
 
 FREQUENCIES = [5.0, 20.0]
@@ -25,6 +26,15 @@ def of_sledge(kind, frequencies=FREQUENCIES, **settings):
     step = {"kind": "step", "height": 1.0}
     whole = {"plant": {"name": "sledge"}, "reference": step, "controller": own}
     return genome_of(api.load_scenario({**whole, "simulation": {"sample_time_s": EVERY}}))
+
+
+def simulated_loop(record):
+    """The loop of the simulation, at rest."""
+    step = {"plant": {"name": "sledge"}, "reference": {"kind": "step", "height": 1.0}}
+    scenario = api.load_scenario({**step, "simulation": {"sample_time_s": EVERY}})
+    mine = design(**{k: x for k, x in record.items() if k != "weights"}).model_dump(mode="json")
+    mine["plant"] = {"name": "sledge", "parameters": {}}
+    return loop_margins(Design.model_validate(mine), scenario).rows[0].loop
 
 
 def simulated(record, load):
@@ -125,8 +135,7 @@ def test_the_gains_of_a_pid_make_errors_fade_and_keep_their_frequency(own):
         "pid+ff", ranges={name: [0.01, 0.01] for name in ("resonator_1", "resonator_2")}
     )
     record = made.record(made.empty()) | {"derivative_hz": 0.0}
-    loop = of_drive.loop_of(design(**record).controller, made.model, made.drive)
-    poles = np.linalg.eigvals(loop.a + np.outer(loop.b, loop.c))
+    poles = simulated_loop(record).poles()[1]
     for found in record["resonators"]:
         frequency = found["frequency_rad_s"]
         gain = abs(complex(found["in_phase"], found["quadrature"]))
@@ -161,7 +170,7 @@ def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
     (before,) = record["resonators"]
     gain = complex(before["in_phase"], before["quadrature"]) * np.exp(1j * np.radians(degrees))
     record |= {"resonators": [one(200.0, gain.real, gain.imag)]}
-    found = margins(of_drive.loop_of(design(**record).controller, made.model, made.drive))
+    found = margins(simulated_loop(record))
     lags, waits = [], []
     for way, farthest in ((-1.0, 1.0 - 1e-4), (1.0, 0.57)):  # from next to nothing to half a turn
         angles = 200.0 * EVERY * (1.0 + way * np.geomspace(1e-9, farthest, 200_001))

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from hfc_design import api
-from hfc_design.controllers.linear import model as of_drive
 from hfc_design.runs.individuals import genome_of
-from hfc_design.stability.margins import margins
+from hfc_design.simulation.loop_margins import loop_margins
 
 KINDS = ("pid+ff", "lqr", "lqi")
 SIGNALS = {"signals": ["deflection", "deflection_rate"]}
@@ -22,9 +21,7 @@ def test_the_start_is_a_stable_loop_that_follows_a_ramp(kind):
     scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": kind}})
     start = made.record(made.empty())
     design = api.with_gains(scenario, kind, {k: x for k, x in start.items() if k != "kind"})
-    axis = scenario.plant.each()[0]
-    loop = of_drive.open_loop(design.controller, axis.drive, axis.parameters)
-    assert margins(loop).stable
+    assert loop_margins(design, scenario).stable
     # What the nominal drive asks for is fed forward, less what the gains on signals give.
     found = api.evaluate(design, scenario)
     assert not found.diverged

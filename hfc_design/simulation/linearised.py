@@ -1,0 +1,423 @@
+"""The simulated loop, linearised where it moves steadily: poles, margins and stiffness come of it.
+
+``closed_loop.moved`` is one control sample; it is differentiated in two parts that meet at the
+signals. The machine with its sensors, delays and whatever else stands around a drive is the same
+for every controller, so that a search needs it once; a controller is small, and every law has a
+slope. Steps of encoders and converters are left out and no limit is met: see ``Loop.smooth``. An
+operating point is a steady motion at the speed of a reference, where all that moves is shifted by
+the same way from sample to sample. There the commands are what the machine needs, and what the
+controller remembers, and the errors that it leaves, are such that it gives them.
+"""
+
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+
+from hfc_design.controllers.controller import LEARNT, RateLimited, Stepped, View
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask, Memory, Scalar, Xp
+from hfc_design.core.slopes import SLOPED, Sloped, parts
+from hfc_design.motion.samples import Samples
+from hfc_design.simulation.closed_loop import Loop, moved, positions, start
+from hfc_design.simulation.packing import Code, joined
+from hfc_design.stability.margins import OpenLoop
+from plants import Machine
+from plants.around import fine
+
+#: Newton's steps at most, and the change [1] at which it has come, or has come near enough.
+TRIES, SETTLED, NEAR = 30, 1e-9, 1e-5
+#: A matrix of even numbers with a smaller determinant may be singular.
+SINGULAR = 1e-7
+#: What differs by a smaller share is the same but for its last bits.
+ROUNDED = 1e-13
+#: How many times as fast a motion is looked for first where none is found.
+FAST = 1e3
+
+
+class Told(NamedTuple):
+    """Stands for a controller: gives the commands that are its gains, remembers what it sees."""
+
+    kind: str = "told"
+
+    def initial_memory(self, zero: Scalar) -> Memory:
+        """Nothing."""
+        return ()
+
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
+        """The commands, and the view."""
+        return gains, (view.axes, view.path)
+
+
+#: It runs a moment, and is compiled in a fifth of the time.
+QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
+def _of_machine(
+    code: Code, numbers: Any, told: Any, true: Any, every: Any, row: Any, x: Any
+) -> Any:
+    """Of every lane what a sample makes of ``x``, derivatives of that, and the signals as a tree.
+
+    ``x`` are the numbers of the machine, commands, shifts of the references, and loads beside what
+    is there; it becomes the numbers a sample later, signals and positions.
+    """
+    loop: Loop = joined(code, numbers)
+
+    def sample(true: Any, row: Samples, x: Any) -> Any:
+        _, of = ravel_pytree(start(loop, jnp.zeros(()), row.start)._replace(commands=()))
+        fixed, axes = loop.coefficients(true), len(row.axes)
+        commands, shifts, loads = x[-3 * axes :].reshape(3, axes)
+        there = tuple(
+            one._replace(
+                reference=one.reference + shift,
+                loads=tuple(one.loads + load),
+                noise=tuple(one.noise),
+            )
+            for one, shift, load in zip(row.axes, shifts, loads, strict=True)
+        )
+        before = of(x[: -3 * axes])
+        after = moved(loop, told, fixed, every, tuple(commands), before, row._replace(axes=there))
+        own = after._replace(memory=(), commands=())
+        parts = own, after.memory, positions(loop, before.states)
+        whole = jnp.concatenate([ravel_pytree(part)[0] for part in parts])
+        return whole, (whole, after.memory)
+
+    def both(*about: Any) -> Any:
+        slopes, (value, view) = jax.jacfwd(sample, argnums=2, has_aux=True)(*about)
+        return value, slopes, view
+
+    return jax.vmap(both)(true, row, x)
+
+
+class Steady(NamedTuple):
+    """Machines in steady motions, linearised; every leaf begins with the lanes.
+
+    ``x(k+1) = a x + b u + e w`` for commands u and loads w; of signals ``s = c x``, of positions
+    ``p = d x``.
+    """
+
+    a: Floats  # (states, states)
+    b: Floats  # (states, axes)
+    c: Floats  # (signals, states)
+    d: Floats  # (axes, states)
+    e: Floats  # (states, axes)
+    off: Floats  # (signals, axes) what an error of one changes of what is seen
+    view: Any  # the signals as a tree
+    signals: Floats  # (signals,)
+    change: Floats  # (signals,) of them, from a sample to the next
+    commands: Floats  # (axes,)
+    found: Mask  # whether there is such a motion
+
+
+class _Near(NamedTuple):
+    """What a sample makes of machines at some numbers, a lane each."""
+
+    a: Floats  # (lanes, states, states)
+    c: Floats  # (lanes, signals, states)
+    along: Floats  # (lanes, states, axes) what moves with a unit of way
+    value: Floats
+    slopes: Floats
+    view: Any
+    errors: Integers  # places of the errors among the signals
+
+
+class _Machines:
+    """Machines that follow rows with speeds (lanes, axes), a lane each, without a controller."""
+
+    def __init__(self, loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats):
+        self._loop = _without_steps(loop._replace(controller=Told()))
+        self._code, self._numbers = self._loop.apart
+        self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
+        self._given = told, true, np.float64(self.every), rows
+        self._rows = [_lane(rows, k) for k in range(len(speeds))]
+        #: About the command that a speed takes, where a drive tells its highest one.
+        self._pushes = np.zeros(speeds.shape[1])
+        for k, (drive, own) in enumerate(zip(loop.machine.drives, told, strict=True)):
+            most, top = drive.largest_commands(own, loop.limits[k])[1], drive.top_speed(own)
+            if np.isfinite([most, top]).all() and top > 0.0:
+                self._pushes[k] = most / top
+        self.size = self.begun(1.0).shape[1] - speeds.shape[1]
+
+    def begun(self, factor: float) -> Floats:
+        """(lanes, states + axes) where all has the speeds times a factor, and about a command."""
+        each = zip(self._rows, factor * self.speeds, strict=True)
+        states = np.array([_begun(self._loop, *own) for own in each])
+        pushes = self.speeds * self._pushes if factor == 1.0 else 0.0 * self.speeds
+        return np.concatenate([states, pushes], axis=1)
+
+    def near(self, x: Floats) -> _Near:
+        """What is near states and commands."""
+        more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
+        value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
+        value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
+        # A distance has no slope at 0: it grows either way.
+        slopes[:, self.size :] = np.nan_to_num(slopes[:, self.size :])
+        a = slopes[:, : self.size, : self.size]
+        c = slopes[:, self.size : -self.speeds.shape[1], : self.size]
+        along = _along(a, c[:, errors])
+        # What depends on the place, as cogging does, is 0 in the mean over the way.
+        off = a @ along - along
+        off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
+        off[~self.speeds.any(axis=1)] = 0.0
+        return _Near(a + off @ c[:, errors], c, along, value, slopes, view, errors)
+
+    def followed(self, x: Floats, factor: float) -> tuple[Floats, Mask]:
+        """States and commands by Newton's method from ``x``, and whether they are found."""
+        (lanes, axes), size = self.speeds.shape, self.size
+        for _ in range(TRIES):
+            one = self.near(x)
+            b, errors = one.slopes[:, :size, size : size + axes], one.c[:, one.errors]
+            way = (one.along @ (self.every * factor * self.speeds)[..., None])[..., 0]
+            off = one.value[:, :size] - x[:, :size] - way
+            off = np.concatenate([off, one.value[:, size:][:, one.errors]], axis=1)
+            matrix = np.block([[one.a - np.eye(size), b], [errors, np.zeros((lanes, axes, axes))]])
+            some = np.append(_heard(one.slopes[..., :size]), np.ones(axes, bool))
+            move, whole = np.zeros_like(off), np.nan_to_num(matrix)[:, some][:, :, some]
+            move[:, some] = solved(whole, -np.nan_to_num(off)[:, some])
+            x = x + move
+            far = np.abs(move).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
+            if (far <= SETTLED).all():
+                break
+        sound = np.isfinite(one.slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
+        return x, (far <= NEAR) & sound
+
+
+def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
+    """Machines that follow the ``rows`` with ``speeds`` (lanes, axes), a lane each; float64."""
+    with jax.enable_x64(True):
+        machines = _Machines(loop, told, true, rows, speeds)
+        x, found = machines.followed(machines.begun(1.0), 1.0)
+        if not found.all():  # nothing touches behind a gap; much faster, what brakes does
+            fast, _ = machines.followed(machines.begun(FAST), FAST)
+            off = (machines.begun(1.0) - machines.begun(FAST))[:, : machines.size]
+            fast[:, : machines.size] += off
+            fast = np.nan_to_num(fast)
+            again, came = machines.followed(fast, 1.0)
+            x, found = np.where(found[:, None], x, again), found | came
+        one, size, axes = machines.near(x), machines.size, speeds.shape[1]
+    commands, references, loads = np.split(one.slopes[..., size:], 3, axis=2)
+    change = one.c @ one.along + references[:, size:-axes]
+    change = machines.every * (change @ speeds[..., None])[..., 0]
+    change[np.abs(change) <= SETTLED * machines.every * np.abs(speeds).max()] = 0.0
+    kept = _heard(one.slopes[..., :size])
+    return Steady(
+        one.a[:, kept][:, :, kept],
+        commands[:, :size][:, kept],
+        one.c[:, :, kept],
+        one.slopes[:, -axes:, :size][:, :, kept],
+        loads[:, :size][:, kept],
+        -one.c @ one.along,
+        one.view,
+        one.value[:, size:-axes],
+        change,
+        x[:, size:],
+        found,
+    )
+
+
+def _heard(slopes: Floats) -> Mask:
+    """(states,) which of them change a signal or a position now or later.
+
+    Others may run by themselves, as a count of samples does, and are no part of any loop.
+    """
+    size, hears = slopes.shape[2], (slopes != 0.0).any(axis=0)
+    found = hears[size:].any(axis=0)
+    for _ in range(size):
+        found = found | hears[:size][found].any(axis=0)
+    return np.asarray(found)
+
+
+def _without_steps(loop: Loop) -> Loop:
+    """``Loop.smooth``, and what the drives themselves count and convert is as fine."""
+    smooth = loop.smooth
+    limits = (None,) * len(loop.limits)
+    return smooth._replace(machine=_fine(smooth.machine), limits=limits)
+
+
+@cache  # the same machine for the same one: it is a key of compiled code
+def _fine(machine: Machine) -> Machine:
+    return replace(machine, drives=tuple(map(fine, machine.drives)))
+
+
+def _unlimited(controller: Any) -> Any:
+    """The same controller whose commands may have any size and rate."""
+    if isinstance(controller, RateLimited):
+        return _unlimited(controller.inner)
+    if isinstance(controller, tuple) and not hasattr(controller, "_fields"):
+        return tuple(map(_unlimited, controller))
+    if not hasattr(controller, "step"):
+        return controller
+    own = {key: _unlimited(getattr(controller, key)) for key in controller._fields}
+    none = {"limit": None, "limits": (None,) * len(own.get("limits", ()))}
+    return controller._replace(**own | {key: x for key, x in none.items() if key in own})
+
+
+def _begun(loop: Loop, row: Samples, speeds: Floats) -> Floats:
+    """The numbers of a machine with nothing remembered, all of whose parts have its speeds."""
+    states = []
+    for drive, state, speed in zip(loop.machine.drives, row.start, speeds, strict=True):
+        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+        states.append(state._replace(**dict.fromkeys(rates, float(speed))))
+    whole = start(loop, 0.0, tuple(states))._replace(commands=())
+    return np.array(ravel_pytree(whole)[0], np.float64)
+
+
+def _lane(tree: Any, k: int) -> Any:
+    return jax.tree.map(lambda leaf: leaf[k], tree)
+
+
+def _errors(view: Any) -> Integers:
+    """Places of the errors of all axes among the signals."""
+    axes, path = jax.tree.map(lambda leaf: 0.0, view)
+    marked = tuple(own | {"error": float(k)} for k, own in enumerate(axes, 1))
+    flat = np.array(ravel_pytree((marked, path))[0])
+    return np.array([int(np.flatnonzero(flat == k)[0]) for k in range(1, len(axes) + 1)])
+
+
+def _along(a: Floats, errors: Floats) -> Floats:
+    """(lanes, states, axes) what moves with a unit of way of each axis, and changes least else."""
+    lanes, size, axes = *a.shape[:2], errors.shape[1]
+    ways = np.concatenate([np.zeros((size, axes)), -np.eye(axes)])
+    whole = np.concatenate([a - np.eye(size), errors], axis=1)
+    found = [solved(whole, np.tile(way, (lanes, 1))) for way in ways.T]
+    return np.stack(found, axis=2)
+
+
+def solved(matrix: Floats, right: Floats) -> Floats:
+    """(lanes, n) the least solutions of equations, in units that make them even."""
+    rows, columns = np.ones(matrix.shape[:2]), np.ones(matrix.shape[::2])
+    for _ in range(3):
+        for axis in (2, 1):
+            largest = np.abs(rows[:, :, None] * matrix * columns[:, None]).max(axis=axis)
+            size = np.sqrt(np.where(largest > 0.0, largest, 1.0))
+            rows, columns = (rows / size, columns) if axis == 2 else (rows, columns / size)
+    even, told = rows[:, :, None] * matrix * columns[:, None], rows * right
+    found, open_ = np.zeros(columns.shape), told.any(axis=1)
+    if matrix.shape[1] == matrix.shape[2]:
+        regular = open_ & (np.abs(np.linalg.det(even)) > SINGULAR)
+        found[regular] = np.linalg.solve(even[regular], told[regular, :, None])[..., 0]
+        open_ &= ~regular
+    for k in np.flatnonzero(open_):
+        found[k] = np.linalg.lstsq(even[k], told[k], rcond=1e-11)[0]
+    found[np.abs(found) <= ROUNDED * np.abs(found).max(axis=1, initial=0.0)[:, None]] = 0.0
+    return np.asarray(columns * found)
+
+
+class Controllers(NamedTuple):
+    """Controllers near steady motions; every leaf begins with the lanes.
+
+    ``m(k+1) = a m + b s``, and the commands are ``c m + d s``.
+    """
+
+    a: Floats  # (memory, memory)
+    b: Floats  # (memory, signals)
+    c: Floats  # (axes, memory)
+    d: Floats  # (axes, signals)
+    errors: Floats  # (axes,) that are left
+    found: Mask  # whether they can give the commands that are needed
+
+
+def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers:
+    """Controllers whose ``gains`` have the lanes of ``near`` behind; float64."""
+    law = _unlimited(loop.controller)
+    lanes, axes = near.commands.shape
+    begins = law.initial_memory(0.0)
+    living = _living(begins)
+    first, size = np.array([*living.values()], float), len(living)
+    memory, rows = slice(size), jax.tree.map(_rows, gains)
+    signals_of, seen = jax.tree.flatten(_lane(near.view, 0))
+    count = size + len(signals_of)
+
+    def at(x: Floats) -> tuple[Floats, Floats, Floats]:
+        """What is left to solve for memories and errors ``x``, its derivatives, all slopes."""
+        signals = near.signals + (near.off @ x[:, size:, None])[..., 0]
+        whole = np.concatenate([x[:, memory], signals], axis=1).T
+        given = [Sloped(own, unit[:, None]) for own, unit in zip(whole, np.eye(count), strict=True)]
+        numbers = dict(zip(living, given, strict=False))
+        before = jax.tree_util.tree_map_with_path(numbers.get, begins)
+        told_of, path = jax.tree.unflatten(seen, given[size:])
+        view = View(told_of, path, told)
+        commands, after = law.step(SLOPED, rows, before, view)
+        later = _living(after)
+        both = [parts(one, count, lanes) for one in (*(later[path] for path in living), *commands)]
+        value = np.stack([own for own, _ in both], axis=1)
+        slopes = np.stack([own for _, own in both]).transpose(2, 0, 1)
+        matrix = np.concatenate([slopes[..., memory], slopes[..., size:] @ near.off], axis=2)
+        matrix[:, memory, memory] -= np.eye(size)
+        drift = (slopes[:, memory, size:] @ near.change[..., None])[..., 0]
+        left = value - np.concatenate([x[:, memory], near.commands], axis=1)
+        if drift.any():
+            left[:, memory] += solved(matrix[:, memory, memory], drift)
+        return left, matrix, slopes
+
+    x = np.concatenate([np.tile(first, (lanes, 1)), np.zeros((lanes, axes))], axis=1)
+    left, matrix, slopes = at(x)
+    size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
+    share, wanted = np.ones(lanes), SETTLED * np.abs(near.commands).max()
+    with np.errstate(all="ignore"):
+        for _ in range(TRIES):
+            if (np.abs(left) <= wanted).all():
+                break
+            move = solved(np.nan_to_num(matrix), -np.nan_to_num(left))
+            there = x + share[:, None] * move
+            found = at(there)
+            better = _size(found[0] / size_of) < _size(left / size_of)
+            share = np.where(better, np.minimum(2.0 * share, 1.0), 0.25 * share)
+            for old, new in zip((x, left, matrix, slopes), (there, *found), strict=True):
+                old[better] = new[better]
+            if (share < NEAR).all():
+                break
+        scale = np.abs(near.commands).max(axis=1)
+    come = np.abs(left[:, size:]).max(axis=1) <= NEAR * np.maximum(scale, np.abs(x).max(axis=1))
+    of_both = [slopes[:, memory], slopes[:, size:]]
+    a, b, c, d = (part[..., where] for part in of_both for where in (memory, slice(size, None)))
+    return Controllers(a, b, c, d, x[:, size:], come & np.isfinite(slopes).all(axis=(1, 2)))
+
+
+def _living(memory: Memory) -> dict[Any, Any]:
+    """The numbers of a memory that are not learnt, by where they are."""
+    return {
+        path: number
+        for path, number in jax.tree_util.tree_flatten_with_path(memory)[0]
+        if not any(getattr(key, "name", None) in LEARNT for key in path)
+    }
+
+
+def _rows(leaf: Any) -> Any:
+    """A leaf (..., lanes) as nested tuples of its (lanes,) rows."""
+    return leaf if np.ndim(leaf) == 1 else tuple(map(_rows, leaf))
+
+
+def _size(left: Floats) -> Floats:
+    size = np.linalg.norm(left, axis=1)
+    return np.where(np.isfinite(size), size, np.inf)
+
+
+def opened(near: Steady, own: Controllers, lane: int) -> list[OpenLoop]:
+    """The loop of a lane, opened at the command of each axis while the others are closed."""
+    a, b, c = _together(near, own, lane)
+    found = []
+    for k in range(b.shape[1]):
+        others = np.arange(b.shape[1]) != k
+        found.append(OpenLoop(a + b[:, others] @ c[others], b[:, k], c[k]))
+    return found
+
+
+def pushed(near: Steady, own: Controllers, lane: int) -> list[OpenLoop]:
+    """The closed loop of a lane from the load of each axis to its position."""
+    a, b, c = _together(near, own, lane)
+    more = [(0, len(a) - len(near.a[lane]))]
+    loads, places = np.pad(near.e[lane], (*more, (0, 0))), np.pad(near.d[lane], ((0, 0), *more))
+    return [OpenLoop(a + b @ c, *each) for each in zip(loads.T, places, strict=True)]
+
+
+def _together(near: Steady, own: Controllers, lane: int) -> tuple[Floats, Floats, Floats]:
+    """Machine and controller of a lane with all commands open: states, commands, answers."""
+    a, b, c = near.a[lane], near.b[lane], near.c[lane]
+    size, more = len(a), own.a.shape[-1]
+    whole = np.block([[a, np.zeros((size, more))], [own.b[lane] @ c, own.a[lane]]])
+    return whole, np.pad(b, ((0, more), (0, 0))), np.hstack([own.d[lane] @ c, own.c[lane]])

@@ -1,0 +1,75 @@
+"""Margins that a scenario asks for: what a search takes for them against the exact loops."""
+
+import jax
+import numpy as np
+import pytest
+from wording import refused
+
+from hfc_design import api
+from hfc_design.files.pairing import controller_of
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.asked_margins import AskedMargins
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.loop_margins import loop_margins
+from hfc_design.stability.margins import ASKED
+
+
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-2", "pd-only"])
+def test_what_a_search_takes_for_margins_is_near_the_exact_ones(name):
+    """At the same points, from 64 frequencies; where there is no end there is none.
+
+    The gain beside the resonance of the transmission, where the loop turns fast, is rougher.
+    """
+    scenario = api.load_scenario("c-axis-ramp", {"constraints.sensitivity": 2.0})
+    design = api.load_design(name)
+    controller, gains = controller_of(design, scenario)
+    asked = AskedMargins(scenario, closed_loop(scenario, controller))
+    found = asked.margins(gains)
+    for k, row in enumerate(loop_margins(design, scenario).rows):
+        for what, (key, _, _) in ASKED.items():
+            expected = row.numbers[key]
+            if expected is None:
+                assert found[what][k, 0] == np.inf
+            else:
+                assert found[what][k, 0] == pytest.approx(
+                    expected, rel=0.1 if what == "gain_margin" else 0.01
+                )
+
+
+def test_who_breaks_more_ranks_lower_and_who_keeps_all_is_left_alone():
+    """By hand: Ms over what is allowed, 1 % stricter, x/(1 + x) of what it is over."""
+    gains, names = [], ("pd-only", "lin-lee-1999-table-2")
+    for name in names:
+        design = api.load_design(name)
+        most = 2.0
+        scenario = api.load_scenario("c-axis-ramp", {"constraints.sensitivity": most})
+        controller, own = controller_of(design, scenario)
+        asked = AskedMargins(scenario, closed_loop(scenario, controller))
+        largest = asked.margins(own)["sensitivity"].max()
+        over = max(largest * 1.01 / most - 1.0, 0.0)
+        twice = jax.tree.map(lambda leaf: np.repeat(leaf, 2, axis=-1), own)
+        assert asked.broken(twice) == pytest.approx([over / (1.0 + over)] * 2)
+        gains.append(over)
+    assert max(gains) > 0.0
+    merits = np.ones((2, 1, 1))
+    judged = Judged(merits, np.zeros((2, 1, 1, 0)), np.zeros((2, 1, 1), bool))
+    found = Ensemble((1.0,)).verdict(judged, beside=np.array([0.0, 0.25]))
+    np.testing.assert_array_equal(found.rank, [1.0, -0.25])
+    assert Ensemble((1.0,)).reach(judged, 4, np.array([0.0, 0.25]))[1] == -0.25
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("sensitivity", 0.9),
+        ("sensitivity", "2 V"),
+        ("gain_margin", 1.0),
+        ("phase_margin_deg", 200.0),
+        ("delay_margin_samples", -1.0),
+    ],
+)
+def test_a_margin_that_no_loop_can_have_is_told_in_a_line(key, value):
+    with refused() as found:
+        api.load_scenario("c-axis-ramp", {f"constraints.{key}": value})
+    assert key in found.refusal
