@@ -38,6 +38,8 @@ PARTS = np.arange(1, 8) / 8.0
 MODES = 4
 #: Share of the largest command that holds the load of a scenario that has none.
 HELD = 0.1
+#: Of so many machines of a search one is under stress.
+EVERY = 4
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
@@ -103,17 +105,18 @@ def stressed(
 
 
 def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
-    """The machines, of which every other one is under a stress, each in turn.
+    """The machines, of which some are under a stress, ``EVERY`` so many one, each in turn.
 
     What needs another motion is not among them.
     """
     kinds = [one for one in _asked(scenario, None) if one.applied(one.size)[2] is None]
     if not kinds:
         return standing(machines, scenario, loop)
-    places, parts = [np.arange(0, machines.size, 2)], []
-    parts.append(standing(machines.take(places[0]), scenario, loop).true)
+    turns = np.arange(machines.size)
+    places = [turns[turns % EVERY != 1]]
+    parts = [standing(machines.take(places[0]), scenario, loop).true]
     for k, case in enumerate(kinds):
-        own = np.arange(1 + 2 * k, machines.size, 2 * len(kinds))
+        own = np.arange(1 + EVERY * k, machines.size, EVERY * len(kinds))
         if len(own):
             changes, friction, _ = case.applied(case.size)
             some = _rubbing(scenario, machines.take(own), friction)
