@@ -116,6 +116,10 @@ def missed_on_average(scenario: Scenario, found: Robustness) -> str:
     return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
 
 
+def _three(value: float | None) -> str:
+    return "without end" if value is None else three_digits(value)
+
+
 def _below(found: Json) -> list[str]:
     """What stands below the table, a line each."""
     low, high = found["interval"]
@@ -131,6 +135,9 @@ def _below(found: Json) -> list[str]:
         lines.append("gain margin: none, the nominal machine does not pass")
     else:
         lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
+    if worst := (found.get("margins") or {}).get("worst"):
+        each = (f"{name} {_three(one['value'])} ({one['at']})" for name, one in worst.items())
+        lines.append(f"margins of the nominal loop: {', '.join(each)}; hfc stability tells all")
     if found["precision"] is not None:
         changes = f"numerics: merit changes by {percent(found['precision'])} in float64"
         if found["substeps"] is not None:
