@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not looked for, unless the scenario says it.
 OTHERS = 0.1
+#: A recorded velocity is a difference over some samples if it is off that by less than a share.
+MOST_SAMPLES, ALIKE = 16, 1e-3
 #: Digits of a parameter in a file, and of what stands around it.
 DIGITS, FEW = 6, 4
 
@@ -166,7 +168,7 @@ def _made(found: "Identified") -> Json:
             "substeps": scenario.simulation.substeps,
         },
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
-        "sensors": {"velocity": "encoder"},
+        "sensors": {"velocity": "encoder", **differences(told, found.free.drive.seen[1])},
         "motions": _motions(told, speed, acceleration, lasts),
         "fitness": {
             "kind": "tolerances",
@@ -193,6 +195,19 @@ def _made(found: "Identified") -> Json:
     if noise := noise_of(off, told.place, told.step or axis.resolution):
         data["sensors"]["noise"] = noise
     return data
+
+
+def differences(told: Recording, rate: str) -> Json:
+    """Over how many samples the control takes its velocity, where the log has that too."""
+    if rate not in told.outputs:
+        return {}
+    off = {}
+    for samples in range(1, MOST_SAMPLES + 1):
+        slope = (told.place[samples:] - told.place[:-samples]) / (samples * told.sample_time)
+        off[samples] = float(np.std(told.outputs[rate][samples:] - slope))
+    best = min(off, key=off.__getitem__)
+    is_one = best > 1 and off[best] < ALIKE * np.std(told.outputs[rate])
+    return {"difference_samples": best} if is_one else {}
 
 
 def _duration(lasts: float) -> float:

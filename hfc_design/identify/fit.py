@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.identify.free import FACTOR, LOAD, Free
+from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
 from hfc_design.identify.replay import Replay, Residual
 
 #: Starts that are simulated side by side, and how many of the best are refined.
@@ -164,28 +164,34 @@ def refined(
 
 
 def weighed(problem: Problem, command: Floats | None) -> Problem:
-    """The problem with the load in the size of what a ``command`` (steps,) moves.
+    """The problem with a constant load in the size of what a ``command`` (steps,) moves.
 
     What holds the mean of it is near the load: a search begins there.
     """
     free = problem.free
-    at = np.array([*(name == LOAD and LOAD not in free.start._fields for name in free.names), 0, 0])
-    if not at.any() or command is None or not isinstance(problem.residual, Replay):
+    names = [x for x in (LOAD, *sorted(OFFSETS)) if x in free.names]
+    if not names or command is None or not isinstance(problem.residual, Replay):
+        return problem
+    at = np.array([*(name == names[0] for name in free.names), False, False]) * 1.0
+    if free.positive[at[:-2] > 0]:
         return problem
     size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
     rows = problem.residual.rows
     more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
-    pushed, load, own = offs(problem._replace(residual=more), free.begun) - off, size, free
+    pushed = offs(problem._replace(residual=more), free.begun) - off
+    load, held, own = size, 1.0, free
     for _ in range(PUSHED):
         scale = np.where(at[:-2] > 0, load, free.scale)
-        begun = np.where(at > 0, float(free.load) / load, free.begun)
-        own = replace(free, scale=scale, begun=begun, near=begun + at * np.mean(command) / size)
+        begun = np.where(at > 0, free.starts[names[0]] / load, free.begun)
+        near = np.where(at > 0, held * np.mean(command) / size, begun)
+        own = replace(free, scale=scale, begun=begun, near=near)
         there = problem._replace(free=own)
         pulled = offs(there, begun + at) - off
         both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
             return problem
-        load *= abs(float(np.median(pushed[both] / pulled[both]))) or 1.0
+        ratio = float(np.median(pushed[both] / pulled[both])) or -1.0
+        load, held = load * abs(ratio), -np.sign(ratio)
     return problem._replace(free=own)
 
 
