@@ -322,7 +322,7 @@ def loads(scenario: Scenario, motions: Sequence[Samples]) -> list[float]:
     own, axes = scenario.stress.load, scenario.plant.each()
     if own is not None:
         return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
-    largest = [max(float(np.abs(x.axes[k].loads).max()) for x in motions) for k in range(len(axes))]
+    largest = [max(abs(float(np.mean(x.axes[k].loads))) for x in motions) for k in range(len(axes))]
     return largest if any(largest) else [_held_by_a_part(scenario, axis) for axis in axes]
 
 
