@@ -39,6 +39,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(lone):
         "How good it is",
         "The controller",
         "Its units",
+        "The loop",
         "How to run it again",
     ]
     assert text.index("<figure>") < text.index("<table>")
@@ -49,7 +50,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(lone):
 def test_every_figure_and_table_of_the_page_is_a_file(lone):
     """Eleven: response, errors, a tree, four tables and surfaces; 80 mm, letters of 7 to 9."""
     page, figures = lone.read_text(), list((lone.parent / "mine-figures").iterdir())
-    assert len(figures) == page.count("<figure>") == 11
+    assert len(figures) == page.count("<figure>") == 12
     assert len(list((lone.parent / "mine-latex").iterdir())) == page.count("<table>")
     for path in figures:
         root = ElementTree.parse(path).getroot()

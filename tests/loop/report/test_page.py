@@ -39,7 +39,7 @@ def test_it_stands_alone_is_small_and_escapes_what_a_user_wrote(report):
     assert "@import" not in text
     assert not page.of("link")
     assert len(page.of("script")) == 5  # the page's own, and numbers of four units
-    assert len(page.of("img")) == len(page.of("figure")) == 12
+    assert len(page.of("img")) == len(page.of("figure")) == 13
     for picture, _ in page.of("img"):
         drawing = base64.b64decode(picture["src"].partition(",")[2]).decode()
         assert all(address.startswith(("#", "data:")) for address in Page(drawing).addresses)
