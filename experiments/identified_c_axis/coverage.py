@@ -45,9 +45,11 @@ class Row(NamedTuple):
 
 
 def identified(recorded: Recording, near: bool) -> Kept:
-    """What ``hfc identify --plant c-axis`` finds in a log; ``near``: from the nominal one alone."""
+    """What ``hfc identify --plant c-axis --set load.constant=0`` finds; ``near``: by one start."""
     tried = bandwidths(recorded, None)
-    found = by_command(free(C_AXIS, {}), recorded, 1, tried, 0, lambda line: None, near)
+    found = by_command(
+        free(C_AXIS, {}, known=("load",)), recorded, 1, tried, 0, lambda line: None, near
+    )
     return kept(found, certainty(found.fit))
 
 

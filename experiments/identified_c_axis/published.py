@@ -19,9 +19,10 @@ SENSORS = {"sensors.encoder_resolution": 1.7e-6, "sensors.noise": 1e-6}
 
 @click.command(cls=Plain)
 def main() -> None:
-    """Print what hfc identify --plant c-axis says of it."""
+    """Print what hfc identify --plant c-axis says of it, the load known to be 0."""
     scenario = load_scenario(SCENARIO, SENSORS)
-    task = Task(scenario, axis=0, design=None, names=None, bandwidth=None)
+    known = frozenset({"load"})
+    task = Task(scenario, axis=0, design=None, names=None, bandwidth=None, known=known)
     found = identify(task, {"log": log(DESIGN, scenario)})
     click.echo(markdown(HEADS, parameter_rows(found)))
     click.echo("\n".join((*found.notes, f"record next: {advice_line(found)}")))

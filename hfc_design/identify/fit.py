@@ -202,17 +202,18 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     """
     starts = _starts(problem.free, seed)
     starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
-    off = side_by_side(lambda one: offs(problem, one), starts)
-    first = np.array([problem.squares(x, one, 0.0) for x, one in zip(off, starts, strict=True)])
+    count = offs(problem, starts[0]).size
+    each = side_by_side(lambda one: problem.squares(offs(problem, one), one, 0.0), starts)
+    first = np.array(each)
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
-    scale = np.sqrt(first.min() / off[0].size) * np.asarray(problem.scale)
+    scale = np.sqrt(first.min() / count) * np.asarray(problem.scale)
     close = problem._replace(scale=scale)  # in which what began is not forgotten
     ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW, 1.0 / VAGUE), best)
-    squares = np.array([least for _, least in ended]) * first.min() / off[0].size
-    found = np.sqrt(squares / off[0].size)
+    squares = np.array([least for _, least in ended]) * first.min() / count
+    found = np.sqrt(squares / count)
     agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
     return ended[int(found.argmin())][0], int(agree.sum())
 

@@ -79,6 +79,7 @@ def response(found: "Found") -> Response | None:
     back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
     error = back + np.sqrt((1.0 - coherence) / (2.0 * coherence * count))
     excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
+    excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # a sine alone
     top = float(frequency[excited[-1]]) if excited.size else None
     counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)

@@ -78,11 +78,13 @@ def response_lines(found: Response | None) -> list[str]:
     """What the frequencies of the log say against the model."""
     if found is None:
         return []
-    known = f"nothing above {found.unknown_above:g} Hz was excited"
     if found.top is None:
-        known = "no frequency was excited enough"
-    lines = [f"{known}; a mode there cannot be excluded: design for one, or record faster motions"]
-    if found.top is not None and found.top > ALL * found.frequency[-1]:
+        return [UNEXCITED]
+    lines = [
+        f"nothing above {found.unknown_above:g} Hz was excited; a mode there cannot be excluded: "
+        "design for one, or record faster motions"
+    ]
+    if found.top > ALL * found.frequency[-1]:
         lines = []
     if found.mode:
         lines.append(f"there is a mode near {found.mode:g} Hz that this model has not")
@@ -91,6 +93,10 @@ def response_lines(found: Response | None) -> list[str]:
     return [*lines, f"what is left {white}: {told}"]
 
 
+UNEXCITED = (
+    "DOUBTFUL: the log has no excitation: at no frequency the position answers the command above "
+    "its noise; record reversals and faster motions"
+)
 #: Above this share of the highest frequency of a log there is nothing; of white noise so many
 #: autocorrelations may be off.
 ALL, WHITE = 0.8, 0.15

@@ -10,6 +10,7 @@ from hfc_design.identify.free import free
 from hfc_design.identify.halves import halved
 from hfc_design.identify.response import KNOWN, response
 from hfc_design.identify.search import by_command
+from hfc_design.identify.words import response_lines
 
 STEPS, NOISE = 4000, 1e-8  # [m]
 NAMES = ("mass", "viscous_friction", "pull")
@@ -113,3 +114,13 @@ def test_halves_that_differ_widen_the_intervals():
             assert known.high[1] - known.low[1] < 1.0
             assert own.low[1] < 8.1
             assert own.high[1] > 9.9
+
+
+def test_a_log_without_excitation_is_told_in_a_line():
+    """A cart that only coasts under noise of the force too small to be seen."""
+    force = 0.5 + 8.0 * 0.1 + np.random.default_rng(2).normal(0.0, 1e-6, STEPS)
+    place = noisy(0.1 * EVERY * np.arange(STEPS), 1e-5, 0)
+    own = response(fitted(place, force, ("pull",)))
+    assert own.top is None
+    (line,) = response_lines(own)
+    assert line.startswith("DOUBTFUL: the log has no excitation")

@@ -84,8 +84,8 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     rows = {line.split()[0]: line.split() for line in told.partition("from and")[0].splitlines()}
     assert rows["mass"][3:] == ["37", "37", "37", "given"]
     assert [row[-1] for row in rows.values()].count("held") == 2
-    assert rows["offset"][-3:] == ["-", "-", "held"]
-    line = "where 'given', if what is held (offset, amplifier_gain) is right"
+    assert rows["coulomb_friction"][-3:] == ["-", "-", "held"]
+    line = "where 'given', if what is held (coulomb_friction, amplifier_gain) is right"
     assert line in told
     page = html.unescape(Path("stage", "report.html").read_text())
     assert line in page
