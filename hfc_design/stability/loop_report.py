@@ -222,6 +222,8 @@ def _told(value: float | bool | None) -> str:
 
 def loop_figure(found: LoopMargins) -> "Figure":
     """Magnitude and phase of the open loops against the frequency [Hz], and their sensitivity."""
+    from matplotlib.ticker import NullFormatter
+
     from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
 
     figure = framed(6.4, top=0.3)
@@ -244,6 +246,9 @@ def loop_figure(found: LoopMargins) -> "Figure":
         size.legend(fontsize=9, frameon=False, ncols=2)
     for part in parts:
         part.yaxis.set_label_coords(-0.125, 0.5)
+        for axis in (part.xaxis, part.yaxis):  # powers of ten would be in small letters
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
     return figure
 
 

@@ -48,7 +48,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(lone):
 
 
 def test_every_figure_and_table_of_the_page_is_a_file(lone):
-    """Eleven: response, errors, a tree, four tables and surfaces; 80 mm, letters of 7 to 9."""
+    """Twelve: response, errors, tree, four tables and surfaces, loop; 80 mm, letters of 7 to 9."""
     page, figures = lone.read_text(), list((lone.parent / "mine-figures").iterdir())
     assert len(figures) == page.count("<figure>") == 12
     assert len(list((lone.parent / "mine-latex").iterdir())) == page.count("<table>")
