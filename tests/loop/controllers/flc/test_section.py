@@ -62,7 +62,7 @@ def test_only_what_adapts_has_an_adapted_table():
     with pytest.raises(ValueError, match="kind flc does not adapt"):
         Controller(load_design("jee-koren-2004-flc")).adapted()
     lost = Evaluation(1.0, 1.0, True, None, {}, np.empty(0), (), None)
-    (section,) = sections(load_design("pd-only"), lost, load_scenario("c-axis-ramp"))
+    section, _ = sections(load_design("pd-only"), lost, load_scenario("c-axis-ramp"))
     assert section.listing.caption == "Gains of the kind pd."
     assert section.drawings == []
 
