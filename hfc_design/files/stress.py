@@ -20,7 +20,7 @@ class StressSettings(Record):
     lag_samples: NotNegative = 0.5  # slower current loop, its time constant [samples]
     noise: Factor = 2.0  # factor on the noise of the sensors; 1 leaves it out [1]
     #: load on every axis, one way, the other, and as a step in the middle of the motion; left out:
-    #: the largest mean load of a motion, or what a tenth of the largest command holds [load]
+    #: the largest constant load of a motion, or what a tenth of the largest command holds [load]
     load: Quantity | None = None
     friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]
     mode_damping: Share = 0.02  # damping ratio of a mode that the model has not [1]

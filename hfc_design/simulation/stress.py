@@ -307,7 +307,7 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     loaded = any(np.any(axis.loads) for one in motions for axis in one.axes)
     without = partial(_other, _loaded)
     yield Case("{} % less of the load", float(loaded), without, 100.0)
-    sizes = np.array(loads(scenario, motions))
+    sizes = np.array(loads(scenario))
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
     words = f"a load of {{}} {unit} more"
@@ -317,12 +317,13 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     yield Case(f"a load step of {{}} {unit}", largest, step)
 
 
-def loads(scenario: Scenario, motions: Sequence[Samples]) -> list[float]:
+def loads(scenario: Scenario) -> list[float]:
     """The load of the stress on each axis; 0 where nobody can say how much that is."""
     own, axes = scenario.stress.load, scenario.plant.each()
     if own is not None:
         return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
-    largest = [max(abs(float(np.mean(x.axes[k].loads))) for x in motions) for k in range(len(axes))]
+    motions = scenario.each_motion()
+    largest = [max(abs(one.load.of(axis.name).constant) for one in motions) for axis in axes]
     return largest if any(largest) else [_held_by_a_part(scenario, axis) for axis in axes]
 
 
