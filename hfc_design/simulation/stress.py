@@ -38,8 +38,6 @@ PARTS = np.arange(1, 8) / 8.0
 MODES = 4
 #: Share of the largest command that holds the load of a scenario that has none.
 HELD = 0.1
-#: Of so many machines of a search one is under stress.
-EVERY = 4
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
@@ -102,29 +100,6 @@ def stressed(
             row if k not in parts else _breaking(scenario, without, row, case, parts[k], one)
         )
     return tuple(told)
-
-
-def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
-    """The machines, of which some are under a stress, ``EVERY`` so many one, each in turn.
-
-    What needs another motion is not among them.
-    """
-    kinds = [one for one in _asked(scenario, None) if one.applied(one.size)[2] is None]
-    if not kinds:
-        return standing(machines, scenario, loop)
-    turns = np.arange(machines.size)
-    places = [turns[turns % EVERY != 1]]
-    parts = [standing(machines.take(places[0]), scenario, loop).true]
-    for k, case in enumerate(kinds):
-        own = np.arange(1 + EVERY * k, machines.size, EVERY * len(kinds))
-        if len(own):
-            changes, friction, _ = case.applied(case.size)
-            some = _rubbing(scenario, machines.take(own), friction)
-            places.append(own)
-            parts.append(standing(some, scenario, loop, changes).true)
-    order = np.argsort(np.concatenate(places))
-    true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
-    return Machines(machines.told, true)
 
 
 def _asked(scenario: Scenario, crossover: float | None) -> list[Case]:
