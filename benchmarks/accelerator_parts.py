@@ -64,7 +64,7 @@ def on_the_way(loop: Any, machines: Any, motions: Any, gains: Any, dtype: Any) -
     width = compiled.filled(gains.kp.size)
     lanes = np.minimum(np.arange(width), gains.kp.size - 1)  # the last one fills up
     filled = jax.tree.map(lambda leaf: leaf[..., lanes], gains)
-    inputs, numbers = Inputs(loop.apart[1], *machines.take(0), motions[0], filled), []
+    inputs, numbers = Inputs(loop.apart[1], *machines.one, motions[0], filled), []
     form = False, dtype, compiled.together(width)
     pack_s = contender.seconds(lambda: numbers.extend(inputs.packed(*form)[1:]), 1)
     move_s = contender.seconds(lambda: jax.block_until_ready(jax.device_put(numbers)), 3)

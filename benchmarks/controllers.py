@@ -89,7 +89,7 @@ def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float
     lanes = compiled.CHUNK * jax.device_count()
     gains = jax.tree.map(lambda leaf: np.repeat(leaf, lanes, axis=-1), one)
     code, data = loop.apart
-    inputs = Inputs(data, *machines.take(0), samples, gains)
+    inputs = Inputs(data, *machines.one, samples, gains)
     numbers = inputs.packed(False, np.float32, compiled.CHUNK)
     program = compiled.scores.lower(code, False, *numbers).compile()
     return program.cost_analysis()["flops"] / compiled.CHUNK  # of one device

@@ -118,17 +118,16 @@ def scores(
     # A loop over a known number of samples is up to a tenth faster, and a program for that number.
     joined = len(motions) > 1 or steps > 0
     samples, bounds = _joined(motions, least=steps) if joined else (motions[0], None)
-    parts, whole = [], None  # which all lanes share is packed once
+    parts, before = [], None  # what all lanes share is packed once
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, lanes, width):
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = _lanes_of(gains, lane // each) if width > count else gains
             true = machines.take(lane % each if each > 1 else 0).true
             inputs = Inputs(data, machines.told, true, samples, some, bounds)
-            forms, whole, own = inputs.packed(each > 1, dtype, compiled.together(width), whole)
-            parts.append(
-                np.asarray(compiled.scores(code, each > 1, forms, whole[1], own), np.float64)
-            )
+            numbers = inputs.packed(each > 1, dtype, compiled.together(width), before)
+            before = numbers[:2]
+            parts.append(np.asarray(compiled.scores(code, each > 1, *numbers), np.float64))
     found = np.concatenate(parts, axis=-1)[..., :lanes]
     found = found.reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
@@ -159,7 +158,7 @@ def scores_needed(
     # Dealt to the devices in turn: neighbours are alike, and often lost together.
     dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
     code, data = loop.apart
-    parts, whole = [], None
+    parts, before = [], None
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, count, width):
             own = start + dealt
@@ -167,8 +166,9 @@ def scores_needed(
             least = np.where(own < count, needed[lane], np.inf)
             some = _lanes_of(gains, lane)
             inputs = Inputs(data, *machines.one, samples, some, bounds, least)
-            forms, whole, few = inputs.packed(False, dtype, compiled.finely(width), whole)
-            found = np.asarray(compiled.scores_needed(code, forms, whole[1], few), np.float64)
+            numbers = inputs.packed(False, dtype, compiled.finely(width), before)
+            before = numbers[:2]
+            found = np.asarray(compiled.scores_needed(code, *numbers), np.float64)
             parts.append(found[:, np.argsort(dealt)])
     found = np.concatenate(parts, axis=1)[:, :count, None, None]
     merit, failed, simulated, *values = found

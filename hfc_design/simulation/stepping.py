@@ -68,19 +68,19 @@ class Inputs(NamedTuple):
         own_machine: bool,
         dtype: DTypeLike,
         chunk: int,
-        whole: tuple[Form, Packed] | None = None,
-    ) -> tuple[Forms, tuple[Form, Packed], Packed]:
+        before: tuple[Forms, Packed] | None = None,
+    ) -> tuple[Forms, Packed, Packed]:
         """What all lanes share and what each has, in few arrays: see ``from_packed``.
 
-        What is shared is ``whole`` where it has been packed before.
+        What is shared is that of ``before``, where it has been packed for other lanes.
         """
         shared, own = (None, self.true) if own_machine else (self.true, None)
-        if whole is None:
-            every = (self.numbers, self.told, shared, self.samples, self.bounds)
-            form, numbers = packed(every, dtype)
-            whole = form, jax.device_put(numbers)  # once
+        if before is None:
+            whole = packed((self.numbers, self.told, shared, self.samples, self.bounds), dtype)
+        else:
+            whole = before[0][0], before[1]
         lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
-        return (whole[0], lanes), whole, lane_numbers
+        return (whole[0], lanes), whole[1], lane_numbers
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:

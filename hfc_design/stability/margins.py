@@ -156,7 +156,8 @@ def balanced(a: Floats) -> tuple[Floats, Floats]:
     With the units of the drive, metres beside radians, or with one part of it far stiffer than the
     others, what is not 0 lies as deep below the largest singular value as what is only rounding.
     """
-    even, (units, _) = matrix_balance(a, permute=False, separate=True)
+    with np.errstate(invalid="ignore"):  # of a matrix that is not finite
+        even, (units, _) = matrix_balance(a, permute=False, separate=True)
     return np.asarray(even, float), np.asarray(units, float)
 
 

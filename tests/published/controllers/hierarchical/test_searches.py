@@ -63,7 +63,6 @@ def test_the_page_shows_both_laws(tmp_path, known_use):
     assert "of the scheduled law, which the hierarchy" in page
     assert "scheduled: kp, on the error" in page
     assert f"{found.controller.scheduled.kp:.6g}" in page
-    assert "more or less of that law" in page
     assert "The factor on the scheduled law against each scaled input" in page
 
 
