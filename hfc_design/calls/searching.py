@@ -5,7 +5,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hfc_design.batch.runs import best_usable, is_run
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import path_of, wanted, whole
 from hfc_design.core.lock import alone
@@ -82,6 +81,8 @@ def pick(
         UserError: there is no finished run, no front, no such point, or no design that can be used.
         RunError: a file of the run is damaged.
     """
+    from hfc_design.batch.runs import best_usable, is_run  # with all that draws
+
     if point is not None:
         whole("--point", point, 1)
     place = path_of(folder)

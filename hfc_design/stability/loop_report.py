@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.shown import line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
@@ -138,6 +137,8 @@ class LoopMargins(NamedTuple):
 
     def show(self) -> None:
         """Print the margins, a row for each operating point."""
+        from hfc_design.core.console import plain_table, room, show_whole  # which imports rich
+
         heads, rows = self.cells()
         shown = plain_table(caption=self.about, caption_justify="left")
         for k, head in enumerate(heads):
