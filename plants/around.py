@@ -121,6 +121,14 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
     return Machine(machine.name, machine.axes, drives, forces)
 
 
+def commanded(state: State, command: Scalar) -> State:
+    """The state where this command is also what waits and lags."""
+    if state._fields[-len(MORE) :] != MORE:
+        return state
+    names = [name for name in state._fields if name.startswith("sent_")]
+    return state._replace(**dict.fromkeys([*names, "lagged", "bent"], command))
+
+
 def fine(drive: Drive) -> Drive:
     """The drive without steps of its own converter and encoders, and with no limit of that."""
     place = drive.seen[0]

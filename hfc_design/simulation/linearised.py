@@ -26,7 +26,7 @@ from hfc_design.simulation.closed_loop import Loop, moved, positions, start
 from hfc_design.simulation.packing import Code, joined
 from hfc_design.stability.margins import OpenLoop
 from plants import Machine
-from plants.around import fine
+from plants.around import commanded, fine
 
 #: Newton's steps at most, and the change [1] at which it has come, or has come near enough.
 TRIES, SETTLED, NEAR = 30, 1e-9, 1e-5
@@ -144,9 +144,9 @@ class _Machines:
 
     def begun(self, factor: float) -> Floats:
         """(lanes, states + axes) where all has the speeds times a factor, and about a command."""
-        each = zip(self._rows, factor * self.speeds, strict=True)
-        states = np.array([_begun(self._loop, *own) for own in each])
         pushes = self.speeds * self._pushes if factor == 1.0 else 0.0 * self.speeds
+        each = zip(self._rows, factor * self.speeds, pushes, strict=True)
+        states = np.array([_begun(self._loop, *own) for own in each])
         return np.concatenate([states, pushes], axis=1)
 
     def near(self, x: Floats) -> _Near:
@@ -256,13 +256,16 @@ def _unlimited(controller: Any) -> Any:
     return controller._replace(**own | {key: x for key, x in none.items() if key in own})
 
 
-def _begun(loop: Loop, row: Samples, speeds: Floats) -> Floats:
+def _begun(loop: Loop, row: Samples, speeds: Floats, commands: Floats) -> Floats:
     """The numbers of a machine with nothing remembered, all of whose parts have its speeds."""
     states = []
     for drive, state, speed in zip(loop.machine.drives, row.start, speeds, strict=True):
         rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
         states.append(state._replace(**dict.fromkeys(rates, float(speed))))
     whole = start(loop, 0.0, tuple(states))._replace(commands=())
+    # An amplifier at its limit would not answer: see plants.five_axis.
+    pairs = zip(whole.states, commands, strict=True)
+    whole = whole._replace(states=tuple(commanded(own, float(x)) for own, x in pairs))
     return np.array(ravel_pytree(whole)[0], np.float64)
 
 
