@@ -13,7 +13,10 @@ DOCS = ROOT / "docs"
 
 
 def test_the_file_of_ones_own_works_as_it_stands(tmp_path):
-    (block,) = re.findall(r"```toml\n(.*?)```", (DOCS / "robustness.md").read_text(), re.DOTALL)
+    text = (DOCS / "robustness.md").read_text()
+    block, margins = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "margins.toml").write_text(margins)
+    assert load_scenario(str(tmp_path / "margins.toml")).margins["gain_margin"] == 2.0
     (tmp_path / "spindle.toml").write_text(block)
     scenario = load_scenario(str(tmp_path / "spindle.toml"))
     assert scenario.search.preset == "cma"

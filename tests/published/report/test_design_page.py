@@ -30,7 +30,9 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):
         "What it does",
         "How good it is",
         "On other machines",
+        "What would give a yes, each alone",
         "The controller",
         "Its units",
+        "The loop",
         "How to run it again",
     ]
