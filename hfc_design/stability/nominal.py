@@ -19,8 +19,8 @@ from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
-from hfc_design.stability.averaged import averaged
-from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step, balanced
+from hfc_design.stability.margins import balanced
+from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step, averaged
 from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
@@ -62,8 +62,14 @@ def nominal(
     """
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
-        slides = _slides(drive, parameters, sample_time)
-        motion, one, substeps = _found(slides, drive, parameters, sample_time, speed)
+        slides = Slides(drive, parameters)
+        found = _found(slides, sample_time, speed)
+        if found is None and (mean := averaged(drive, parameters, sample_time / SUBSTEPS)):
+            slides, found = mean, _found(mean, sample_time, speed)
+    if found is None:
+        at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
+        raise _refused(drive, f"no steady motion was found at {at}; {UNSTEADY}")
+    motion, one, substeps = found
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
         raise _refused(drive, "its command does not move all of what does not settle by itself")
@@ -78,34 +84,26 @@ def nominal(
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
 
 
-def _slides(drive: Drive, parameters: Parameters, sample_time: float) -> Slides:
-    """The drive, or in the mean over its way where it never moves steadily otherwise."""
-    dt, plain = sample_time / SUBSTEPS, Slides(drive, parameters)
-    if plain.slowest(dt) is not None:
-        return plain
-    return averaged(drive, parameters, dt) or plain
-
-
 def _refused(drive: Drive, why: str) -> UserError:
     return UserError(f"the drive {drive.name} cannot be linearised: {why}")
 
 
 def _found(
-    slides: Slides, drive: Drive, parameters: Parameters, sample_time: float, speed: float | None
-) -> tuple[Motion, Step, int]:
+    slides: Slides, sample_time: float, speed: float | None
+) -> tuple[Motion, Step, int] | None:
     """A steady motion, a step from it, and how many of them make a control sample."""
-    near = slides.slowest(sample_time / SUBSTEPS)
-    speed = speed or (None if near is None else near.speed)
+    dt = sample_time / SUBSTEPS
     if speed is None:
-        raise _refused(drive, f"no steady motion was found at any speed; {UNSTEADY}")
+        slowest = slides.slowest(dt)
+        if slowest is None:
+            return None
+        speed = slowest.speed
     substeps = SUBSTEPS
-    while drive.fastest(parameters, sample_time / substeps) < speed and substeps < MOST_SUBSTEPS:
+    while slides.fastest(sample_time / substeps) < abs(speed) and substeps < MOST_SUBSTEPS:
         substeps *= 2
-    motion = slides.motion(speed, sample_time / substeps, near)
-    if motion is None:
-        at = f"{speed:g} {drive.units['error_rate']}"
-        raise _refused(drive, f"no steady motion was found at {at}; {UNSTEADY}")
-    return motion, slides.step(motion.state, motion.command, sample_time / substeps), substeps
+    every = sample_time / substeps
+    motion = slides.motion(speed, every) or slides.motion(speed, every, slides.slowest(dt))
+    return motion and (motion, slides.step(motion.state, motion.command, every), substeps)
 
 
 def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:

@@ -1,4 +1,10 @@
-"""Steady motion of a drive: its step differentiated, Newton's method, where friction slides."""
+"""Steady motion of a drive: its step differentiated, Newton's method, where friction slides.
+
+Cogging of a linear motor, say, keeps a drive from ever moving steadily, and is no part of a linear
+model: it comes and goes while the drive slides. So steps from many places along the way are taken
+together, with the weights of a window (the square of Hann's) whose sum over any wave that is long
+beside the places' distance and short beside the way is 0.
+"""
 
 from functools import partial
 from typing import Any, NamedTuple
@@ -6,9 +12,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from hfc_design.core.numbers import Floats, Parameters
+from hfc_design.stability.margins import balanced
 from plants import Drive
 
 #: Speeds that are tried [of the position, per s], the highest first.
@@ -23,6 +29,15 @@ ROUNDED = 1e-14
 RANK = 1e-9
 #: The speed that is looked for is known to this factor.
 CLOSE = 1.0 + 1e-9
+#: Places along the way, as shares of it.
+SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
+#: Ways that are tried [of the position]: one of them holds many waves, and of each many places. No
+#: round number, which a wave could share with the places.
+WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
+#: A force has the mean 0 along a way where so much of its slope is left.
+LEFT = 1e-3
+#: Ways that leave less are alike: what is left there is rounding, of which a longer way has more.
+NOTHING = 1e-9
 
 
 class Step(NamedTuple):
@@ -51,25 +66,61 @@ class Steady(NamedTuple):
 
 
 class Slides:
-    """A drive whose steps are differentiated; call it where JAX has float64."""
+    """A drive whose steps are differentiated, in the mean over a ``way``; where JAX has float64.
 
-    def __init__(self, drive: Drive, parameters: Parameters):
-        kind = type(drive.initial_state(0.0))
-        size, rows = len(kind._fields), reported(drive, parameters)
+    ``along`` (states,) is what a unit of way moves. Without it that is found in the mean over a way
+    that moves all encoders alike, where what is linear stays as it is.
+    """
+
+    def __init__(
+        self, drive: Drive, parameters: Parameters, way: float = 0.0, along: Floats | None = None
+    ):
+        fields, rows = type(drive.initial_state(0.0))._fields, reported(drive, parameters)
         #: (states,) the position that is fed back.
-        self.seen, rate = (np.eye(size)[kind._fields.index(name)] for name in drive.seen)
+        self.seen, rate = (np.eye(len(fields))[fields.index(name)] for name in drive.seen)
         told = {name: np.asarray(row, float) for name, row in rows.items()}
         self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
         rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
-        self._moving = np.array([float(name in rates) for name in kind._fields])
-        #: (states,) how far from its state a step may begin.
-        self.reach = np.zeros(size)
-        self._step = partial(differentiated, drive, parameters)
+        self._moving = np.array([float(name in rates) for name in fields])
+        places = {*drive.encoders, drive.position, drive.seen[0]}
+        moved = np.array([float(name in places) for name in fields]) if along is None else along
+        self._shifts = way * np.outer(SHARES if way else [0.0], moved)
+        self._taken, self._known = partial(differentiated, drive, parameters), along
+        self.fastest = partial(drive.fastest, parameters)
 
     def step(self, state: Floats, command: float, dt: float) -> Step:
-        """From a state under a command, without a load."""
-        after, slopes = self._step(state, command, dt)
-        return Step(*map(np.asarray, (after, *slopes)))
+        """From a state under a command, without a load; in the mean from all places.
+
+        There it does not matter from which one.
+        """
+        one = Step(*map(np.asarray, self._taken(state, command, dt, self._shifts)[0]))
+        if len(self._shifts) == 1:
+            return one
+        along = self._rigid(one)
+        return one._replace(a=one.a - np.outer(one.a @ along - along, self.seen))
+
+    def _rigid(self, one: Step) -> Floats:
+        """(states,) what a unit of way moves if the step changes by it as little as can be."""
+        if self._known is not None:
+            return self._known
+        moved, others = one.a - np.eye(len(one.a)), self.seen == 0.0
+        along = self.seen.copy()
+        along[others] = -np.linalg.lstsq(moved[:, others], moved @ self.seen)[0]
+        return along
+
+    def left(self, dt: float) -> tuple[float, Floats]:
+        """Of what a unit of way changes in a step, what is left in the mean; and what it moves.
+
+        inf: it changes nothing in any step, or there is no step from some place.
+        """
+        mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
+        if not np.isfinite(slopes).all():
+            return np.inf, self.seen
+        one = Step(*map(np.asarray, mean))
+        along = self._rigid(one)
+        each = np.linalg.norm(slopes @ along - along, axis=1)
+        left, whole = np.linalg.norm(one.a @ along - along), np.sqrt(np.mean(each**2))
+        return float(left / whole) if whole else np.inf, along
 
     def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
         """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found.
@@ -114,7 +165,7 @@ class Slides:
         Newton's method comes no nearer, and moves on by so much for ever: a stiff drive, or one
         whose steps begin far away, by more than ``SETTLED``.
         """
-        size = np.abs(state) + self.reach
+        size = np.abs(state) + np.abs(self._shifts).max(0)
         lost = np.abs(one.a) @ size + np.abs(one.b * command) + size
         return np.asarray(np.abs(inverse) @ np.append(ROUNDED * lost, 0.0))
 
@@ -142,12 +193,10 @@ class Slides:
         found, low = None, None
         for speed in SPEEDS.tolist():
             motion = self.motion(speed, dt, found)
-            if motion is None:
-                continue
-            if found is not None and not self._grows(motion, dt):
+            if found is not None and motion is not None and not self._grows(motion, dt):
                 low = speed
                 break
-            found = motion
+            found = motion or found
         while found is not None and low is not None and found.speed > CLOSE * low:
             speed = float(np.sqrt(low * found.speed))
             motion = self.motion(speed, dt, found)
@@ -163,15 +212,17 @@ class Slides:
         return bool(abs(motion.command - growing) <= abs(growing))
 
 
-def balanced(a: Floats) -> tuple[Floats, Floats]:
-    """A step's matrix with its states in units that make it even, and those units (states,).
+def averaged(drive: Drive, parameters: Parameters, dt: float) -> Slides | None:
+    """The drive in the mean over that way over which what depends on the position has the mean 0.
 
-    With the units of the drive, metres beside radians, or with one part of it far stiffer than the
-    others, what is not 0 lies as deep below the largest singular value as what is only rounding.
+    None where nothing does, or it has no mean of 0 along any way, as a spring.
     """
-    with np.errstate(invalid="ignore"):  # of a matrix that is not finite
-        even, (units, _) = matrix_balance(a, permute=False, separate=True)
-    return np.asarray(even, float), np.asarray(units, float)
+    each = [
+        Slides(drive, parameters, way, Slides(drive, parameters, way).left(dt)[1]) for way in WAYS
+    ]
+    left = [max(one.left(dt)[0], NOTHING) for one in each]
+    best = int(np.argmin(left))
+    return each[best] if left[best] < LEFT else None
 
 
 @partial(jax.jit, static_argnums=0)
@@ -184,13 +235,24 @@ def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
 
 
 @partial(jax.jit, static_argnums=0)
-def differentiated(drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any) -> Any:
-    """The state after a step, and its derivatives by state, command and load."""
+def differentiated(
+    drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any, shifts: Any
+) -> Any:
+    """The state after a step, its derivatives by state, command and load in the mean.
+
+    And those by the state from each of the places, (places, states, states).
+    """
     kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
 
     def step(x: Any, command: Any, load: Any) -> Any:
         moved = drive.step(fixed, kind(*x), command, (load, load, load), dt)
         return jnp.stack([jnp.asarray(part, float) for part in moved])
 
-    about = (x, command, 0.0)
-    return step(*about), jax.jacfwd(step, argnums=(0, 1, 2))(*about)
+    def both(shift: Any) -> Any:
+        about = (x + shift, command, 0.0)
+        return step(*about) - shift, *jax.jacfwd(step, argnums=(0, 1, 2))(*about)
+
+    parts = jax.vmap(both)(shifts)
+    turns = jnp.pi * (jnp.arange(len(shifts)) + 0.5) / len(shifts)
+    weights = jnp.sin(turns) ** 4 / jnp.sum(jnp.sin(turns) ** 4)
+    return [jnp.tensordot(weights, part, axes=1) for part in parts], parts[1]
