@@ -118,13 +118,8 @@ def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
 def _controllable(a: Floats, b: Floats) -> bool:
     """Whether the command moves everything that does not settle by itself (Hautus' test)."""
     a, units = balanced(a)
-    b = b / units
-    largest = np.abs(b).max()
-    if largest == 0.0:
-        return False
-    for pole in np.linalg.eigvals(a):
-        if abs(pole) >= 1.0 - SETTLES:
-            sizes = np.linalg.svd(np.column_stack([a - pole * np.eye(len(a)), b / largest]))[1]
-            if sizes[-1] <= RANK * sizes[0]:
-                return False
-    return True
+    b = b / units / (np.abs(b / units).max() or 1.0)
+    lasting = [pole for pole in np.linalg.eigvals(a) if abs(pole) >= 1.0 - SETTLES]
+    each = [np.column_stack([a - pole * np.eye(len(a)), b]) for pole in lasting]
+    ranks = [np.linalg.matrix_rank(one, RANK * np.linalg.norm(one, 2)) for one in each]
+    return all(rank == len(a) for rank in ranks)

@@ -19,13 +19,10 @@ from plants import Drive
 
 #: Speeds that are tried [of the position, per s], the highest first.
 SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
-#: Newton's steps towards a steady motion, and the change [1] at which it has come.
-TRIES, SETTLED = 20, 1e-9
-#: A motion is none that rounding leaves open by more than this [1].
-OPEN = 1e-3
-#: What a dozen roundings make of a number of size 1, at most.
-ROUNDED = 1e-14
-#: Singular values that count as 0 beside numbers of size 1.
+#: Newton's steps towards a steady motion, and the change [1] at which it has come, or has come
+#: near enough.
+TRIES, SETTLED, NEAR = 20, 1e-9, 1e-5
+#: What counts as 0 beside numbers of size 1.
 RANK = 1e-9
 #: The speed that is looked for is known to this factor.
 CLOSE = 1.0 + 1e-9
@@ -96,17 +93,21 @@ class Slides:
         one = Step(*map(np.asarray, self._taken(state, command, dt, self._shifts)[0]))
         if len(self._shifts) == 1:
             return one
-        along = self._rigid(one)
+        along = self._along(one.a)[0] if self._known is None else self._known
         return one._replace(a=one.a - np.outer(one.a @ along - along, self.seen))
 
-    def _rigid(self, one: Step) -> Floats:
-        """(states,) what a unit of way moves if the step changes by it as little as can be."""
-        if self._known is not None:
-            return self._known
-        moved, others = one.a - np.eye(len(one.a)), self.seen == 0.0
+    def _along(self, a: Floats) -> tuple[Floats, float]:
+        """What a unit of way moves if a step changes by it as little as can be, and by how much.
+
+        (states,), and a share of it in units that make the step even. 0: all of the drive can be
+        shifted and nothing changes.
+        """
+        a, units = balanced(a)
+        moved, others = a - np.eye(len(a)), self.seen == 0.0
         along = self.seen.copy()
-        along[others] = -np.linalg.lstsq(moved[:, others], moved @ self.seen)[0]
-        return along
+        along[others] = -np.linalg.lstsq(moved[:, others], moved @ self.seen, RANK)[0]
+        off = np.linalg.norm(moved @ along) / np.linalg.norm(along)
+        return units * along / (units @ self.seen), float(off)
 
     def left(self, dt: float) -> tuple[float, Floats]:
         """Of what a unit of way changes in a step, what is left in the mean; and what it moves.
@@ -117,7 +118,7 @@ class Slides:
         if not np.isfinite(slopes).all():
             return np.inf, self.seen
         one = Step(*map(np.asarray, mean))
-        along = self._rigid(one)
+        along = self._along(one.a)[0] if self._known is None else self._known
         each = np.linalg.norm(slopes @ along - along, axis=1)
         left, whole = np.linalg.norm(one.a @ along - along), np.sqrt(np.mean(each**2))
         return float(left / whole) if whole else np.inf, along
@@ -135,53 +136,33 @@ class Slides:
         return found
 
     def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
-        unit, moved = np.eye(len(self.seen)), np.inf
+        moved = np.inf
         for _ in range(TRIES):
             one = self.step(state, command, dt)
             if not all(np.isfinite(part).all() for part in one):
                 return None
-            along = self._along(one.a)
-            if along is None:
+            along, changed = self._along(one.a)
+            if changed > RANK:
                 return None
-            off = one.after - state - speed * dt * along
-            matrix = np.block([[one.a - unit, one.b[:, None]], [self.seen[None], np.zeros((1, 1))]])
+            off = np.append(state + speed * dt * along - one.after, -self.seen @ state)
             try:
-                move = np.linalg.solve(matrix, np.append(-off, -self.seen @ state))
+                move = np.linalg.solve(self._bordered(one.a, one.b), off)
             except np.linalg.LinAlgError:
                 return None
             state, command = state + move[:-1], command + float(move[-1])
-            scale = max(np.abs(state).max(), abs(command))
-            before, moved = moved, np.abs(move).max() / scale
-            if moved <= SETTLED or moved >= before:
-                left = self._left_open(one, np.linalg.inv(matrix), state, command)
-                come = moved <= SETTLED or (np.abs(move) <= left).all()
-                if come and left.max() <= OPEN * scale:
-                    return Motion(speed, state, command, along)
+            before, moved = moved, np.abs(move).max() / max(np.abs(state).max(), abs(command))
+            # Of a stiff drive, or of steps that begin far away, rounding moves more for ever.
+            if moved <= SETTLED or before <= moved <= NEAR:
+                return Motion(speed, state, command, along)
         return None
 
-    def _left_open(self, one: Step, inverse: Floats, state: Floats, command: float) -> Floats:
-        """(states + 1,) how far the rounding of a step moves a state and a command at most.
-
-        Newton's method comes no nearer, and moves on by so much for ever: a stiff drive, or one
-        whose steps begin far away, by more than ``SETTLED``.
-        """
-        size = np.abs(state) + np.abs(self._shifts).max(0)
-        lost = np.abs(one.a) @ size + np.abs(one.b * command) + size
-        return np.asarray(np.abs(inverse) @ np.append(ROUNDED * lost, 0.0))
-
-    def _along(self, a: Floats) -> Floats | None:
-        """The direction in which all of the drive can be shifted and nothing changes: a d = d."""
-        a, units = balanced(a)
-        _, sizes, rows = np.linalg.svd(a - np.eye(len(a)))
-        free = rows[sizes <= RANK]
-        shift = free.T @ (free @ self.seen)
-        moved = float(self.seen @ shift)
-        return units * shift / (moved * (units @ self.seen)) if moved > RANK else None
+    def _bordered(self, a: Floats, b: Floats) -> Floats:
+        """Times a change of state and command it is what a step makes of it, and the position."""
+        return np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
 
     def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
         """State at position 0 and command with ``(a - 1) x + b u = change``."""
-        matrix = np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
-        found = np.linalg.solve(matrix, np.append(change, 0.0))
+        found = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
         return Steady(float(found[-1]), found[:-1])
 
     def slowest(self, dt: float) -> Motion | None:
