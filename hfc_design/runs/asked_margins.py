@@ -1,7 +1,7 @@
 """Margins that a scenario asks for, of a whole population before anything of it is simulated.
 
 At an operating point the machine with its sensors is the same for all individuals, as a response at
-some frequencies: a controller is a small fraction of polynomials beside it. What is between the
+some frequencies, and a controller is small beside it. What is between the
 frequencies is interpolated, so that a little more is asked than the scenario does; the answer of
 ``usable`` is exact.
 """
@@ -18,7 +18,7 @@ from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled
 from hfc_design.simulation.loop_margins import near, operating_points
 from hfc_design.simulation.population import one_machine
-from hfc_design.stability.margins import ASKED
+from hfc_design.stability.margins import ASKED, crossings
 
 #: Frequencies, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
@@ -78,34 +78,19 @@ class AskedMargins:
     def _margins(self, own: Controllers, count: int) -> dict[str, Floats]:
         """(lanes, axes) of each margin."""
         through = _responses(own, self._answers, self._angles, count)
-        axes = through.shape[-1]
-        whole = np.eye(axes) - through
-        if axes == 1:
-            sensitivity = 1.0 / whole[..., 0]
-        else:
-            each = [[j for j in range(axes) if j != k] for k in range(axes)]
-            others = [np.linalg.det(whole[..., np.ix_(k, k)[0], np.ix_(k, k)[1]]) for k in each]
-            sensitivity = np.stack(others, axis=-1) / np.linalg.det(whole)[..., None]
+        whole = np.eye(through.shape[-1]) - through
+        others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
+        sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
+        sensitivity = sensitivity / np.linalg.det(whole)[..., None]
         loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
-        size, angle = np.log(np.abs(loop)), self._angles
-        # Where it falls to 1 or rises from it, and where it is real and negative.
-        share = size[..., :-1] / (size[..., :-1] - size[..., 1:])
-        crosses = (size[..., :-1] > 0.0) != (size[..., 1:] > 0.0)
-        turned = loop[..., :-1] * (loop[..., 1:] / loop[..., :-1]) ** np.clip(share, 0.0, 1.0)
-        ahead = (np.angle(turned) + np.pi) % (2.0 * np.pi)
-        at = angle[:-1] * (angle[1:] / angle[:-1]) ** np.clip(share, 0.0, 1.0)
-        off = np.minimum(ahead, 2.0 * np.pi - ahead)
-        across = loop.imag
-        share = across[..., :-1] / (across[..., :-1] - across[..., 1:])
-        real = loop.real[..., :-1] + share * np.diff(loop.real)
-        gain = np.where((across[..., :-1] > 0.0) != (across[..., 1:] > 0.0), -1.0 / real, np.inf)
-        gain = np.concatenate([gain, -1.0 / loop.real[..., -1:]], axis=-1)
-        return {
-            "sensitivity": _peaks(np.abs(sensitivity)),
-            "gain_margin": np.where(gain > 1.0, gain, np.inf).min(axis=-1),
-            "phase_margin_deg": np.degrees(np.where(crosses, off, np.inf).min(axis=-1)),
-            "delay_margin_samples": np.where(crosses, ahead / at, np.inf).min(axis=-1),
+        gain, unity, lags = crossings(self._angles, loop)
+        found = {
+            "gain_margin": np.where(gain > 1.0, gain, np.inf),
+            "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
+            "delay_margin_samples": lags / unity,
         }
+        least = {name: np.fmin.reduce(each, -1, initial=np.inf) for name, each in found.items()}
+        return {"sensitivity": _peaks(np.abs(sensitivity)), **least}
 
 
 def _peaks(sizes: Floats) -> Floats:
@@ -117,30 +102,9 @@ def _peaks(sizes: Floats) -> Floats:
 
 
 def _responses(own: Controllers, answers: Floats, angles: Floats, count: int) -> Floats:
-    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded.
-
-    ``c adj(z - a) b / det(z - a)`` of the controller by Faddeev and Le Verrier.
-    """
-    points, size = len(answers), own.a.shape[-1]
-    z = np.exp(1j * angles)
-
-    def through(rows: Floats) -> Floats:
-        """Rows (lanes, axes, signals) times the answers of the machine."""
-        grouped = rows.reshape(count, points, *rows.shape[1:]).swapaxes(0, 1)
-        flat = grouped.reshape(points, -1, rows.shape[-1])
-        wide = answers.swapaxes(1, 2).reshape(points, rows.shape[-1], -1)
-        found = (flat @ wide).reshape(points, count, rows.shape[1], len(z), -1)
-        return found.transpose(1, 0, 3, 2, 4).reshape(-1, len(z), rows.shape[1], rows.shape[1])
-
-    straight = through(own.d)
-    if not size:
-        return straight
-    unit, matrix = np.eye(size), np.eye(size) + 0.0 * own.a
-    above, below = np.zeros_like(straight), np.ones((len(own.a), len(z)), complex)
-    for k in range(1, size + 1):
-        above = above * z[:, None, None] + through(own.c @ matrix @ own.b)
-        product = own.a @ matrix
-        factor = -np.trace(product, axis1=1, axis2=2) / k
-        below = below * z + factor[:, None]
-        matrix = product + factor[:, None, None] * unit
-    return straight + above / below[..., None, None]
+    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
+    z, unit = np.exp(1j * angles)[:, None, None], np.eye(own.a.shape[-1])
+    told = own.c.swapaxes(1, 2)[:, None].astype(complex)
+    inner = np.linalg.solve(z * unit - own.a.swapaxes(1, 2)[:, None], told).swapaxes(2, 3)
+    rows = own.d[:, None] + inner @ own.b[:, None]
+    return (rows.reshape(count, -1, *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)
