@@ -31,9 +31,8 @@ class AskedMargins:
         machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
         last = len(points) - 1
         some = [points[k] for k in sorted({0, min(1, last), (last + 1) // 2, last})]
-        self._about = near(loop, machines, some)
-        self._asked = scenario.margins
-        every = self._about.machines
+        self._machines = every = near(loop, machines, some)
+        self._loop, self._told, self._asked = loop, machines.told, scenario.margins
         poles = np.linalg.eigvals(every.a).ravel()
         light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
         self._angles = np.unique(np.append(np.pi * FREQUENCIES, np.angle(light)))
@@ -47,7 +46,7 @@ class AskedMargins:
     def of(self, controller: Controller) -> "AskedMargins":
         """The same with another controller."""
         found = copy(self)
-        found._about = self._about._replace(loop=self._about.loop._replace(controller=controller))
+        found._loop = self._loop._replace(controller=controller)
         return found
 
     def broken(self, gains: Gains) -> Floats:
@@ -67,10 +66,10 @@ class AskedMargins:
         points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
-            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._about.machines
+            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
         )
         with np.errstate(all="ignore"):
-            own = controlled(self._about.loop, self._about.told, every, machines)
+            own = controlled(self._loop, self._told, every, machines)
             found = self._margins(own, count)
         known = (own.found & machines.found)[:, None]
         return {name: np.where(known, each, np.nan) for name, each in found.items()}

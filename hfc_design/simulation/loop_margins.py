@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Gains, Json
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -13,7 +13,7 @@ from hfc_design.files.pairing import controller_of, load_design, machine, with_c
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.linearised import Controllers, Steady, controlled, opened, pushed, steady
+from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
 from hfc_design.simulation.population import Machines, one_machine, standing
 from hfc_design.simulation.sensors import largest_command
 from hfc_design.stability.loop_report import At, LoopMargins, band, numbers
@@ -79,32 +79,15 @@ def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float,
     return jax.tree.map(own, whole)._replace(axes=tuple(axes), **rest)
 
 
-class Near(NamedTuple):
-    """A loop on machines at operating points, the points of a machine one after the other."""
-
-    machines: Steady
-    points: list[Point]
-    loop: Loop
-    told: object  # what the controller believes of the machine
-
-
-def near(loop: Loop, machines: Machines, points: list[Point]) -> Near:
-    """The machines of a loop, linearised without a controller."""
+def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
+    """The machines of a loop without a controller, at the points of each one after the other."""
     count = machines.size
     true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.true)
     rows = jax.tree.map(
         lambda *leaves: np.stack([np.asarray(x, float) for x in leaves] * count),
         *(point.row for point in points),
     )
-    speeds = np.array([point.speeds for point in points] * count)
-    return Near(steady(loop, machines.told, true, rows, speeds), points, loop, machines.told)
-
-
-def controllers(about: Near, gains: Gains) -> Controllers:
-    """The controller of one individual at all points of all machines."""
-    lanes = np.zeros(len(about.machines.found), int)
-    every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
-    return controlled(about.loop, about.told, every, about.machines)
+    return steady(loop, machines.told, true, rows, np.array([x.speeds for x in points] * count))
 
 
 def loop_margins(
@@ -128,12 +111,16 @@ def loop_margins(
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", design.controller.kind)]
     with own_code(" cannot be linearised", *parts):
-        about = near(loop, standing(machines, scenario, loop), operating_points(scenario))
-        own = controllers(about, gains)
-    rows, count, axes = [], len(about.points), scenario.machine.axes
-    for n, point in enumerate(about.points):
-        lanes = [(n + k * count, machines.take(k)) for k in range(machines.size)]
-        each = [_at(scenario, about, own, *lane) for lane in lanes]
+        points = operating_points(scenario)
+        about = near(loop, standing(machines, scenario, loop), points)
+        lanes = np.zeros(len(about.found), int)
+        every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
+        own = controlled(loop, machines.told, every, about)
+    rows, count, axes = [], len(points), scenario.machine.axes
+    for n, point in enumerate(points):
+        each = [
+            _at(scenario, about, own, n + k * count, machines.take(k)) for k in range(machines.size)
+        ]
         for axis, of_axis in zip(axes, zip(*each, strict=True), strict=True):
             (why, nominal, open_loop), *others = of_axis
             known = [told for _, told, _ in others if told]
@@ -141,20 +128,21 @@ def loop_margins(
             rows.append(At(point.name, name, why, nominal, band(known), open_loop))
     units = scenario.units.signals
     load = f"({units['load']})" if " " in units["load"] else units["load"]
-    every, unit = scenario.simulation.sample_time_s, f"{units['error']}/{load}"
-    return LoopMargins(rows, every, scenario.plant.name, unit, machines.size - 1)
+    unit = f"{units['error']}/{load}"
+    return LoopMargins(
+        rows, scenario.simulation.sample_time_s, scenario.plant.name, unit, machines.size - 1
+    )
 
 
 def _at(
-    scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines
+    scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
     """Of each axis why it has no margins, else its numbers and its loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
     if why := _why(scenario, about, own, lane, machine):
         return [(why, {}, None)] * len(axes)
     found: list[tuple[str, Json, OpenLoop | None]] = []
-    pairs = zip(opened(about.machines, own, lane), pushed(about.machines, own, lane), strict=True)
-    for loop, of_load in pairs:
+    for loop, of_load in loops(about, own, lane):
         if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
             found.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
@@ -162,18 +150,12 @@ def _at(
     return found
 
 
-def _why(scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines) -> str:
+def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
-    if not about.machines.found[lane]:
+    if not about.found[lane]:
         return "no steady motion was found there, so that the loop cannot be linearised"
-    pairs = zip(
-        scenario.machine.axes,
-        scenario.machine.drives,
-        machine.true,
-        about.machines.commands[lane],
-        strict=True,
-    )
-    for name, drive, parameters, command in pairs:
+    pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, strict=True)
+    for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))
         if not low <= command <= high:
             unit = drive.units["command"]

@@ -132,8 +132,35 @@ class LoopMargins(NamedTuple):
         return {**told, "stable": self.stable, "worst": worst, "points": rows}
 
     def figure(self) -> "Figure":
-        """Magnitude and phase of the open loops, and their sensitivity."""
-        return loop_figure(self)
+        """Magnitude and phase of the open loops by the frequency [Hz], and their sensitivity."""
+        from matplotlib.ticker import NullFormatter
+
+        from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
+
+        figure = framed(6.4, top=0.3)
+        parts = size, phase, peak = figure.subplots(3, sharex=True)
+        angles = np.pi * np.geomspace(1e-4, 1.0, 1500)
+        hertz = angles / (2.0 * np.pi * self.sample_time)
+        drawn = [row for row in self.rows if row.loop is not None]
+        for row, color in zip(drawn, (OWN, OTHER, "0.4", "0.7") * len(drawn), strict=False):
+            assert row.loop is not None
+            response = row.loop.reduced().transfer(angles)
+            size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=row.name)
+            phase.semilogx(hertz, lag(response), color=color, lw=1.6)
+            peak.semilogx(hertz, np.abs(1.0 / (1.0 + response)), color=color, lw=1.6)
+        size.axhline(1.0, color="0.3", lw=0.9)
+        phase.axhline(-180.0, color="0.3", lw=0.9)
+        gridded(size, y="magnitude [1]")
+        gridded(phase, y="phase [deg]")
+        gridded(peak, "frequency [Hz]", "sensitivity [1]")
+        if len(drawn) > 1:
+            size.legend(fontsize=9, frameon=False, ncols=2)
+        for part in parts:
+            part.yaxis.set_label_coords(-0.125, 0.5)
+            for axis in (part.xaxis, part.yaxis):  # powers of ten would be in small letters
+                axis.set_major_formatter("{x:g}")
+                axis.set_minor_formatter(NullFormatter())
+        return figure
 
     def show(self) -> None:
         """Print the margins, a row for each operating point."""
@@ -219,38 +246,6 @@ def _value(row: At, key: str, more: bool) -> float:
 
 def _told(value: float | bool | None) -> str:
     return "-" if value is None else f"{value:.3g}"
-
-
-def loop_figure(found: LoopMargins) -> "Figure":
-    """Magnitude and phase of the open loops against the frequency [Hz], and their sensitivity."""
-    from matplotlib.ticker import NullFormatter
-
-    from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
-
-    figure = framed(6.4, top=0.3)
-    parts = size, phase, peak = figure.subplots(3, sharex=True)
-    angles = np.pi * np.geomspace(1e-4, 1.0, 1500)
-    hertz = angles / (2.0 * np.pi * found.sample_time)
-    drawn = [row for row in found.rows if row.loop is not None]
-    for row, color in zip(drawn, (OWN, OTHER, "0.4", "0.7") * len(drawn), strict=False):
-        assert row.loop is not None
-        response = row.loop.reduced().transfer(angles)
-        size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=row.name)
-        phase.semilogx(hertz, lag(response), color=color, lw=1.6)
-        peak.semilogx(hertz, np.abs(1.0 / (1.0 + response)), color=color, lw=1.6)
-    size.axhline(1.0, color="0.3", lw=0.9)
-    phase.axhline(-180.0, color="0.3", lw=0.9)
-    gridded(size, y="magnitude [1]")
-    gridded(phase, y="phase [deg]")
-    gridded(peak, "frequency [Hz]", "sensitivity [1]")
-    if len(drawn) > 1:
-        size.legend(fontsize=9, frameon=False, ncols=2)
-    for part in parts:
-        part.yaxis.set_label_coords(-0.125, 0.5)
-        for axis in (part.xaxis, part.yaxis):  # powers of ten would be in small letters
-            axis.set_major_formatter("{x:g}")
-            axis.set_minor_formatter(NullFormatter())
-    return figure
 
 
 def lag(response: Floats) -> Floats:

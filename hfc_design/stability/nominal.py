@@ -25,6 +25,7 @@ from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
 SUBSTEPS, MOST_SUBSTEPS = 16, 1024
+REFUSED = "the drive {} cannot be linearised: {}"
 #: What to do about a drive that never moves steadily, not even in the mean over its way.
 UNSTEADY = (
     "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
@@ -68,11 +69,13 @@ def nominal(
             slides, found = mean, _found(mean, sample_time, speed)
     if found is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
-        raise _refused(drive, f"no steady motion was found at {at}; {UNSTEADY}")
+        why = f"no steady motion was found at {at}; {UNSTEADY}"
+        raise UserError(REFUSED.format(drive.name, why))
     motion, one, substeps = found
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
-        raise _refused(drive, "its command does not move all of what does not settle by itself")
+        why = "its command does not move all of what does not settle by itself"
+        raise UserError(REFUSED.format(drive.name, why))
     velocity = slides.asks(a, b, sample_time * motion.along)
     rising = 0.5 * sample_time**2 * motion.along + sample_time * velocity.state
     coulomb = Steady(
@@ -82,10 +85,6 @@ def nominal(
     acceleration, load_own = slides.asks(a, b, rising), slides.asks(a, b, -load)
     parts = (velocity, acceleration, coulomb, load_own)
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
-
-
-def _refused(drive: Drive, why: str) -> UserError:
-    return UserError(f"the drive {drive.name} cannot be linearised: {why}")
 
 
 def _found(

@@ -54,8 +54,20 @@ class StableGains(NamedTuple):
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        own = {"drive": dict(self.drive), **numbers(self.range, self.points)}
-        return own | ({"loop": self.loop.numbers()} if self.loop else {})
+        found = self.range
+        k1 = found.k1_bound * np.array(SHARES)
+        k2 = zip(k1.tolist(), found.k2(k1).tolist(), strict=True)
+        points = {
+            name: {"k1": x, "k2": y, "inside": bool(found.contains(x, y))}
+            for name, (x, y) in self.points.items()
+        }
+        return {
+            "drive": dict(self.drive),
+            **found._asdict(),
+            "k2_bounds": [{"k1": x, "k2": y} for x, y in k2],
+            "points": points,
+            **({"loop": self.loop.numbers()} if self.loop else {}),
+        }
 
     def figure(self) -> "Figure":
         """The bound of K_2 against K_1 (JK04 fig. 4)."""
@@ -90,21 +102,6 @@ def drive_of(
     if not {"gain", "time_constant"} <= found.keys():
         raise UserError(f"{told}, no feed drive: give --gain and --time-constant of its drive")
     return found
-
-
-def numbers(found: StableRange, points: Points) -> Json:
-    """The range and ``points`` in it as plain data, gains in unit/BLU."""
-    k1 = found.k1_bound * np.array(SHARES)
-    return {
-        **found._asdict(),
-        "k2_bounds": [
-            {"k1": float(x), "k2": float(y)} for x, y in zip(k1, found.k2(k1), strict=True)
-        ],
-        "points": {
-            name: {"k1": x, "k2": y, "inside": bool(found.contains(x, y))}
-            for name, (x, y) in points.items()
-        },
-    }
 
 
 def rows(gains: StableGains) -> dict[str, str]:
