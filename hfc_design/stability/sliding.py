@@ -44,6 +44,8 @@ class Step(NamedTuple):
     a: Floats  # (states, states)
     b: Floats  # (states,)
     load: Floats  # (states,)
+    along: Floats  # (states,) what a unit of way moves
+    changed: float  # by that, as a share of it; inf: there is no step
 
 
 class Motion(NamedTuple):
@@ -90,11 +92,14 @@ class Slides:
 
         There it does not matter from which one.
         """
-        one = Step(*map(np.asarray, self._taken(state, command, dt, self._shifts)[0]))
-        if len(self._shifts) == 1:
-            return one
-        along = self._along(one.a)[0] if self._known is None else self._known
-        return one._replace(a=one.a - np.outer(one.a @ along - along, self.seen))
+        parts = self._taken(state, command, dt, self._shifts)[0]
+        after, a, b, load = map(np.asarray, parts)
+        if not all(np.isfinite(part).all() for part in parts):
+            return Step(after, a, b, load, self.seen, np.inf)
+        along, changed = self._along(a)
+        if len(self._shifts) > 1:
+            a, changed = a - np.outer(a @ along - along, self.seen), 0.0
+        return Step(after, a, b, load, along, changed)
 
     def _along(self, a: Floats) -> tuple[Floats, float]:
         """What a unit of way moves if a step changes by it as little as can be, and by how much.
@@ -102,6 +107,8 @@ class Slides:
         (states,), and a share of it in units that make the step even. 0: all of the drive can be
         shifted and nothing changes.
         """
+        if self._known is not None:
+            return self._known, 0.0
         a, units = balanced(a)
         moved, others = a - np.eye(len(a)), self.seen == 0.0
         along = self.seen.copy()
@@ -117,10 +124,10 @@ class Slides:
         mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
         if not np.isfinite(slopes).all():
             return np.inf, self.seen
-        one = Step(*map(np.asarray, mean))
-        along = self._along(one.a)[0] if self._known is None else self._known
+        a = np.asarray(mean[1])
+        along, _ = self._along(a)
         each = np.linalg.norm(slopes @ along - along, axis=1)
-        left, whole = np.linalg.norm(one.a @ along - along), np.sqrt(np.mean(each**2))
+        left, whole = np.linalg.norm(a @ along - along), np.sqrt(np.mean(each**2))
         return float(left / whole) if whole else np.inf, along
 
     def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
@@ -139,12 +146,9 @@ class Slides:
         moved = np.inf
         for _ in range(TRIES):
             one = self.step(state, command, dt)
-            if not all(np.isfinite(part).all() for part in one):
+            if one.changed > RANK:
                 return None
-            along, changed = self._along(one.a)
-            if changed > RANK:
-                return None
-            off = np.append(state + speed * dt * along - one.after, -self.seen @ state)
+            off = np.append(state + speed * dt * one.along - one.after, -self.seen @ state)
             try:
                 move = np.linalg.solve(self._bordered(one.a, one.b), off)
             except np.linalg.LinAlgError:
@@ -153,7 +157,7 @@ class Slides:
             before, moved = moved, np.abs(move).max() / max(np.abs(state).max(), abs(command))
             # Of a stiff drive, or of steps that begin far away, rounding moves more for ever.
             if moved <= SETTLED or before <= moved <= NEAR:
-                return Motion(speed, state, command, along)
+                return Motion(speed, state, command, one.along)
         return None
 
     def _bordered(self, a: Floats, b: Floats) -> Floats:

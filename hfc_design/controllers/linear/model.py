@@ -7,7 +7,6 @@ import numpy as np
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.record import MULTIPLES
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.stability.margins import OpenLoop
 from hfc_design.stability.nominal import Nominal
 
 #: Bandwidths that are tried, in shares of one over the sample time.
@@ -33,8 +32,8 @@ def bandwidth(model: Nominal, sample_time: float) -> float:
     best = 0.0
     for speed in np.geomspace(*BANDWIDTHS, 55) / sample_time:
         gains = LinearGains(*map(float, pid(model, speed)))
-        loops = (_loop(model, gains, sample_time, room) for room in ROOM)
-        stable = all(abs(np.linalg.eigvals(x.a + np.outer(x.b, x.c))).max() < 1.0 for x in loops)
+        closed = (_closed(model, gains, sample_time, room) for room in ROOM)
+        stable = all(abs(np.linalg.eigvals(loop)).max() < 1.0 for loop in closed)
         if stable or not best:
             best = float(speed)
     return best
@@ -66,7 +65,7 @@ def answer(
     return np.asarray(told["error"] / (1.0 - command))
 
 
-def _loop(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> OpenLoop:
+def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:
     """States: the drive, the filtered rate, the integral where there is one."""
     size, rows = len(model.b), model.outputs
     rate = np.append((1.0 - gains.kept) * rows["error_rate"], [gains.kept, 0.0])
@@ -75,4 +74,4 @@ def _loop(model: Nominal, gains: LinearGains, sample_time: float, room: float) -
     a, b = np.zeros((size + 2, size + 2)), np.append(model.b, [0.0, 0.0])
     a[:size, :size], a[size], a[size + 1] = model.a, rate, integral
     states = size + 2 if gains.ki else size + 1
-    return OpenLoop(a[:states, :states], b[:states], room * command[:states])
+    return (a + np.outer(b, room * command))[:states, :states]

@@ -122,18 +122,9 @@ def regulators(model: Measured, weights: Floats, scale: Floats | None = None) ->
 
 def _solved(matrices: Floats, right: Floats) -> Floats:
     """Solutions, nan where a matrix is singular."""
-    try:
-        return np.asarray(np.linalg.solve(matrices, right), float)
-    except np.linalg.LinAlgError:
-        each = zip(matrices, right, strict=True)
-        return np.array([_or_nan(*pair) for pair in each])
-
-
-def _or_nan(matrix: Floats, right: Floats) -> Floats:
-    try:
-        return np.asarray(np.linalg.solve(matrix, right), float)
-    except np.linalg.LinAlgError:
-        return np.full_like(right, np.nan)
+    singular = np.linalg.det(matrices) == 0.0
+    whole = np.where(singular[:, None, None], np.nan, matrices)
+    return np.asarray(np.linalg.solve(whole, right), float)
 
 
 def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Floats]:
