@@ -1,11 +1,19 @@
-"""Margins of a design's loop as it is simulated, at the speeds of a scenario's motions."""
+"""Margins of a design's loop as it is simulated, at the speeds of a scenario's motions.
 
+Exact ones of a design, and those that a scenario asks for, of a whole population before anything of
+it is simulated. For these the machine with its sensors, which is the same for all individuals, is a
+response at some frequencies, and a controller is small beside it. What is between the frequencies
+is interpolated, so that a little more is asked than the scenario does.
+"""
+
+from copy import copy
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.controllers.controller import Controller
+from hfc_design.core.numbers import Floats, Gains, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -16,8 +24,8 @@ from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
 from hfc_design.simulation.population import Machines, one_machine, standing
 from hfc_design.simulation.sensors import largest_command
-from hfc_design.stability.loop_report import At, LoopMargins, band, numbers
-from hfc_design.stability.margins import OpenLoop, largest, margins
+from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins
+from hfc_design.stability.report import At, LoopMargins, band, numbers
 
 #: Machines beside the nominal one that the band is of.
 BAND = 20
@@ -27,6 +35,8 @@ ALIKE = 1.01
 STANDS = 0.01
 #: A response that is nowhere larger is none.
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
+#: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
+FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
 OPEN = "the law does not answer a small error there, so that the loop is open"
 
@@ -163,3 +173,88 @@ def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine
     if not own.found[lane]:
         return "the law was not found to hold it there, so that it cannot be linearised"
     return ""
+
+
+class AskedMargins:
+    """The loop of a scenario on its nominal machine, and what its margins have to be."""
+
+    def __init__(self, scenario: Scenario, loop: Loop):
+        machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
+        last = len(points) - 1
+        some = [points[k] for k in sorted({0, min(1, last), (last + 1) // 2, last})]
+        self._machines = every = near(loop, machines, some)
+        self._loop, self._told, self._asked = loop, machines.told, scenario.margins
+        poles = np.linalg.eigvals(every.a).ravel()
+        light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
+        self._angles = np.unique(np.append(np.pi * FREQUENCIES, np.angle(light)))
+        z = np.exp(1j * self._angles)[:, None, None]
+        unit = np.eye(every.a.shape[-1])
+        #: (points, frequencies, signals, axes) signals that commands bring about.
+        self._answers = every.c[:, None] @ np.linalg.solve(
+            z * unit - every.a[:, None], every.b[:, None].astype(complex)
+        )
+
+    def of(self, controller: Controller) -> "AskedMargins":
+        """The same with another controller."""
+        found = copy(self)
+        found._loop = self._loop._replace(controller=controller)
+        return found
+
+    def broken(self, gains: Gains) -> Floats:
+        """(individuals,) by how much each breaks what is asked, 0 for nothing."""
+        found = self.margins(gains)
+        total = np.zeros(jax.tree.leaves(gains)[0].shape[-1])
+        for name, limit in self._asked.items():
+            value, more = found[name], ASKED[name][1]
+            with np.errstate(divide="ignore"):
+                over = value / limit * STRICTER if more else limit * STRICTER / value
+            worst = np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf).max(axis=1, initial=0.0)
+            total += 1.0 - 1.0 / (1.0 + worst.reshape(len(total), -1).max(axis=1))
+        return total
+
+    def margins(self, gains: Gains) -> dict[str, Floats]:
+        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised."""
+        points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
+        every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
+        machines: Steady = jax.tree.map(
+            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
+        )
+        with np.errstate(all="ignore"):
+            own = controlled(self._loop, self._told, every, machines)
+            found = self._margins(own, count)
+        known = (own.found & machines.found)[:, None]
+        return {name: np.where(known, each, np.nan) for name, each in found.items()}
+
+    def _margins(self, own: Controllers, count: int) -> dict[str, Floats]:
+        """(lanes, axes) of each margin."""
+        through = _responses(own, self._answers, self._angles, count)
+        whole = np.eye(through.shape[-1]) - through
+        others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
+        sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
+        sensitivity = sensitivity / np.linalg.det(whole)[..., None]
+        loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
+        gain, unity, lags = crossings(self._angles, loop)
+        found = {
+            "gain_margin": np.where(gain > 1.0, gain, np.inf),
+            "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
+            "delay_margin_samples": lags / unity,
+        }
+        least = {name: np.fmin.reduce(each, -1, initial=np.inf) for name, each in found.items()}
+        return {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+
+
+def _peaks(sizes: Floats) -> Floats:
+    """(lanes, axes) the tops of (lanes, frequencies, axes), of a parabola through each three."""
+    before, here, after = (np.log(sizes[:, k : k - 2 or None]) for k in range(3))
+    top, steep, bent = here, 0.5 * (after - before), after + before - 2.0 * here
+    top = here - np.where((bent < 0.0) & (np.abs(steep) <= -bent), 0.5 * steep**2 / bent, 0.0)
+    return np.maximum(np.exp(top.max(axis=1)), sizes.max(axis=1))
+
+
+def _responses(own: Controllers, answers: Floats, angles: Floats, count: int) -> Floats:
+    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
+    z, unit = np.exp(1j * angles)[:, None, None], np.eye(own.a.shape[-1])
+    told = own.c.swapaxes(1, 2)[:, None].astype(complex)
+    inner = np.linalg.solve(z * unit - own.a.swapaxes(1, 2)[:, None], told).swapaxes(2, 3)
+    rows = own.d[:, None] + inner @ own.b[:, None]
+    return (rows.reshape(count, -1, *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)

@@ -8,7 +8,7 @@ from scipy.linalg import matrix_balance
 
 from hfc_design.core.numbers import Floats, Mask
 
-#: What a scenario may ask of its loops -> the number of ``loop_report``, whether more of it is
+#: What a scenario may ask of its loops -> the number of ``report``, whether more of it is
 #: worse, and between what it has to lie.
 ASKED = {
     "sensitivity": ("sensitivity", True, (1.0, 100.0)),
