@@ -1,7 +1,7 @@
 """Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import matrix_balance
@@ -176,12 +176,12 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
         return 0.0, 0.0
     one = loop._replace(c=-loop.c / size)
 
-    def answer(s: Floats) -> tuple[Sequence[Floats], Sequence[Floats]]:
+    def answer(s: Floats) -> "Parts":
         return (), (size * np.abs(1.0 / s - 1.0),)
 
     _, s = _looked_at(one.sensitivity(), np.concatenate(one.poles()), answer)
     (found,) = answer(s)[1]
-    return float(found.max()), float(found[0])
+    return float(np.nanmax(found)), float(found[0])
 
 
 def balanced(a: Floats) -> tuple[Floats, Floats]:
@@ -195,20 +195,20 @@ def balanced(a: Floats) -> tuple[Floats, Floats]:
     return np.asarray(even, float), np.asarray(units, float)
 
 
-#: Of sensitivities: parts whose changes of sign are looked for, and those whose largest is.
-Sought = Callable[[Floats], tuple[Sequence[Floats], Sequence[Floats]]]
+#: Parts whose changes of sign are looked for, and those whose largest is.
+Parts: TypeAlias = tuple[Sequence[Floats], Sequence[Floats]]
 
 
-def _of_a_loop(s: Floats) -> tuple[Sequence[Floats], Sequence[Floats]]:
+def _of_a_loop(s: Floats) -> Parts:
     loop = 1.0 / s - 1.0
     crossed = loop.imag, np.log(np.abs(loop)), np.log(np.abs(1.0 - s) / BAND)
     return crossed, (np.abs(s), np.abs(2.0 * s - 1.0))
 
 
 def _looked_at(
-    at: Callable[[Floats], Floats], poles: Floats, sought: Sought
+    at: Callable[[Floats], Floats], poles: Floats, sought: Callable[[Floats], Parts]
 ) -> tuple[Floats, Floats]:
-    """Angles to look at and sensitivities there; ever closer where something is sought."""
+    """Angles to look at and sensitivities there; ever closer where parts of these are sought."""
     turning = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.5)]
     beside = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
     angles = np.unique(np.concatenate([np.pi * FREQUENCIES, beside.ravel()]))
