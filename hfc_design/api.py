@@ -55,8 +55,7 @@ from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
 from hfc_design.simulation.usable import usable
-from hfc_design.stability.loop_report import LoopMargins
-from hfc_design.stability.report import StableGains
+from hfc_design.stability.report import LoopMargins, StableGains
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
 Plant = Drive

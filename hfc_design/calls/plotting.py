@@ -14,8 +14,7 @@ from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluation import EVALUATED, Evaluation
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
-from hfc_design.stability.loop_report import LoopMargins
-from hfc_design.stability.report import StableGains
+from hfc_design.stability.report import LoopMargins, StableGains
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 from hfc_design.core.arguments import positive
 from hfc_design.core.dotted import Changes
 from hfc_design.core.records import UserError
-from hfc_design.stability.loop_report import LoopMargins
-from hfc_design.stability.report import StableGains, drive_of
+from hfc_design.stability.report import LoopMargins, StableGains, drive_of
 from hfc_design.stability.stable_range import stable_range
 
 if TYPE_CHECKING:

@@ -12,11 +12,11 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.asked_margins import AskedMargins
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.search.newton import Linear
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing

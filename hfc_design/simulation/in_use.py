@@ -15,7 +15,7 @@ from hfc_design.simulation.one_motion import InMotion, plain
 from hfc_design.simulation.repeats import Repeats, chaos_told
 from hfc_design.simulation.settling import several
 from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES, Stressed, breaking
-from hfc_design.stability.loop_report import LoopMargins
+from hfc_design.stability.report import LoopMargins
 
 #: What motions that never rest may not show.
 UNSTABLE = (

@@ -133,7 +133,6 @@ class _Machines:
         self._code, self._numbers = self._loop.apart
         self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
         self._given = told, true, np.float64(self.every), rows
-        self._rows = [_lane(rows, k) for k in range(len(speeds))]
         #: About the command that a speed takes, where a drive tells its highest one.
         self._pushes = np.zeros(speeds.shape[1])
         for k, (drive, own) in enumerate(zip(loop.machine.drives, told, strict=True)):
@@ -143,11 +142,21 @@ class _Machines:
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
 
     def begun(self, factor: float) -> Floats:
-        """(lanes, states + axes) where all has the speeds times a factor, and about a command."""
-        pushes = self.speeds * self._pushes if factor == 1.0 else 0.0 * self.speeds
-        each = zip(self._rows, factor * self.speeds, pushes, strict=True)
-        states = np.array([_begun(self._loop, *own) for own in each])
-        return np.concatenate([states, pushes], axis=1)
+        """(lanes, states + axes) with nothing remembered, where all has the speeds times a factor.
+
+        And about the commands that these take.
+        """
+        speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
+        drives, states = self._loop.machine.drives, []
+        for drive, state, own in zip(drives, self._given[-1].start, speeds.T, strict=True):
+            rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+            states.append(state._replace(**dict.fromkeys(rates, own)))
+        whole = start(self._loop, 0.0, tuple(states))._replace(commands=())
+        # An amplifier at its limit would not answer: see plants.five_axis.
+        moving = tuple(map(commanded, whole.states, pushes.T))
+        leaves = *jax.tree.leaves(whole._replace(states=moving)), *pushes.T
+        each = [np.broadcast_to(np.asarray(leaf, float), len(speeds)) for leaf in leaves]
+        return np.stack(each, axis=1)
 
     def near(self, x: Floats) -> _Near:
         """What is near states and commands."""
@@ -256,29 +265,10 @@ def _unlimited(controller: Any) -> Any:
     return controller._replace(**own | {key: x for key, x in none.items() if key in own})
 
 
-def _begun(loop: Loop, row: Samples, speeds: Floats, commands: Floats) -> Floats:
-    """The numbers of a machine with nothing remembered, all of whose parts have its speeds."""
-    states = []
-    for drive, state, speed in zip(loop.machine.drives, row.start, speeds, strict=True):
-        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
-        states.append(state._replace(**dict.fromkeys(rates, float(speed))))
-    whole = start(loop, 0.0, tuple(states))._replace(commands=())
-    # An amplifier at its limit would not answer: see plants.five_axis.
-    pairs = zip(whole.states, commands, strict=True)
-    whole = whole._replace(states=tuple(commanded(own, float(x)) for own, x in pairs))
-    return np.array(ravel_pytree(whole)[0], np.float64)
-
-
-def _lane(tree: Any, k: int) -> Any:
-    return jax.tree.map(lambda leaf: leaf[k], tree)
-
-
 def _errors(view: Any) -> Integers:
     """Places of the errors of all axes among the signals."""
-    axes, path = jax.tree.map(lambda leaf: 0.0, view)
-    marked = tuple(own | {"error": float(k)} for k, own in enumerate(axes, 1))
-    flat = np.array(ravel_pytree((marked, path))[0])
-    return np.array([int(np.flatnonzero(flat == k)[0]) for k in range(1, len(axes) + 1)])
+    keys = (path[-1] for path, _ in jax.tree_util.tree_flatten_with_path(view)[0])
+    return np.array([k for k, key in enumerate(keys) if getattr(key, "key", "") == "error"])
 
 
 def _along(a: Floats, errors: Floats) -> Floats:
@@ -332,7 +322,7 @@ def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers
     living = _living(begins)
     first, size = np.array([*living.values()], float), len(living)
     memory, rows = slice(size), jax.tree.map(_rows, gains)
-    signals_of, seen = jax.tree.flatten(_lane(near.view, 0))
+    signals_of, seen = jax.tree.flatten(near.view)
     count = size + len(signals_of)
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats]:
@@ -368,7 +358,8 @@ def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers
             move = solved(np.nan_to_num(matrix), -np.nan_to_num(left))
             there = x + share[:, None] * move
             found = at(there)
-            better = _size(found[0] / size_of) < _size(left / size_of)
+            new, old = (np.linalg.norm(each / size_of, axis=1) for each in (found[0], left))
+            better = np.nan_to_num(new, nan=np.inf) < np.nan_to_num(old, nan=np.inf)
             share = np.where(better, np.minimum(2.0 * share, 1.0), 0.25 * share)
             for old, new in zip((x, left, matrix, slopes), (there, *found), strict=True):
                 old[better] = new[better]
@@ -395,32 +386,22 @@ def _rows(leaf: Any) -> Any:
     return leaf if np.ndim(leaf) == 1 else tuple(map(_rows, leaf))
 
 
-def _size(left: Floats) -> Floats:
-    size = np.linalg.norm(left, axis=1)
-    return np.where(np.isfinite(size), size, np.inf)
+def loops(near: Steady, own: Controllers, lane: int) -> list[tuple[OpenLoop, OpenLoop]]:
+    """Of each axis of a lane its loop, opened at its command while the others are closed.
 
-
-def opened(near: Steady, own: Controllers, lane: int) -> list[OpenLoop]:
-    """The loop of a lane, opened at the command of each axis while the others are closed."""
-    a, b, c = _together(near, own, lane)
+    And the closed loop from its load to its position.
+    """
+    size, more = near.a.shape[-1], own.a.shape[-1]
+    c = np.hstack([own.d[lane] @ near.c[lane], own.c[lane]])
+    a = np.block(
+        [[near.a[lane], np.zeros((size, more))], [own.b[lane] @ near.c[lane], own.a[lane]]]
+    )
+    b, loads, places = (
+        np.pad(x, ((0, more), (0, 0))) for x in (near.b[lane], near.e[lane], near.d[lane].T)
+    )
     found = []
     for k in range(b.shape[1]):
         others = np.arange(b.shape[1]) != k
-        found.append(OpenLoop(a + b[:, others] @ c[others], b[:, k], c[k]))
+        opened = OpenLoop(a + b[:, others] @ c[others], b[:, k], c[k])
+        found.append((opened, OpenLoop(a + b @ c, loads[:, k], places[:, k])))
     return found
-
-
-def pushed(near: Steady, own: Controllers, lane: int) -> list[OpenLoop]:
-    """The closed loop of a lane from the load of each axis to its position."""
-    a, b, c = _together(near, own, lane)
-    more = [(0, len(a) - len(near.a[lane]))]
-    loads, places = np.pad(near.e[lane], (*more, (0, 0))), np.pad(near.d[lane], ((0, 0), *more))
-    return [OpenLoop(a + b @ c, *each) for each in zip(loads.T, places, strict=True)]
-
-
-def _together(near: Steady, own: Controllers, lane: int) -> tuple[Floats, Floats, Floats]:
-    """Machine and controller of a lane with all commands open: states, commands, answers."""
-    a, b, c = near.a[lane], near.b[lane], near.c[lane]
-    size, more = len(a), own.a.shape[-1]
-    whole = np.block([[a, np.zeros((size, more))], [own.b[lane] @ c, own.a[lane]]])
-    return whole, np.pad(b, ((0, more), (0, 0))), np.hstack([own.d[lane] @ c, own.c[lane]])

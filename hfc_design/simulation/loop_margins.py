@@ -1,10 +1,18 @@
-"""Margins of a design's loop as it is simulated, at the speeds of a scenario's motions."""
+"""Margins of a design's loop as it is simulated, at the speeds of a scenario's motions.
 
+Exact ones of a design, and those that a scenario asks for, of a whole population before anything of
+it is simulated. For these the machine with its sensors, which is the same for all individuals, is a
+response at some frequencies, and a controller is small beside it. What is between the frequencies
+is interpolated, so that a little more is asked than the scenario does.
+"""
+
+from copy import copy
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
+from hfc_design.controllers.controller import Controller
 from hfc_design.core.numbers import Floats, Gains, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import AnyDesign
@@ -13,11 +21,11 @@ from hfc_design.files.pairing import controller_of, load_design, machine, with_c
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.linearised import Controllers, Steady, controlled, opened, pushed, steady
+from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
 from hfc_design.simulation.population import Machines, one_machine, standing
 from hfc_design.simulation.sensors import largest_command
-from hfc_design.stability.loop_report import At, LoopMargins, band, numbers
-from hfc_design.stability.margins import OpenLoop, largest, margins
+from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins
+from hfc_design.stability.report import At, LoopMargins, band, numbers
 
 #: Machines beside the nominal one that the band is of.
 BAND = 20
@@ -27,6 +35,8 @@ ALIKE = 1.01
 STANDS = 0.01
 #: A response that is nowhere larger is none.
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
+#: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
+FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
 OPEN = "the law does not answer a small error there, so that the loop is open"
 
@@ -79,32 +89,15 @@ def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float,
     return jax.tree.map(own, whole)._replace(axes=tuple(axes), **rest)
 
 
-class Near(NamedTuple):
-    """A loop on machines at operating points, the points of a machine one after the other."""
-
-    machines: Steady
-    points: list[Point]
-    loop: Loop
-    told: object  # what the controller believes of the machine
-
-
-def near(loop: Loop, machines: Machines, points: list[Point]) -> Near:
-    """The machines of a loop, linearised without a controller."""
+def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
+    """The machines of a loop without a controller, at the points of each one after the other."""
     count = machines.size
     true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.true)
     rows = jax.tree.map(
         lambda *leaves: np.stack([np.asarray(x, float) for x in leaves] * count),
         *(point.row for point in points),
     )
-    speeds = np.array([point.speeds for point in points] * count)
-    return Near(steady(loop, machines.told, true, rows, speeds), points, loop, machines.told)
-
-
-def controllers(about: Near, gains: Gains) -> Controllers:
-    """The controller of one individual at all points of all machines."""
-    lanes = np.zeros(len(about.machines.found), int)
-    every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
-    return controlled(about.loop, about.told, every, about.machines)
+    return steady(loop, machines.told, true, rows, np.array([x.speeds for x in points] * count))
 
 
 def loop_margins(
@@ -128,12 +121,16 @@ def loop_margins(
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", design.controller.kind)]
     with own_code(" cannot be linearised", *parts):
-        about = near(loop, standing(machines, scenario, loop), operating_points(scenario))
-        own = controllers(about, gains)
-    rows, count, axes = [], len(about.points), scenario.machine.axes
-    for n, point in enumerate(about.points):
-        lanes = [(n + k * count, machines.take(k)) for k in range(machines.size)]
-        each = [_at(scenario, about, own, *lane) for lane in lanes]
+        points = operating_points(scenario)
+        about = near(loop, standing(machines, scenario, loop), points)
+        lanes = np.zeros(len(about.found), int)
+        every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
+        own = controlled(loop, machines.told, every, about)
+    rows, count, axes = [], len(points), scenario.machine.axes
+    for n, point in enumerate(points):
+        each = [
+            _at(scenario, about, own, n + k * count, machines.take(k)) for k in range(machines.size)
+        ]
         for axis, of_axis in zip(axes, zip(*each, strict=True), strict=True):
             (why, nominal, open_loop), *others = of_axis
             known = [told for _, told, _ in others if told]
@@ -141,20 +138,21 @@ def loop_margins(
             rows.append(At(point.name, name, why, nominal, band(known), open_loop))
     units = scenario.units.signals
     load = f"({units['load']})" if " " in units["load"] else units["load"]
-    every, unit = scenario.simulation.sample_time_s, f"{units['error']}/{load}"
-    return LoopMargins(rows, every, scenario.plant.name, unit, machines.size - 1)
+    unit = f"{units['error']}/{load}"
+    return LoopMargins(
+        rows, scenario.simulation.sample_time_s, scenario.plant.name, unit, machines.size - 1
+    )
 
 
 def _at(
-    scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines
+    scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
     """Of each axis why it has no margins, else its numbers and its loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
     if why := _why(scenario, about, own, lane, machine):
         return [(why, {}, None)] * len(axes)
     found: list[tuple[str, Json, OpenLoop | None]] = []
-    pairs = zip(opened(about.machines, own, lane), pushed(about.machines, own, lane), strict=True)
-    for loop, of_load in pairs:
+    for loop, of_load in loops(about, own, lane):
         if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
             found.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
@@ -162,18 +160,12 @@ def _at(
     return found
 
 
-def _why(scenario: Scenario, about: Near, own: Controllers, lane: int, machine: Machines) -> str:
+def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
-    if not about.machines.found[lane]:
+    if not about.found[lane]:
         return "no steady motion was found there, so that the loop cannot be linearised"
-    pairs = zip(
-        scenario.machine.axes,
-        scenario.machine.drives,
-        machine.true,
-        about.machines.commands[lane],
-        strict=True,
-    )
-    for name, drive, parameters, command in pairs:
+    pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, strict=True)
+    for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))
         if not low <= command <= high:
             unit = drive.units["command"]
@@ -181,3 +173,88 @@ def _why(scenario: Scenario, about: Near, own: Controllers, lane: int, machine: 
     if not own.found[lane]:
         return "the law was not found to hold it there, so that it cannot be linearised"
     return ""
+
+
+class AskedMargins:
+    """The loop of a scenario on its nominal machine, and what its margins have to be."""
+
+    def __init__(self, scenario: Scenario, loop: Loop):
+        machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
+        last = len(points) - 1
+        some = [points[k] for k in sorted({0, min(1, last), (last + 1) // 2, last})]
+        self._machines = every = near(loop, machines, some)
+        self._loop, self._told, self._asked = loop, machines.told, scenario.margins
+        poles = np.linalg.eigvals(every.a).ravel()
+        light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
+        self._angles = np.unique(np.append(np.pi * FREQUENCIES, np.angle(light)))
+        z = np.exp(1j * self._angles)[:, None, None]
+        unit = np.eye(every.a.shape[-1])
+        #: (points, frequencies, signals, axes) signals that commands bring about.
+        self._answers = every.c[:, None] @ np.linalg.solve(
+            z * unit - every.a[:, None], every.b[:, None].astype(complex)
+        )
+
+    def of(self, controller: Controller) -> "AskedMargins":
+        """The same with another controller."""
+        found = copy(self)
+        found._loop = self._loop._replace(controller=controller)
+        return found
+
+    def broken(self, gains: Gains) -> Floats:
+        """(individuals,) by how much each breaks what is asked, 0 for nothing."""
+        found = self.margins(gains)
+        total = np.zeros(jax.tree.leaves(gains)[0].shape[-1])
+        for name, limit in self._asked.items():
+            value, more = found[name], ASKED[name][1]
+            with np.errstate(divide="ignore"):
+                over = value / limit * STRICTER if more else limit * STRICTER / value
+            worst = np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf).max(axis=1, initial=0.0)
+            total += 1.0 - 1.0 / (1.0 + worst.reshape(len(total), -1).max(axis=1))
+        return total
+
+    def margins(self, gains: Gains) -> dict[str, Floats]:
+        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised."""
+        points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
+        every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
+        machines: Steady = jax.tree.map(
+            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
+        )
+        with np.errstate(all="ignore"):
+            own = controlled(self._loop, self._told, every, machines)
+            found = self._margins(own, count)
+        known = (own.found & machines.found)[:, None]
+        return {name: np.where(known, each, np.nan) for name, each in found.items()}
+
+    def _margins(self, own: Controllers, count: int) -> dict[str, Floats]:
+        """(lanes, axes) of each margin."""
+        through = _responses(own, self._answers, self._angles, count)
+        whole = np.eye(through.shape[-1]) - through
+        others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
+        sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
+        sensitivity = sensitivity / np.linalg.det(whole)[..., None]
+        loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
+        gain, unity, lags = crossings(self._angles, loop)
+        found = {
+            "gain_margin": np.where(gain > 1.0, gain, np.inf),
+            "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
+            "delay_margin_samples": lags / unity,
+        }
+        least = {name: np.fmin.reduce(each, -1, initial=np.inf) for name, each in found.items()}
+        return {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+
+
+def _peaks(sizes: Floats) -> Floats:
+    """(lanes, axes) the tops of (lanes, frequencies, axes), of a parabola through each three."""
+    before, here, after = (np.log(sizes[:, k : k - 2 or None]) for k in range(3))
+    top, steep, bent = here, 0.5 * (after - before), after + before - 2.0 * here
+    top = here - np.where((bent < 0.0) & (np.abs(steep) <= -bent), 0.5 * steep**2 / bent, 0.0)
+    return np.maximum(np.exp(top.max(axis=1)), sizes.max(axis=1))
+
+
+def _responses(own: Controllers, answers: Floats, angles: Floats, count: int) -> Floats:
+    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
+    z, unit = np.exp(1j * angles)[:, None, None], np.eye(own.a.shape[-1])
+    told = own.c.swapaxes(1, 2)[:, None].astype(complex)
+    inner = np.linalg.solve(z * unit - own.a.swapaxes(1, 2)[:, None], told).swapaxes(2, 3)
+    rows = own.d[:, None] + inner @ own.b[:, None]
+    return (rows.reshape(count, -1, *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)

@@ -37,7 +37,7 @@ from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
 from hfc_design.simulation.stress import AT_ONCE, longest, stressed
 from hfc_design.simulation.stressed import NO
 from hfc_design.simulation.why_not import why_not
-from hfc_design.stability.loop_report import LoopMargins
+from hfc_design.stability.report import LoopMargins
 
 #: Of a scenario that says nothing about tolerances.
 SPREAD, MACHINES = 0.2, 200

@@ -15,7 +15,6 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask, Parameters
-from hfc_design.core.plugins import own_code
 from hfc_design.core.quantities import WRITTEN
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm
@@ -30,7 +29,7 @@ from hfc_design.simulation.missed import three_digits
 from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import several
-from hfc_design.stability.sliding import Slides
+from hfc_design.stability.nominal import nominal
 from plants import Drive
 
 #: Fewer machines say nothing of a tolerance; fewer that fail have nothing in common.
@@ -43,8 +42,8 @@ END = 0.25
 HALVED, SOME = 3, 64
 #: What a motion needs is told from this share of a limit on.
 NEAR = 0.7
-#: Rows and lines of a kind that are told, and integration steps in a sample for a linear drive.
-ROWS, LINES, STEPS = 8, 3, 16
+#: Rows and lines of a kind that are told.
+ROWS, LINES = 8, 3
 #: Rounded up and down to three digits; a limit that is 0, to divide by.
 UP, DOWN, TINY = 1.005, 0.995, 1e-300
 
@@ -296,24 +295,14 @@ def needed(
     missing is what an elastic transmission or a current that rises asks for.
     """
     rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
-    highest, dt = float(np.abs(rate).max()), every / STEPS
-    with (
-        suppress(UserError, np.linalg.LinAlgError),
-        own_code(" cannot be linearised", ("plant", drive.name)),
-        jax.enable_x64(True),
-    ):
-        slides = Slides(drive, parameters)
+    highest = float(np.abs(rate).max())
+    with suppress(UserError):
         for way in np.unique(np.sign(rate[rate != 0.0])).tolist() or [1.0]:
-            steady = slides.motion(way * highest, dt) if highest else slides.slowest(dt)
-            if steady is None:
-                continue
-            a, b, load = slides.step(steady.state, steady.command, dt)[1:]
-            velocity = slides.asks(a, b, dt * steady.along)
-            rising = 0.5 * dt**2 * steady.along + dt * velocity.state
-            own = velocity.command * rate + slides.asks(a, b, -load).command * motion.loads[0]
-            own += (steady.command - steady.speed * velocity.command) * (rate != 0.0)
+            model = nominal(drive, parameters, every, way * highest or None)
+            own = model.velocity.command * rate + model.load.command * motion.loads[0]
+            own += model.coulomb.command * (rate != 0.0)
             if motion.reference_acceleration is not None:
-                own += slides.asks(a, b, rising).command * motion.reference_acceleration
+                own += model.acceleration.command * motion.reference_acceleration
             command = np.where(way * rate >= 0.0, own, command)
     low, high = drive.largest_commands(parameters, most)
     pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)

@@ -1,14 +1,14 @@
 """Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Mask
 
-#: What a scenario may ask of its loops -> the number of ``loop_report``, whether more of it is
+#: What a scenario may ask of its loops -> the number of ``report``, whether more of it is
 #: worse, and between what it has to lie.
 ASKED = {
     "sensitivity": ("sensitivity", True, (1.0, 100.0)),
@@ -27,7 +27,9 @@ FREQUENCIES = np.geomspace(1e-6, 1.0, 601)
 #: loop is large there may be a thousandth of its frequency wide.
 BESIDE = np.concatenate([way * np.geomspace(0.03, 30.0, 25) for way in (-1.0, 1.0)])
 #: How often what is found between two frequencies is sought again, between ever nearer ones.
-CLOSER, BETWEEN = 5, np.linspace(0.0, 1.0, 21)
+CLOSER, BETWEEN = 5, np.linspace(0.0, 1.0, 21)[1:-1]
+#: Cosine of the turn from which on a loop has gone half around, past a pole.
+HALF = -0.999
 #: The size of a closed loop at the end of its band: -3 dB.
 BAND = 10.0**-0.15
 
@@ -103,36 +105,66 @@ def margins(loop: OpenLoop) -> Margins:
     loop = loop.reduced()
     before, after = loop.poles()
     after = after[np.argsort(-np.abs(after), kind="stable")]
-    at, angles = loop.sensitivity(), _angles(np.concatenate([before, after]))
-    response = at(angles)
-    real = [
-        *_crossings(at, angles, response, lambda s: (1.0 / s).imag),
-        np.pi,
-    ]  # at pi it always is
+    at = loop.sensitivity()
+    angles, s = _looked_at(at, np.concatenate([before, after]), _of_a_loop)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors, unity, lags = crossings(angles, 1.0 / s - 1.0)
+        (*_, closed), (sizes, skew) = _of_a_loop(s)
     if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1:].sum() > INTEGRATES:
-        real.append(0.0)
-    sizes = 1.0 - (1.0 / at(np.array(real))).real
-    factors = [1.0 / x for x in sizes if 1.0 / NO_MARGIN < x < NO_MARGIN]
-    unity = np.array(_crossings(at, angles, response, lambda s: np.log(np.abs(1.0 / s - 1.0))))
-    lags = np.angle(1.0 / at(unity) - 1.0, deg=True) + 180.0
-    ahead = lags % 360.0  # what a delay may still turn it, one way only
-    off = np.minimum(ahead, 360.0 - ahead)
-    closed = _crossings(at, angles, response, lambda s: np.log(np.abs(1.0 - s) / BAND))
-    peak = _largest(at, angles, np.abs)
-    skew = _largest(at, angles, lambda s: np.abs(2.0 * s - 1.0))
+        factors = np.append(factors, 1.0 / (1.0 - (1.0 / at(np.zeros(1))).real))
+    factors = factors[(factors > 1.0 / NO_MARGIN) & (factors < NO_MARGIN)]
+    crossed, share = _between(closed)
+    peak = int(np.nanargmax(sizes))
     return Margins(
         bool(np.abs(after[:1]).sum() < 1.0),
         after.tolist(),
-        min((float(x) for x in factors if x > 1.0), default=None),
-        max((float(x) for x in factors if x < 1.0), default=None),
-        float(off.min()) if len(unity) else None,
-        float((np.radians(ahead) / unity).min()) if len(unity) else None,
-        float(np.abs(at(np.array([peak])))[0]),
-        peak,
-        float(2.0 / np.abs(2.0 * at(np.array([skew])) - 1.0)[0]),
-        min(closed, default=None),
-        float(unity.max()) if len(unity) else None,
+        _end(factors[factors > 1.0], np.min),
+        _end(factors[factors < 1.0], np.max),
+        _end(np.degrees(np.minimum(lags, 2.0 * np.pi - lags)), np.min),
+        _end(lags / unity, np.min),
+        float(sizes[peak]),
+        float(angles[peak]),
+        float(2.0 / np.nanmax(skew)),
+        _end(_place(angles, share)[crossed], np.min),
+        _end(unity, np.max),
     )
+
+
+def _end(values: Floats, which: Callable[..., Any]) -> float | None:
+    """The least or the largest; None of none."""
+    values = values[np.isfinite(values)]
+    return float(which(values)) if len(values) else None
+
+
+def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
+    """Of loops (..., angles), between neighbouring angles and nan where there is nothing:
+
+    Factors on the gain that lead a loop through -1, at the last angle too, which is pi; angles
+    where its size is 1, and what it lags less than -1 there [rad], 0 to 2 pi.
+    """
+    with np.errstate(all="ignore"):
+        turn = loop[..., 1:] / loop[..., :-1]
+        crossed, share = _between(np.log(np.abs(loop)))
+        unity = np.where(crossed, _place(angles, share), np.nan)
+        lags = (np.angle(loop[..., :-1] * turn**share) + np.pi) % (2.0 * np.pi)
+        crossed, share = _between(loop.imag)
+        real = loop.real[..., :-1] + share * np.diff(loop.real)
+        real = np.where(crossed & (turn.real > HALF * np.abs(turn)), real, np.nan)
+        factors = -1.0 / np.concatenate([real, loop.real[..., -1:]], axis=-1)
+    return factors, unity, np.where(np.isnan(unity), np.nan, lags)
+
+
+def _between(part: Floats) -> tuple[Mask, Floats]:
+    """Where it changes its sign behind an angle, and at which share of the way to the next."""
+    crossed = (part[..., :-1] > 0.0) != (part[..., 1:] > 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = part[..., :-1] / (part[..., :-1] - part[..., 1:])
+    return crossed, np.clip(share, 0.0, 1.0)
+
+
+def _place(angles: Floats, share: Floats) -> Floats:
+    """Angles at shares of the ways between neighbouring ones."""
+    return np.asarray(angles[:-1] * (angles[1:] / angles[:-1]) ** share)
 
 
 def largest(loop: OpenLoop) -> tuple[float, float]:
@@ -143,11 +175,13 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
     if not size > 0.0:
         return 0.0, 0.0
     one = loop._replace(c=-loop.c / size)
-    at = one.sensitivity()
-    angles = _angles(np.concatenate(one.poles()))
-    peak = _largest(at, angles, lambda s: np.abs(1.0 / s - 1.0))
-    found = size * np.abs(1.0 / at(np.array([peak, angles[0]])) - 1.0)
-    return float(found[0]), float(found[1])
+
+    def answer(s: Floats) -> "Parts":
+        return (), (size * np.abs(1.0 / s - 1.0),)
+
+    _, s = _looked_at(one.sensitivity(), np.concatenate(one.poles()), answer)
+    (found,) = answer(s)[1]
+    return float(np.nanmax(found)), float(found[0])
 
 
 def balanced(a: Floats) -> tuple[Floats, Floats]:
@@ -161,49 +195,37 @@ def balanced(a: Floats) -> tuple[Floats, Floats]:
     return np.asarray(even, float), np.asarray(units, float)
 
 
-def _angles(poles: Floats) -> Floats:
-    """Angles to look at."""
+#: Parts whose changes of sign are looked for, and those whose largest is.
+Parts: TypeAlias = tuple[Sequence[Floats], Sequence[Floats]]
+
+
+def _of_a_loop(s: Floats) -> Parts:
+    loop = 1.0 / s - 1.0
+    crossed = loop.imag, np.log(np.abs(loop)), np.log(np.abs(1.0 - s) / BAND)
+    return crossed, (np.abs(s), np.abs(2.0 * s - 1.0))
+
+
+def _looked_at(
+    at: Callable[[Floats], Floats], poles: Floats, sought: Callable[[Floats], Parts]
+) -> tuple[Floats, Floats]:
+    """Angles to look at and sensitivities there; ever closer where parts of these are sought."""
     turning = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.5)]
     beside = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
-    whole = np.unique(np.concatenate([np.pi * FREQUENCIES, beside.ravel()]))
-    return whole[(whole > 0.0) & (whole <= np.pi)]
-
-
-#: What of a sensitivity is looked for.
-Part = Callable[[Floats], Floats]
-
-
-def _crossings(
-    at: Callable[[Floats], Floats], angles: Floats, response: Floats, part: Part
-) -> list[float]:
-    """Angles at which a part changes its sign, and not because it is infinite between."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = part(response)
-    finite = np.isfinite(values[:-1]) & np.isfinite(values[1:])
-    found = []
-    for k in np.flatnonzero(finite & ((values[:-1] < 0.0) != (values[1:] < 0.0))):
-        low, high, ends = angles[k], angles[k + 1], values[k : k + 2]
-        for _ in range(CLOSER):
-            places = low + (high - low) * BETWEEN
-            with np.errstate(divide="ignore", invalid="ignore"):
-                inside = part(at(places))
-            # As they were seen to be: found alone, one near 0 may have another sign.
-            inside[0], inside[-1] = ends
-            n = int(np.flatnonzero((inside[:-1] < 0.0) != (inside[1:] < 0.0))[0])
-            low, high, ends = places[n], places[n + 1], inside[n : n + 2]
-        if np.abs(ends).max() <= 2.0 * max(np.abs(values[k : k + 2]).max(), 1e-9):
-            found.append(float(low - ends[0] * (high - low) / (ends[1] - ends[0])))
-    return found
-
-
-def _largest(at: Callable[[Floats], Floats], angles: Floats, part: Part) -> float:
-    """The angle at which a part is largest."""
+    angles = np.unique(np.concatenate([np.pi * FREQUENCIES, beside.ravel()]))
+    angles = angles[(angles > 0.0) & (angles <= np.pi)]
+    s = at(angles)
     for _ in range(CLOSER):
-        k = int(np.nanargmax(part(at(angles))))
-        ends = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
-        best, angles = (
-            float(angles[k]),
-            np.append(ends[0] + (ends[1] - ends[0]) * BETWEEN, angles[k]),
-        )
-        angles.sort()
-    return best
+        wanted = np.zeros(len(angles) - 1, bool)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossed, peaks = sought(s)
+        for part in crossed:
+            wanted |= _between(part)[0]
+        for part in peaks:
+            k = int(np.nanargmax(part))
+            wanted[max(k - 1, 0) : k + 1] = True
+        low, wide = angles[:-1][wanted], np.diff(angles)[wanted]
+        more = np.setdiff1d(low[:, None] + wide[:, None] * BETWEEN, angles)
+        angles, s = np.append(angles, more), np.append(s, at(more))
+        order = np.argsort(angles)
+        angles, s = angles[order], s[order]
+    return angles, s

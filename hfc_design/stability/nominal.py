@@ -5,26 +5,31 @@ At a creep its slope is negative where it falls towards the Coulomb level (Strib
 is linearised at the speed from which on the part of the command that grows with the speed is the
 larger one: friction slides there, as it does at every higher speed. ``Drive.step`` itself is
 differentiated, in float64; the steps of converters and encoders are no part of it, because a
-rounding has the slope 0 everywhere and 1 in the mean. Nor is cogging, which is 0 in the mean over
-the way (``averaged``).
+rounding has the slope 0 everywhere and 1 in the mean.
+
+Nor is cogging, which keeps a drive from ever moving steadily: it comes and goes while the drive
+slides. So steps from many places along the way are taken together, with the weights of a window
+(the square of Hann's) whose sum over any wave that is long beside the places' distance and short
+beside the way is 0.
 """
 
-from functools import lru_cache
-from typing import NamedTuple
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
-from hfc_design.stability.averaged import averaged
-from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step, balanced
+from hfc_design.stability.margins import balanced
 from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
 SUBSTEPS, MOST_SUBSTEPS = 16, 1024
+REFUSED = "the drive {} cannot be linearised: {}"
 #: What to do about a drive that never moves steadily, not even in the mean over its way.
 UNSTEADY = (
     "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
@@ -32,6 +37,230 @@ UNSTEADY = (
 )
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
+#: Speeds that are tried [of the position, per s], the highest first.
+SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
+#: Newton's steps towards a steady motion, and the change [1] at which it has come, or has come
+#: near enough.
+TRIES, SETTLED, NEAR = 20, 1e-9, 1e-5
+#: What counts as 0 beside numbers of size 1.
+RANK = 1e-9
+#: The speed that is looked for is known to this factor.
+CLOSE = 1.0 + 1e-9
+#: Places along the way, as shares of it.
+SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
+#: Ways that are tried [of the position]: one of them holds many waves, and of each many places. No
+#: round number, which a wave could share with the places.
+WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
+#: A force has the mean 0 along a way where so much of its slope is left.
+LEFT = 1e-3
+#: Ways that leave less are alike: what is left there is rounding, of which a longer way has more.
+NOTHING = 1e-9
+
+
+class Step(NamedTuple):
+    """One integration step from a state, and its derivatives."""
+
+    after: Floats  # (states,)
+    a: Floats  # (states, states)
+    b: Floats  # (states,)
+    load: Floats  # (states,)
+    along: Floats  # (states,) what a unit of way moves
+    changed: float  # by that, as a share of it; inf: there is no step
+
+
+class Motion(NamedTuple):
+    """A steady motion: the same speed, command and everything else from step to step."""
+
+    speed: float
+    state: Floats  # (states,) at position 0
+    command: float
+    along: Floats  # (states,) what a unit of way moves
+
+
+class Steady(NamedTuple):
+    """What a part of a motion asks for, once everything else has settled."""
+
+    command: float
+    state: Floats  # (states,)
+
+
+class Slides:
+    """A drive whose steps are differentiated, in the mean over a ``way``; where JAX has float64.
+
+    ``along`` (states,) is what a unit of way moves. Without it that is found in the mean over a way
+    that moves all encoders alike, where what is linear stays as it is.
+    """
+
+    def __init__(
+        self, drive: Drive, parameters: Parameters, way: float = 0.0, along: Floats | None = None
+    ):
+        fields, rows = type(drive.initial_state(0.0))._fields, reported(drive, parameters)
+        #: (states,) the position that is fed back.
+        self.seen, rate = (np.eye(len(fields))[fields.index(name)] for name in drive.seen)
+        told = {name: np.asarray(row, float) for name, row in rows.items()}
+        self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
+        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+        self._moving = np.array([float(name in rates) for name in fields])
+        places = {*drive.encoders, drive.position, drive.seen[0]}
+        moved = np.array([float(name in places) for name in fields]) if along is None else along
+        self._shifts = way * np.outer(SHARES if way else [0.0], moved)
+        self._taken, self._known = partial(differentiated, drive, parameters), along
+        self.fastest = partial(drive.fastest, parameters)
+
+    def step(self, state: Floats, command: float, dt: float) -> Step:
+        """From a state under a command, without a load; in the mean from all places.
+
+        There it does not matter from which one.
+        """
+        parts = self._taken(state, command, dt, self._shifts)[0]
+        after, a, b, load = map(np.asarray, parts)
+        if not all(np.isfinite(part).all() for part in parts):
+            return Step(after, a, b, load, self.seen, np.inf)
+        along, changed = self._along(a)
+        if len(self._shifts) > 1:
+            a, changed = a - np.outer(a @ along - along, self.seen), 0.0
+        return Step(after, a, b, load, along, changed)
+
+    def _along(self, a: Floats) -> tuple[Floats, float]:
+        """What a unit of way moves if a step changes by it as little as can be, and by how much.
+
+        (states,), and a share of it in units that make the step even. 0: all of the drive can be
+        shifted and nothing changes.
+        """
+        if self._known is not None:
+            return self._known, 0.0
+        a, units = balanced(a)
+        moved, others = a - np.eye(len(a)), self.seen == 0.0
+        along = self.seen.copy()
+        along[others] = -np.linalg.lstsq(moved[:, others], moved @ self.seen, RANK)[0]
+        off = np.linalg.norm(moved @ along) / np.linalg.norm(along)
+        return units * along / (units @ self.seen), float(off)
+
+    def left(self, dt: float) -> tuple[float, Floats]:
+        """Of what a unit of way changes in a step, what is left in the mean; and what it moves.
+
+        inf: it changes nothing in any step, or there is no step from some place.
+        """
+        mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
+        if not np.isfinite(slopes).all():
+            return np.inf, self.seen
+        a = np.asarray(mean[1])
+        along, _ = self._along(a)
+        each = np.linalg.norm(slopes @ along - along, axis=1)
+        left, whole = np.linalg.norm(a @ along - along), np.sqrt(np.mean(each**2))
+        return float(left / whole) if whole else np.inf, along
+
+    def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
+        """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found.
+
+        Newton's method begins with no force anywhere and, where that leads nowhere, with what is in
+        contact in the motion ``near`` it: within a backlash no command moves what is behind.
+        """
+        found = self._from(speed * self._moving, 0.0, speed, dt)
+        if found is None and near is not None:
+            state = near.state + (speed - near.speed) * self._moving
+            found = self._from(state, near.command, speed, dt)
+        return found
+
+    def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
+        moved = np.inf
+        for _ in range(TRIES):
+            one = self.step(state, command, dt)
+            if one.changed > RANK:
+                return None
+            off = np.append(state + speed * dt * one.along - one.after, -self.seen @ state)
+            try:
+                move = np.linalg.solve(self._bordered(one.a, one.b), off)
+            except np.linalg.LinAlgError:
+                return None
+            state, command = state + move[:-1], command + float(move[-1])
+            before, moved = moved, np.abs(move).max() / max(np.abs(state).max(), abs(command))
+            # Of a stiff drive, or of steps that begin far away, rounding moves more for ever.
+            if moved <= SETTLED or before <= moved <= NEAR:
+                return Motion(speed, state, command, one.along)
+        return None
+
+    def _bordered(self, a: Floats, b: Floats) -> Floats:
+        """Times a change of state and command it is what a step makes of it, and the position."""
+        return np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
+
+    def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
+        """State at position 0 and command with ``(a - 1) x + b u = change``."""
+        found = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
+        return Steady(float(found[-1]), found[:-1])
+
+    def slowest(self, dt: float) -> Motion | None:
+        """That of the lowest speed from which on the command's growing part is larger.
+
+        That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
+        v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
+        """
+        found, low = None, None
+        for speed in SPEEDS.tolist():
+            motion = self.motion(speed, dt, found)
+            if found is not None and motion is not None and not self._grows(motion, dt):
+                low = speed
+                break
+            found = motion or found
+        while found is not None and low is not None and found.speed > CLOSE * low:
+            speed = float(np.sqrt(low * found.speed))
+            motion = self.motion(speed, dt, found)
+            if motion is not None and self._grows(motion, dt):
+                found = motion
+            else:
+                low = speed
+        return found
+
+    def _grows(self, motion: Motion, dt: float) -> bool:
+        one = self.step(motion.state, motion.command, dt)
+        growing = motion.speed * self.asks(one.a, one.b, dt * motion.along).command
+        return bool(abs(motion.command - growing) <= abs(growing))
+
+
+def averaged(drive: Drive, parameters: Parameters, dt: float) -> Slides | None:
+    """The drive in the mean over that way over which what depends on the position has the mean 0.
+
+    None where nothing does, or it has no mean of 0 along any way, as a spring.
+    """
+    each = [
+        Slides(drive, parameters, way, Slides(drive, parameters, way).left(dt)[1]) for way in WAYS
+    ]
+    left = [max(one.left(dt)[0], NOTHING) for one in each]
+    best = int(np.argmin(left))
+    return each[best] if left[best] < LEFT else None
+
+
+@partial(jax.jit, static_argnums=0)
+def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
+    """(states,) what each signal of the drive takes of each state."""
+    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
+    states = jnp.ones(len(kind._fields))
+    rows: dict[str, Any] = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(states)
+    return rows
+
+
+@partial(jax.jit, static_argnums=0)
+def differentiated(
+    drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any, shifts: Any
+) -> Any:
+    """The state after a step, its derivatives by state, command and load in the mean.
+
+    And those by the state from each of the places, (places, states, states).
+    """
+    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
+
+    def step(x: Any, command: Any, load: Any) -> Any:
+        moved = drive.step(fixed, kind(*x), command, (load, load, load), dt)
+        return jnp.stack([jnp.asarray(part, float) for part in moved])
+
+    def both(shift: Any) -> Any:
+        about = (x + shift, command, 0.0)
+        return step(*about) - shift, *jax.jacfwd(step, argnums=(0, 1, 2))(*about)
+
+    parts = jax.vmap(both)(shifts)
+    turns = jnp.pi * (jnp.arange(len(shifts)) + 0.5) / len(shifts)
+    weights = jnp.sin(turns) ** 4 / jnp.sum(jnp.sin(turns) ** 4)
+    return [jnp.tensordot(weights, part, axes=1) for part in parts], parts[1]
 
 
 class Nominal(NamedTuple):
@@ -62,11 +291,19 @@ def nominal(
     """
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
-        slides = _slides(drive, parameters, sample_time)
-        motion, one, substeps = _found(slides, drive, parameters, sample_time, speed)
+        slides = Slides(drive, parameters)
+        found = _found(slides, sample_time, speed)
+        if found is None and (mean := averaged(drive, parameters, sample_time / SUBSTEPS)):
+            slides, found = mean, _found(mean, sample_time, speed)
+    if found is None:
+        at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
+        why = f"no steady motion was found at {at}; {UNSTEADY}"
+        raise UserError(REFUSED.format(drive.name, why))
+    motion, one, substeps = found
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
-        raise _refused(drive, "its command does not move all of what does not settle by itself")
+        why = "its command does not move all of what does not settle by itself"
+        raise UserError(REFUSED.format(drive.name, why))
     velocity = slides.asks(a, b, sample_time * motion.along)
     rising = 0.5 * sample_time**2 * motion.along + sample_time * velocity.state
     coulomb = Steady(
@@ -78,34 +315,22 @@ def nominal(
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
 
 
-def _slides(drive: Drive, parameters: Parameters, sample_time: float) -> Slides:
-    """The drive, or in the mean over its way where it never moves steadily otherwise."""
-    dt, plain = sample_time / SUBSTEPS, Slides(drive, parameters)
-    if plain.slowest(dt) is not None:
-        return plain
-    return averaged(drive, parameters, dt) or plain
-
-
-def _refused(drive: Drive, why: str) -> UserError:
-    return UserError(f"the drive {drive.name} cannot be linearised: {why}")
-
-
 def _found(
-    slides: Slides, drive: Drive, parameters: Parameters, sample_time: float, speed: float | None
-) -> tuple[Motion, Step, int]:
+    slides: Slides, sample_time: float, speed: float | None
+) -> tuple[Motion, Step, int] | None:
     """A steady motion, a step from it, and how many of them make a control sample."""
-    near = slides.slowest(sample_time / SUBSTEPS)
-    speed = speed or (None if near is None else near.speed)
+    dt = sample_time / SUBSTEPS
     if speed is None:
-        raise _refused(drive, f"no steady motion was found at any speed; {UNSTEADY}")
+        slowest = slides.slowest(dt)
+        if slowest is None:
+            return None
+        speed = slowest.speed
     substeps = SUBSTEPS
-    while drive.fastest(parameters, sample_time / substeps) < speed and substeps < MOST_SUBSTEPS:
+    while slides.fastest(sample_time / substeps) < abs(speed) and substeps < MOST_SUBSTEPS:
         substeps *= 2
-    motion = slides.motion(speed, sample_time / substeps, near)
-    if motion is None:
-        at = f"{speed:g} {drive.units['error_rate']}"
-        raise _refused(drive, f"no steady motion was found at {at}; {UNSTEADY}")
-    return motion, slides.step(motion.state, motion.command, sample_time / substeps), substeps
+    every = sample_time / substeps
+    motion = slides.motion(speed, every) or slides.motion(speed, every, slides.slowest(dt))
+    return motion and (motion, slides.step(motion.state, motion.command, every), substeps)
 
 
 def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
@@ -120,13 +345,8 @@ def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
 def _controllable(a: Floats, b: Floats) -> bool:
     """Whether the command moves everything that does not settle by itself (Hautus' test)."""
     a, units = balanced(a)
-    b = b / units
-    largest = np.abs(b).max()
-    if largest == 0.0:
-        return False
-    for pole in np.linalg.eigvals(a):
-        if abs(pole) >= 1.0 - SETTLES:
-            sizes = np.linalg.svd(np.column_stack([a - pole * np.eye(len(a)), b / largest]))[1]
-            if sizes[-1] <= RANK * sizes[0]:
-                return False
-    return True
+    b = b / units / (np.abs(b / units).max() or 1.0)
+    lasting = [pole for pole in np.linalg.eigvals(a) if abs(pole) >= 1.0 - SETTLES]
+    each = [np.column_stack([a - pole * np.eye(len(a)), b]) for pole in lasting]
+    ranks = [np.linalg.matrix_rank(one, RANK * np.linalg.norm(one, 2)) for one in each]
+    return all(rank == len(a) for rank in ranks)

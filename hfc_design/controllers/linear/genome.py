@@ -11,7 +11,7 @@ import numpy as np
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
 from hfc_design.controllers.genome import Genome
 from hfc_design.controllers.kind import Target
-from hfc_design.controllers.linear import model as of_drive
+from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.record import FORWARD, MULTIPLES, LinearSettings
 from hfc_design.controllers.linear.regulator import BEHIND
@@ -43,9 +43,9 @@ class LinearGenome(GainsGenome):
         self.drive, self.every = target.machine.drives[0], target.sample_time
         self.model = nominal(self.drive, target.parameters[0], self.every, settings.speed)
         self._prepare()
-        low, high = (share / self.every for share in of_drive.BANDWIDTHS)
+        low, high = (share / self.every for share in regulator.BANDWIDTHS)
         #: Bandwidth [1/s] where a search starts, and the largest.
-        self.bandwidths = of_drive.bandwidth(self.model, self.every), high
+        self.bandwidths = regulator.bandwidth(self.model, self.every), high
         three = (low, high, self.bandwidths[0])
         found = self._searched(*(self._one(speed) for speed in three))
         multiples = FORWARD if settings.expected_load else FORWARD[:-1]
@@ -120,7 +120,7 @@ class LinearGenome(GainsGenome):
         values = self.values(population)
         own = self._feedback(values)
         each = {name: own[name] for name in self.signals}
-        forward = of_drive.ahead(self.model, each)
+        forward = regulator.ahead(self.model, each)
         for name, multiple in zip(MULTIPLES, FORWARD, strict=True):
             forward[name] = values.get(multiple, 1.0) * forward[name]
         forward["load"] = forward["load"] * self.settings.expected_load

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.gains.genome import GainVectors
-from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
 from hfc_design.controllers.linear.searched import Searched
@@ -49,7 +48,7 @@ class LqGenome(LinearGenome):
         What has a tolerance gets the weight of Bryson's rule instead: as bad as the largest
         command.
         """
-        kp, ki, kd = of_drive.pid(self.model, bandwidths)
+        kp, ki, kd = regulator.pid(self.model, bandwidths)
         own = regulator.first_regulators(self.plain, kp, kd)
         found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
         found |= {name: LIGHT * abs(own[name]) for name in self.signals}
@@ -60,7 +59,7 @@ class LqGenome(LinearGenome):
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
-        kp, ki, kd = of_drive.pid(self.model, np.array(self.bandwidths[:1]))
+        kp, ki, kd = regulator.pid(self.model, np.array(self.bandwidths[:1]))
         own: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
         own |= regulator.first_regulators(self.plain, kp, kd)
         self.scale = np.array([abs(own[name][0]) for name in self.states.names])

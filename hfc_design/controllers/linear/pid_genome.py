@@ -3,7 +3,6 @@
 import numpy as np
 
 from hfc_design.controllers.gains.genome import GainVectors
-from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
 from hfc_design.controllers.linear.record import LEAD
@@ -42,7 +41,7 @@ class PidGenome(LinearGenome):
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
         """A PID; with signals, the regulator of all that is fed back, and an integral."""
-        kp, ki, kd = of_drive.pid(self.model, bandwidths)
+        kp, ki, kd = regulator.pid(self.model, bandwidths)
         if not self.signals:
             return {"kp": kp, "ki": ki, "kd": kd}
         of_signals = regulator.measured(self.model, self.signals, self.drive.name)
@@ -75,7 +74,7 @@ class PidGenome(LinearGenome):
         for name, frequency in each:
             # Where the error is answer x its share, gain x answer < 0 makes both fade.
             z = np.exp(1j * frequency * self.every)
-            answer = of_drive.answer(self.model, own, self.signals, z, self.every)
+            answer = regulator.answer(self.model, own, self.signals, z, self.every)
             turn = -z * np.exp(1j * values[name + LEAD]) * np.abs(answer) / answer
             gain = values[name] * frequency * values["kp"] * turn
             own |= {name: gain.real, name + BEHIND: gain.imag}

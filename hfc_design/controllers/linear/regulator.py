@@ -1,15 +1,22 @@
-"""Optimal regulators of a nominal drive by what its sensors tell, for a population at once."""
+"""What is fed forward to a nominal drive, a first PID, optimal regulators for a population."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.linear.record import resonator_name
-from hfc_design.core.numbers import Floats
+from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.record import MULTIPLES, resonator_name
+from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import Nominal
 
+#: Bandwidths that are tried, in shares of one over the sample time.
+BANDWIDTHS = (1e-3, 0.5)
+#: How much slower the integral of a first controller is than its loop.
+INTEGRAL = 0.1
+#: Factors on the loop gain at which the first controller is stable too.
+ROOM = (0.5, 1.0, 2.0)
 #: Doublings of the horizon; the slowest closed loop that is found settles within 2^DOUBLINGS.
 DOUBLINGS = 40
 #: Change [1] at which a Riccati equation is solved, and its largest residual.
@@ -122,18 +129,9 @@ def regulators(model: Measured, weights: Floats, scale: Floats | None = None) ->
 
 def _solved(matrices: Floats, right: Floats) -> Floats:
     """Solutions, nan where a matrix is singular."""
-    try:
-        return np.asarray(np.linalg.solve(matrices, right), float)
-    except np.linalg.LinAlgError:
-        each = zip(matrices, right, strict=True)
-        return np.array([_or_nan(*pair) for pair in each])
-
-
-def _or_nan(matrix: Floats, right: Floats) -> Floats:
-    try:
-        return np.asarray(np.linalg.solve(matrix, right), float)
-    except np.linalg.LinAlgError:
-        return np.full_like(right, np.nan)
+    singular = np.linalg.det(matrices) == 0.0
+    whole = np.where(singular[:, None, None], np.nan, matrices)
+    return np.asarray(np.linalg.solve(whole, right), float)
 
 
 def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Floats]:
@@ -152,3 +150,63 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
     small = SMALLEST * np.abs(found[:, :1])
     found = np.where(np.abs(found) < small, small, found)
     return dict(zip(model.names, found.T, strict=True))
+
+
+def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
+    """What the nominal drive asks for, less what gains on ``signals`` give of it by themselves."""
+    found = {}
+    for name in MULTIPLES:
+        steady = getattr(model, name)
+        own = sum(gain * (model.outputs[key] @ steady.state) for key, gain in signals.items())
+        found[name] = steady.command - own
+    return found
+
+
+def bandwidth(model: Nominal, sample_time: float) -> float:
+    """The largest bandwidth [1/s] of a PID whose loop has room for other gains."""
+    best = 0.0
+    for speed in np.geomspace(*BANDWIDTHS, 55) / sample_time:
+        gains = LinearGains(*map(float, pid(model, speed)))
+        closed = (_closed(model, gains, sample_time, room) for room in ROOM)
+        stable = all(abs(np.linalg.eigvals(loop)).max() < 1.0 for loop in closed)
+        if stable or not best:
+            best = float(speed)
+    return best
+
+
+def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """kp, ki, kd of a bandwidth [1/s].
+
+    They make the nominal drive, taken for ``acceleration s^2 + velocity s``, critically damped.
+    """
+    mass, drag = abs(model.acceleration.command), abs(model.velocity.command)
+    kp = mass * speed**2 + drag * speed
+    return kp, INTEGRAL * speed * kp, 2.0 * mass * speed
+
+
+def answer(
+    model: Nominal, gains: dict[str, Floats], signals: Sequence[str], z: complex, sample_time: float
+) -> Floats:
+    """(n,) error that a command of 1 at ``z`` brings about, complex, in the loop of a PID.
+
+    ``gains`` are kp, ki, kd, kept and those on ``signals``, each (n,).
+    """
+    state = np.linalg.solve(z * np.eye(len(model.b)) - model.a, model.b)
+    told = {name: row @ state for name, row in model.outputs.items()}
+    filtered = gains["kd"] * (1.0 - gains["kept"]) * z / (z - gains["kept"])
+    command = (gains["kp"] + gains["ki"] * sample_time / (z - 1.0)) * told["error"]
+    command = command + filtered * told["error_rate"]
+    command = command + sum(gains[name] * told[name] for name in signals)
+    return np.asarray(told["error"] / (1.0 - command))
+
+
+def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:
+    """States: the drive, the filtered rate, the integral where there is one."""
+    size, rows = len(model.b), model.outputs
+    rate = np.append((1.0 - gains.kept) * rows["error_rate"], [gains.kept, 0.0])
+    command = np.append(gains.kp * rows["error"], [0.0, 1.0]) + gains.kd * rate
+    integral = np.append(gains.ki * sample_time * rows["error"], [0.0, 1.0])
+    a, b = np.zeros((size + 2, size + 2)), np.append(model.b, [0.0, 0.0])
+    a[:size, :size], a[size], a[size + 1] = model.a, rate, integral
+    states = size + 2 if gains.ki else size + 1
+    return (a + np.outer(b, room * command))[:states, :states]

@@ -10,12 +10,9 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 def sections(record: LinearDesign, shown: Shown) -> list[Section]:
     """The gains."""
-    return [Section("The controller", "", _gains(record, shown.units), [])]
-
-
-def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
-    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, units)]
-    return Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
+    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
+    gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
+    return [Section("The controller", "", gains, [])]
 
 
 def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, str]]:

@@ -11,8 +11,7 @@ from scipy.signal import cont2discrete
 from shaken import shaken
 from wording import refused
 
-from hfc_design.stability.nominal import _controllable, nominal
-from hfc_design.stability.sliding import Slides
+from hfc_design.stability.nominal import Slides, _controllable, nominal
 from plants import C_AXIS, FEED_DRIVE, rk4
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE

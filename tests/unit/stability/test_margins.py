@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import cont2discrete, place_poles
 from shaken import shaken
 
-from hfc_design.stability.loop_report import lag
 from hfc_design.stability.margins import FREQUENCIES, OpenLoop, largest, margins
+from hfc_design.stability.report import lag
 
 
 def integrator(gain):

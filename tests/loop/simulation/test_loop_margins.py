@@ -9,9 +9,8 @@ from hfc_design import api
 from hfc_design.files.pairing import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.asked_margins import AskedMargins
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.loop_margins import loop_margins
+from hfc_design.simulation.loop_margins import AskedMargins, loop_margins
 from hfc_design.stability.margins import ASKED
 
 
