@@ -7,7 +7,8 @@ from hfc_design.core.arguments import path_of, positive, whole
 from hfc_design.core.dotted import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
-from hfc_design.identify.asking import answered, asked
+from hfc_design.identify.asking import asked
+from hfc_design.identify.identified import answered
 from hfc_design.identify.page import write
 from hfc_design.identify.result import Identified
 
@@ -68,7 +69,7 @@ def identify(
         positive("--sample-time", sample_time)
     place = None if folder is None else path_of(folder)
     other = None if check_log is None else path_of(check_log)
-    question = asked(
+    task, logs = asked(
         path_of(log),
         plant=plant,
         scenario=scenario,
@@ -82,7 +83,7 @@ def identify(
         check_columns=check_columns,
         seed=seed,
     )
-    found = answered(question, sample_time, on_step)
+    found = answered(task, logs, sample_time, on_step)
     if place is not None:
         write(found, place, "hfc_design.api.identify")
     return found

@@ -1,16 +1,20 @@
 """``hfc identify``: a machine's parameters from its log."""
 
+import json
 import shlex
 import sys
 from os.path import isfile
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hfc_design.cli.named import DESIGN, PLANT, SCENARIO, named
 from hfc_design.cli.options import PATH, as_json, force, free, setting, with_plugins
+
+if TYPE_CHECKING:
+    from hfc_design.identify.result import Identified
 
 COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
 CHECK_COLUMN_HELP = "The same where --check-log differs."
@@ -62,17 +66,16 @@ def identify(
     starts, which takes some seconds to a minute; the folder gets report.html, identified.json,
     and scenario.toml, which hfc design takes.
     """
-    from hfc_design.cli import identified_tables
     from hfc_design.core.records import UserError
-    from hfc_design.identify import aim, asking, page, sources
+    from hfc_design.identify import aim, asking, identified, page
 
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
     # What is mistyped is told first, then what is in the way; only then anything is read.
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
-    question = asking.asked(log, free=free_ones, bandwidth=hz, **given)
-    path = free(out or Path(aim.called(sources.called(log))), folder=True)
+    task, logs = asking.asked(log, free=free_ones, bandwidth=hz, **given)
+    path = free(out or Path(aim.called(asking.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()
@@ -80,6 +83,35 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = asking.answered(question, sample_time, tell)
+    found = identified.answered(task, logs, sample_time, tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
-    identified_tables.tell(found, path, as_json)
+    if as_json:
+        click.echo(json.dumps(found.numbers(), indent=1))
+    else:
+        _show(found)
+        click.echo(path)
+
+
+def _show(found: "Identified") -> None:
+    from hfc_design.core.console import plain_table, show_whole
+    from hfc_design.identify import words
+
+    parameters = words.HEADS, words.parameter_rows(found), words.interval_line(found)
+    checks = words.CHECKED, words.check_rows(found), ""
+    for heads, rows, below in (parameters, checks):
+        table = plain_table()
+        for k, head in enumerate(heads):
+            table.add_column(head, justify="left" if k < 2 else "right", no_wrap=k == 0)
+        for row in rows:
+            table.add_row(*(_plain(cell) for cell in row))
+        show_whole(table, 2)
+        click.echo(f"{below}\n" if below else "")
+    for line in (words.agreeing_line(found), *words.untold_lines(found), *found.notes):
+        click.echo(line)
+    if line := words.advice_line(found):
+        click.echo(f"record next: {_plain(line)}")
+
+
+def _plain(text: str) -> str:
+    """With signs that every terminal has."""
+    return text.replace("–", "-").replace("µ", "u").replace("±", "+-")

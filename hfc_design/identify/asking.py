@@ -1,28 +1,89 @@
-"""What somebody asks of a log: which machine it is of, which columns it has, what to look for."""
+"""What is asked of a log: which machine it is of, in which loop, what is looked for in it."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.core.dotted import Changes
+from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.numbers import NUMBER
 from hfc_design.core.records import UserError
+from hfc_design.core.texts import about
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.identified import identify
-from hfc_design.identify.result import Identified
-from hfc_design.identify.search import Tell
-from hfc_design.identify.sources import Source, recordings, sources
-from hfc_design.identify.task import Task, known, looked_for
+from hfc_design.identify.free import LATE, LOAD, Free, free
+from hfc_design.logs.columns import Column
+from hfc_design.logs.columns import asked as columns_asked
+from plants import Drive
+
+#: Where the system shows what is piped into a program.
+PIPES = "/dev/", "/proc/"
 
 
-class Question(NamedTuple):
-    """What is looked for, and logs that are not read yet, by their names."""
+class Source(NamedTuple):
+    """A log that is not read yet."""
 
-    task: Task
-    logs: dict[str, Source]
+    path: Path
+    columns: list[Column]
+
+
+class Task(NamedTuple):
+    """What is to be identified, and how."""
+
+    scenario: Scenario  # its plant with the values to start from, sensors, limits
+    axis: int  # which one
+    design: Design | None  # the controller in the loop that recorded the logs
+    names: Sequence[str] | None  # parameters that are looked for; None: all that may be
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: that of the least residual
+    seed: int = 0
+    made: bool = False  # the scenario says no more than which machine it is
+    known: frozenset[str] = frozenset()  # what stays as it is; see ``known``
+
+
+def known(changes: Changes, axis: str) -> frozenset[str]:
+    """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
+    told = changed({}, changes)
+
+    plant, load, limits = (told.get(table, {}) for table in ("plant", "load", "limits"))
+    axes = [part.get("axes", {}).get(axis, {}) for part in (plant, load, limits)]
+    names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}
+    return frozenset(names | ({LOAD} if "constant" in (*load, *axes[1]) else set()))
+
+
+def looked_for(task: Task) -> Free:
+    """The parameters that are looked for.
+
+    Raises:
+        UserError: one is unknown, is known already, or has no value to start from.
+    """
+    start = task.scenario.plant.each()[task.axis]
+    nominal = start.drive.parameters()._asdict()
+    own = {k: x for k, x in start.parameters._asdict().items() if x != nominal[k]}
+    named = [name.partition("=") for name in task.names or ()]
+    names = [name.strip() for name, *_ in named]
+    limits, load = task.scenario.limits.of(start.name), task.scenario.load.of(start.name).constant
+    lag = limits.lag_s / task.scenario.simulation.sample_time_s  # [samples]
+    try:
+        begun = {name.strip(): _number(name.strip(), x) for name, told, x in named if told}
+        if both := task.known & {*names}:
+            one = min(both, key=names.index)
+            raise ValueError(f"{one}: is known by --set; leave out one of them")
+        around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
+        if begun.keys() <= nominal.keys() and (fault := start.drive.fault(own | begun)):
+            raise ValueError(fault.removeprefix("parameters."))
+        return free(start.drive, own | begun, names or None, task.known, around)
+    except ValueError as error:
+        raise UserError(f"--free {error}") from None
+
+
+def _number(name: str, text: str) -> float:
+    if not NUMBER.fullmatch(text.strip()):
+        told = f"has to begin at a number, as in {name}=0.1 (got {text[:40]!r})"
+        raise ValueError(f"{name}: {told}")
+    return float(text)
 
 
 def asked(
@@ -39,8 +100,8 @@ def asked(
     check_log: Path | None,
     check_columns: Sequence[str],
     seed: int,
-) -> Question:
-    """What is asked of a log, before anything of it is read; ``api.identify`` says of what.
+) -> tuple[Task, dict[str, Source]]:
+    """What is asked of logs, before anything of them is read; ``api.identify`` says of what.
 
     Raises:
         UserError: there is no such machine, axis or parameter, or a column is none of its signals.
@@ -52,19 +113,7 @@ def asked(
     task = Task(where, number, design, free, bandwidth, seed, made, own)
     looked_for(task)
     drive = where.machine.drives[number]
-    return Question(task, sources(log, drive, columns, check_columns, check_log))
-
-
-def answered(question: Question, sample_time: float | None, tell: Tell) -> Identified:
-    """What the logs tell.
-
-    Raises:
-        UserError: one cannot be read, has not what is needed, or no replay of it stays finite.
-    """
-    task = question.task
-    drive = task.scenario.machine.drives[task.axis]
-    logs, scenario = recordings(question.logs, task.scenario, drive, sample_time)
-    return identify(task._replace(scenario=scenario), logs, tell)
+    return task, sources(log, drive, columns, check_columns, check_log)
 
 
 def _machine(
@@ -100,3 +149,35 @@ def _machine(
     if len(axes) == 1 and axis is not None:
         raise UserError(f"--axis {axis}: {found.plant.name} has only one")
     return found, design, made
+
+
+def called(log: Path) -> str:
+    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
+    if not os.path.abspath(log).startswith(PIPES):
+        return log.name
+    behind = Path(os.path.realpath(log))
+    return behind.name if behind.is_file() else "log"
+
+
+def sources(
+    log: Path, drive: Drive, columns: Sequence[str], others: Sequence[str], check_log: Path | None
+) -> dict[str, Source]:
+    """The logs by their names, with what the user says of their columns.
+
+    Raises:
+        UserError: that cannot be understood, or is not of the ``drive``.
+    """
+    if others and check_log is None:
+        raise UserError("--check-column: needs --check-log")
+    with about(log):
+        found = {called(log): Source(log, columns_asked(columns, drive))}
+    if check_log is not None:
+        name = called(check_log)
+        with about(check_log):
+            both = {
+                one.name: one
+                for one in (*columns_asked(columns, drive), *columns_asked(others, drive))
+            }
+        own = Source(check_log, [*both.values()])
+        found[name if name not in found else f"{name} (check)"] = own
+    return found

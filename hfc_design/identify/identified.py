@@ -6,21 +6,32 @@ from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
 from hfc_design.identify.advice import advice
-from hfc_design.identify.bounds import fault
+from hfc_design.identify.asking import Source, Task, looked_for
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.checks import checked, doubts, strangers
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import LATE, Free
-from hfc_design.identify.halves import halved
-from hfc_design.identify.kept import kept
+from hfc_design.identify.kept import fault, halved, kept
 from hfc_design.identify.loop import loop
 from hfc_design.identify.profile import profiles
-from hfc_design.identify.recording import Recording
+from hfc_design.identify.recording import Recording, recordings
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
 from hfc_design.identify.search import Found, Tell, bandwidths, by_command, by_loop
-from hfc_design.identify.task import Task, looked_for
 from hfc_design.identify.words import response_lines
+
+
+def answered(
+    task: Task, logs: dict[str, Source], sample_time: float | None, tell: Tell
+) -> Identified:
+    """What logs that are not read yet tell; ``sample_time`` [s] is for those that do not say it.
+
+    Raises:
+        UserError: one cannot be read, has not what is needed, or no replay of it stays finite.
+    """
+    drive = task.scenario.machine.drives[task.axis]
+    read, scenario = recordings(logs, task.scenario, drive, sample_time)
+    return identify(task._replace(scenario=scenario), read, tell)
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:

@@ -1,20 +1,36 @@
 """What a log does not tell stays where it began, and what it tells then.
 
 Of parameters that only matter together, as a gain and everything that it drives, one is held: the
-others are told if that one is right. What is known badly stays where it began, all of it; what
-ended at a bound of what a machine can have stays there.
+others are told if that one is right. What is known badly stays where it began, all of it.
+
+What ended at a bound of what a machine can have stays there: a friction that is not there has a
+logarithm that runs away; a break-away torque below the Coulomb torque is no machine's. No interval
+that slopes tell is true there.
+
+Intervals by the residual say what chance does to a model that is right. One that is not finds other
+parameters in another motion: each half of a log is fitted for itself, and what differs is what the
+model lacks, or what changed.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
 
-from hfc_design.core.numbers import Mask
-from hfc_design.identify.bounds import bounded, fault, vanished
+from hfc_design.core.numbers import Floats, Mask, digits
 from hfc_design.identify.certainty import TOGETHER, TOLD, Certainty, both, certainty, unseen
+from hfc_design.identify.fit import FEW, TIGHT, VAGUE, Fit, fitted, refined, side_by_side
+from hfc_design.identify.free import LOAD, Free
+from hfc_design.identify.replay import Replay
 from hfc_design.identify.search import Found, held, opened
 
+#: The way to a bound is halved so often, and the others fitted again each time.
+HALVED = 8
+#: A logarithm that is 0 to all digits.
+GONE = -60.0
+#: What is told of an interval that became wider by this share, and is this wide a share.
+WIDER, SEEN = 0.5, 1e-4
 #: Of parameters that are known nearly as badly as the worst one, the last is held.
 NEARLY = 0.8
 #: What is tried until it fits: of each combination that may change by so much, relative, one
@@ -139,3 +155,93 @@ def _note(found: Found, states: tuple[str, ...], back: bool) -> str:
     if last:
         parts.append(f"{last}: at the least or most that a machine can have, no interval is told")
     return "; ".join(parts)
+
+
+def bounded(found: Found, known: Certainty) -> tuple[Found, Mask]:
+    """A fit that is a machine, and (names,) which parameter is at a bound for that.
+
+    That is the one that is known least of those that can be blamed. A fit stays impossible if no
+    single parameter can.
+    """
+    bound = np.zeros(len(known.error), bool)
+    if (k := _blamed(found.fit, known.error)) is None:
+        return found, bound
+    inside, outside = float(found.fit.free.begun[k]), float(found.fit.numbers[k])
+    best: Found | None = None
+    for _ in range(HALVED):
+        numbers = found.fit.numbers.copy()
+        numbers[k] = 0.5 * (inside + outside)
+        again = held(found, numbers, np.arange(len(bound)) != k)
+        if fault(again.fit.free, again.fit.numbers) is None:
+            inside, best = float(numbers[k]), again
+        else:
+            outside = float(numbers[k])
+    bound[k] = best is not None
+    return best or found, bound
+
+
+def vanished(found: Found, known: Certainty) -> tuple[Found, Mask]:
+    """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
+
+    So near that the logarithm tells no more: it would run away for ever.
+    """
+    free, numbers = found.fit.free, found.fit.numbers.copy()
+    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~np.array(known.told)
+    may = [name != LOAD and not fault(free, numbers, **{name: 0.0}) for name in free.names]
+    if (zero := near & np.array(may)).any():
+        numbers[:-2][zero] = GONE
+        found = held(found, numbers, ~zero)
+    return found, zero
+
+
+def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
+    """Why no machine has these parameters; None: one may."""
+    told = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
+    whole = {name: float(x) for name, x in free.start._asdict().items()}
+    every = whole | told | changes
+    return free.drive.fault({name: every[name] for name in whole})
+
+
+def _blamed(fit: Fit, error: Floats) -> int | None:
+    """The least known parameter with which, where it began, the others are a machine."""
+    if fault(fit.free, fit.numbers) is None:
+        return None
+    for k in np.argsort(-digits(error), kind="stable").tolist():
+        numbers = fit.numbers.copy()
+        numbers[k] = fit.free.begun[k]
+        if fault(fit.free, numbers) is None:
+            return int(k)
+    return None
+
+
+def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Certainty, str]:
+    """What is known, its intervals wide enough for what either half of the log tells; a note.
+
+    A half that does not tell a parameter says nothing of it.
+    """
+    replay = found.problem.residual
+    moves = np.array([state in ("yes", GIVEN) for state in states])
+    if not isinstance(replay, Replay) or not moves.any():
+        return known, ""
+    counted = np.flatnonzero(replay.rows.usable)
+    middle = np.arange(len(replay.rows.usable)) < counted[len(counted) // 2]
+    held = np.append(moves, found.problem.held[-2:]).astype(float)
+
+    def half(part: Mask) -> Certainty:
+        rows = replay.rows._replace(usable=replay.rows.usable * part)
+        own = found.problem._replace(residual=replace(replay, rows=rows), held=held)
+        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW, 1.0 / VAGUE)
+        return certainty(fitted(own, numbers, 0), moves)
+
+    low, high, late = known.low.copy(), known.high.copy(), known.late
+    for own in side_by_side(half, (middle, ~middle)):
+        tells = moves & (own.error < TOLD) & np.isfinite(own.value)
+        low[tells] = np.minimum(low, own.value)[tells]
+        high[tells] = np.maximum(high, own.value)[tells]
+        mid = 0.5 * (own.late[0] + own.late[1])
+        late = min(late[0], mid), max(late[1], mid)
+    least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
+    grown = (high - low) > (1.0 + WIDER) * least
+    names = ", ".join(np.array(found.fit.free.names)[grown & moves])
+    told = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
+    return known._replace(low=low, high=high, late=late), told if names else ""

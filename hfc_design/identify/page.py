@@ -11,7 +11,6 @@ from hfc_design.identify.aim import scenario_text
 from hfc_design.identify.certainty import CONFIDENCE
 from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.profile import LIMIT
-from hfc_design.identify.record import numbers
 from hfc_design.identify.result import Identified
 from hfc_design.pictures.files import small_address
 from hfc_design.report import REPORT, Page, rendered
@@ -27,7 +26,7 @@ def write(found: Identified, path: Path, command: str) -> None:
     """
     texts = {
         "scenario.toml": scenario_text(found).encode(),
-        "identified.json": (json.dumps(numbers(found), indent=1) + "\n").encode(),
+        "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
         REPORT: page(found, command).html,
     }
     with writing(path):

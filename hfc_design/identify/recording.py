@@ -1,11 +1,18 @@
-"""A recorded motion of one axis as it is replayed."""
+"""A recorded motion of one axis as it is replayed, and the logs that are read for it."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats
-from hfc_design.logs.signals import Signals
+from hfc_design.core.records import UserError
+from hfc_design.core.texts import about
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.asking import Source
+from hfc_design.logs.columns import rates_of
+from hfc_design.logs.even import Even
+from hfc_design.logs.reading import read_log
+from hfc_design.logs.signals import signals
 from plants import Drive
 
 #: The velocity at the start is that of a cubic through so many samples.
@@ -39,7 +46,7 @@ class Recording(NamedTuple):
         return self.sample_time * len(self.load)
 
 
-def recording(found: Signals, drive: Drive) -> Recording:
+def recording(found: Even, drive: Drive) -> Recording:
     """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
     seen = drive.seen[0]
     place = found.values[seen]
@@ -48,9 +55,11 @@ def recording(found: Signals, drive: Drive) -> Recording:
     noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
     if abs(rate) < noise:  # it begins at rest
         rate = 0.0
-    measured = [seen, *(name for name in outputs_of(drive) if name in found.values)]
+    shown = drive.signals(drive.coefficients(drive.parameters()), drive.initial_state(0.0))
+    rates = rates_of(drive)
+    measured = dict.fromkeys([seen, *rates, *rates.values(), *shown])
     return Recording(
-        {name: found.values[name] for name in dict.fromkeys(measured)},
+        {name: found.values[name] for name in measured if name in found.values},
         found.values.get("command"),
         found.values.get("reference"),
         found.values.get("load", np.zeros_like(place)),
@@ -58,14 +67,44 @@ def recording(found: Signals, drive: Drive) -> Recording:
         found.usable.astype(float),
         found.sample_time,
         float(rate),
-        found.notes,
+        tuple(found.notes),
         found.step,
     )
 
 
-def outputs_of(drive: Drive) -> list[str]:
-    """Everything of a drive that can be measured."""
-    fixed = drive.coefficients(drive.parameters())
-    signals = drive.signals(fixed, drive.initial_state(0.0))
-    pairs = {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
-    return list(dict.fromkeys([*pairs, *pairs.values(), *signals]))
+def recordings(
+    logs: dict[str, Source], base: Scenario, drive: Drive, sample_time: float | None
+) -> tuple[dict[str, Recording], Scenario]:
+    """What is recorded, and the scenario in the cycle and the substeps that the logs need.
+
+    Raises:
+        UserError: one cannot be read or has not what is needed; the line says which and why.
+    """
+    found = dict[str, Recording]()
+    for name, one in logs.items():
+        read = read_log(one.path)
+        with about(one.path):
+            found[name] = recording(signals(read, drive, one.columns, sample_time), drive)
+    return found, _in_cycle(base, drive, found)
+
+
+def _in_cycle(scenario: Scenario, drive: Drive, logs: dict[str, Recording]) -> Scenario:
+    """The scenario with the logs' sample time, and substeps that their speeds need."""
+    every = next(iter(logs.values())).sample_time
+    for name, other in logs.items():
+        if abs(other.sample_time / every - 1.0) > 1e-3:
+            raise UserError(f"{name}: is sampled every {other.sample_time:g} s, not {every:g} s")
+    speed = max(_speed(one) for one in logs.values())
+    axis = scenario.plant.each()[scenario.machine.drives.index(drive)]
+    substeps = scenario.simulation.substeps
+    while drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
+        substeps *= 2
+    changes = {"sample_time_s": every, "substeps": substeps}
+    simulation = scenario.simulation.model_copy(update=changes)
+    return scenario.model_copy(update={"simulation": simulation})
+
+
+def _speed(told: Recording) -> float:
+    """Largest speed over ten samples: noise is none."""
+    place = told.place
+    return float(abs(place[10:] - place[:-10]).max() / (10 * told.sample_time))

@@ -20,6 +20,7 @@ import numpy as np
 from hfc_design.core.numbers import SAME, Floats, Parameters, Scalar, State
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
+from hfc_design.logs.columns import rates_of
 from plants import Drive
 
 #: Of a lag [samples]; a shorter one is none.
@@ -177,7 +178,7 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     A shift after which nothing moves that did not move before: gears are in it, those of the
     ``parameters`` (floats).
     """
-    pairs = {drive.position: drive.velocity, drive.seen[0]: drive.seen[1], **drive.encoders}
+    pairs = rates_of(drive)
     names = list(pairs)
     fixed = drive.coefficients(parameters)
 

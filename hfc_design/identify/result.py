@@ -7,9 +7,10 @@ from hfc_design.core.shown import line, table
 from hfc_design.core.texts import toml_of
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify import record, words
+from hfc_design.identify import words
 from hfc_design.identify.advice import Advice
 from hfc_design.identify.aim import scenario_text
+from hfc_design.identify.asking import Task
 from hfc_design.identify.certainty import Certainty
 from hfc_design.identify.checks import Check, how_of
 from hfc_design.identify.free import Free
@@ -18,7 +19,6 @@ from hfc_design.identify.profile import Profile
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.response import Response
 from hfc_design.identify.search import Found
-from hfc_design.identify.task import Task
 
 
 class Identified(NamedTuple):
@@ -52,7 +52,7 @@ class Identified(NamedTuple):
 
     def numbers(self) -> Json:
         """What ``identified.json`` holds: each parameter with its interval, what is left."""
-        return record.numbers(self)
+        return words.numbers(self)
 
     def for_design(self) -> Scenario:
         """The scenario for a search: the machine as it was found, within its tolerances.

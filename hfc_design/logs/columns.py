@@ -180,16 +180,17 @@ def units_of(drive: Drive) -> dict[str, str]:
     ``added`` is what came to the command after the controller, and is in the recorded one.
     """
     place, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
-    pairs = {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
+    rates = rates_of(drive)
     units = {"time": "s", "command": command, "reference": place, "load": drive.units["load"]}
-    units |= {
-        "added": command,
-        **dict.fromkeys(pairs, place),
-        **dict.fromkeys(pairs.values(), rate),
-    }
+    units |= {"added": command} | dict.fromkeys(rates, place) | dict.fromkeys(rates.values(), rate)
     return units | {
         x: u for x, u in drive.units.items() if x not in ("error", "error_rate", *units)
     }
+
+
+def rates_of(drive: Drive) -> dict[str, str]:
+    """The velocity of each position of a drive, that of its feedback first."""
+    return {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
 
 
 def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:

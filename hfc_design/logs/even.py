@@ -24,9 +24,10 @@ class Even(NamedTuple):
     """Evenly sampled signals."""
 
     sample_time: float  # [s]
-    values: dict[str, Floats]  # (steps,) each
-    usable: Mask  # (steps,) what was recorded
-    notes: list[str]
+    values: dict[str, Floats]  # (steps,) each, by name
+    usable: Mask  # (steps,) what was recorded: neither filled in nor cut off
+    notes: list[str]  # what was found, for the user
+    step: float | None = None  # of the encoder of the position, as it was recorded
 
 
 def even(

@@ -1,7 +1,6 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,21 +29,8 @@ TREMBLES = 0.7
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
 
 
-class Signals(NamedTuple):
-    """One recorded motion of one axis, (steps,) each."""
-
-    time: Floats  # [s], from 0
-    sample_time: float  # [s]
-    values: dict[str, Floats]  # by name, in units of the drive
-    usable: Mask  # what is neither filled in nor cut off
-    notes: tuple[str, ...]  # what was found, for the user
-    step: float | None = None  # of the encoder of the position, as it was recorded
-
-
-def signals(
-    log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None
-) -> Signals:
-    """The signals of ``drive`` in a log.
+def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None) -> Even:
+    """The signals of ``drive`` in a log, in its units.
 
     Args:
         log: as its file has it.
@@ -86,7 +72,7 @@ def signals(
     found.notes.extend(turned)
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
-    return _signals(_first(found), drive)._replace(step=step)
+    return _trusted(_first(found), drive)._replace(step=step)
 
 
 def _needed(known: Collection[str], drive: Drive) -> list[str]:
@@ -118,8 +104,8 @@ def _first(found: Even) -> Even:
     return found._replace(values=values, usable=found.usable[:MOST], notes=[*found.notes, note])
 
 
-def _signals(found: Even, drive: Drive) -> Signals:
-    """With what of it is at an end of its scale marked."""
+def _trusted(found: Even, drive: Drive) -> Even:
+    """With what of it is wrong or at an end of its scale marked."""
     notes, usable = [*found.notes], found.usable.copy()
     position = found.values[drive.seen[0]]
     right, wrong = righted(position)
@@ -138,8 +124,7 @@ def _signals(found: Even, drive: Drive) -> Signals:
             f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} are at an end of its "
             "scale and left out"
         )
-    time = found.sample_time * np.arange(len(usable), dtype=float)
-    return Signals(time, found.sample_time, found.values, usable, tuple(notes))
+    return found._replace(usable=usable, notes=notes)
 
 
 #: So many samples in a row exactly at the largest or the smallest value are an end of a scale,

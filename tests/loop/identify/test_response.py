@@ -7,7 +7,7 @@ from scipy.signal import butter, cont2discrete, dlsim, sosfilt, sosfreqz
 
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.free import free
-from hfc_design.identify.halves import halved
+from hfc_design.identify.kept import halved
 from hfc_design.identify.response import KNOWN, response
 from hfc_design.identify.search import by_command
 from hfc_design.identify.words import response_lines

@@ -4,15 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from hfc_design.identify.asking import asked
-from hfc_design.identify.task import looked_for
+from hfc_design.identify.asking import asked, looked_for
 
 
 def wanted(plant, changes, free=None):
     left_out = dict.fromkeys(("scenario", "axis", "controller", "bandwidth", "check_log"))
     more = left_out | {"columns": (), "check_columns": (), "seed": 0}
-    question = asked(Path("a.csv"), plant=plant, changes=changes, free=free, **more)
-    return looked_for(question.task)
+    task, _ = asked(Path("a.csv"), plant=plant, changes=changes, free=free, **more)
+    return looked_for(task)
 
 
 def test_a_load_is_looked_for_where_no_parameter_is_one():
