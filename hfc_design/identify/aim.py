@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tomli_w
 
+from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.scenario import Scenario
 from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.steps import noise_of
@@ -44,28 +44,6 @@ def tolerances(found: "Identified") -> dict[str, float]:
     return shares
 
 
-def plant(found: "Identified") -> Json:
-    """The machine as it was identified."""
-    data: Json = found.scenario.plant.model_dump(mode="json", exclude_unset=True)
-    each = zip(found.free.names, found.known.value, strict=True)
-    own = found.free.start._fields
-    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each if name in own}
-    if found.task.made and found.told.step and (name := finer(found)):
-        value[name] = found.told.step
-    if len(axes := found.scenario.plant.machine.axes) == 1:
-        return {**data, "parameters": {**data.get("parameters", {}), **value}}
-    name = axes[found.axis]
-    every = data.get("axes", {})
-    return {**data, "axes": {**every, name: {**every.get(name, {}), **value}}}
-
-
-def finer(found: "Identified") -> str | None:
-    """The parameter that is the step of the scale, where the log shows another one."""
-    axis, seen = found.scenario.plant.each()[found.axis], found.free.drive.seen[0]
-    name = axis.drive.resolutions.get(seen)
-    return None if name in found.task.known or not axis.resolution else name
-
-
 def delay(found: "Identified") -> tuple[float, float] | None:
     """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
 
@@ -80,34 +58,33 @@ def delay(found: "Identified") -> tuple[float, float] | None:
     return float(f"{fit.late - lag:.{FEW}g}"), float(f"{lag * found.told.sample_time:.{FEW}g}")
 
 
-def _around(found: "Identified", data: Json) -> None:
-    """Into ``data`` what stands around the drive: delay, lag and load that were found or known."""
-    axis = found.scenario.plant.each()[found.axis].name
-    several = len(found.scenario.plant.machine.axes) > 1
-    load = found.scenario.load.of(axis)
-    value = _load(found)
-    if value != load.constant or (found.task.made and value):
-        own = load.model_dump(mode="json", exclude_defaults=True)
-        own["constant"] = value
-        told = {**data.get("load", {})}
-        data["load"] = {**told, "axes": {**told.get("axes", {}), axis: own}} if several else own
-    limits = {k: x for k, x in found.scenario.limits.of(axis) if k in LATE}
+def machine(found: "Identified") -> Json:
+    """The drive and what stands around it as they were identified, by dotted keys of a scenario."""
+    scenario, made, known = found.scenario, found.task.made, found.task.known
+    axis, names = scenario.plant.each()[found.axis], scenario.plant.machine.axes
+    several = f".axes.{axis.name}" if len(names) > 1 else ""
+    drive = f"plant{several or '.parameters'}"
+    load, limits = scenario.load.of(axis.name), scenario.limits.of(axis.name)
+    each = zip(found.free.names, found.known.value, strict=True)
+    own, constant = {name: float(f"{x:.{DIGITS}g}") for name, x in each}, load.constant
+    if LOAD in own.keys() - {*found.free.start._fields}:
+        k, constant = found.free.names.index(LOAD), own.pop(LOAD)
+        if found.known.low[k] <= 0.0 <= found.known.high[k]:
+            constant = 0.0  # the log does not tell it from none
+    step = axis.drive.resolutions.get(found.free.drive.seen[0])
+    if made and found.told.step and axis.resolution and step and step not in known:
+        own[step] = found.told.step  # of the scale, where the log shows another one
+    changes: Json = {f"{drive}.{name}": x for name, x in own.items()}
+    if constant != load.constant or (made and constant):
+        told = load.model_dump(mode="json", exclude_defaults=True)
+        changes[f"load{several}"] = {**told, "constant": constant}
     late = dict(zip(LATE, delay(found) or (), strict=False))
-    now = limits | {k: x for k, x in late.items() if k not in found.task.known}
-    if changes := {k: x for k, x in now.items() if x != limits[k] or (found.task.made and x)}:
-        part = data.setdefault("limits", {})
-        part = part.setdefault("axes", {}).setdefault(axis, {}) if several else part
-        part.update(changes)
-
-
-def _load(found: "Identified") -> float:
-    """What is always there; 0 where the log does not tell it from 0."""
-    axis = found.scenario.plant.each()[found.axis].name
-    if LOAD not in found.free.names:
-        return found.scenario.load.of(axis).constant
-    k = found.free.names.index(LOAD)
-    none = found.known.low[k] <= 0.0 <= found.known.high[k]
-    return 0.0 if none else float(f"{found.known.value[k]:.{DIGITS}g}")
+    for name in LATE:
+        now = getattr(limits, name)
+        value = now if name in known else late.get(name, now)
+        if value != now or (made and value):
+            changes[f"limits{several}.{name}"] = value
+    return changes
 
 
 def scenario_text(found: "Identified") -> str:
@@ -117,20 +94,19 @@ def scenario_text(found: "Identified") -> str:
         UserError: it is no scenario with these parameters.
     """
     made = found.task.made
-    data = _made(found) if made else _own(found)
-    data["plant"] = plant(found)
-    _around(found, data)
-    if "stress" in Scenario.model_fields and (seen := found.response):
+    told: Json = found.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    data = changed(_made(found) | {"plant": told["plant"]} if made else told, machine(found))
+    if seen := found.response:
         modes = {"far_modes_hz": [seen.mode]} if seen.mode else {}
         above = {"unknown_above_hz": seen.unknown_above}
-        data["stress"] = {**(data.get("stress") or {}), **modes, **above}
+        data["stress"] = {**data.get("stress", {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
     # Of load, delay and lag what stress tries is wider than what a log leaves open.
     own = found.free.start._fields
     within = {name: x for name, x in tolerances(found).items() if name in own}
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
-    told = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
-    data = {**told, **data}
+    names = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
+    data = names | data | names  # they stand first, and those of another scenario do not stay
     notes = []
     try:
         load_scenario(data)
@@ -145,11 +121,6 @@ def scenario_text(found: "Identified") -> str:
     return "\n".join(head) + "\n" + tomli_w.dumps(data)
 
 
-def _own(found: "Identified") -> Json:
-    data: Json = found.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
-    return {key: value for key, value in data.items() if key not in ("name", "description")}
-
-
 def _made(found: "Identified") -> Json:
     """Motions like those of the log."""
     told, scenario = found.told, found.scenario
@@ -158,10 +129,10 @@ def _made(found: "Identified") -> Json:
     distance, limit = float(np.ptp(told.place)), _limit(found)
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
-    error = _recorded_error(told) or 1e-3 * distance
+    behind = 0.0 if told.reference is None else np.sqrt(np.mean((told.reference - told.place) ** 2))
+    error = float(behind) or 1e-3 * distance  # of the loop that recorded the log (rms)
     step = told.step or axis.resolution or 0.0  # nobody sees what is less
     data: Json = {
-        "plant": {"name": scenario.plant.name},
         "simulation": {
             "duration_s": _duration(lasts),
             "sample_time_s": float(f"{told.sample_time:.9g}"),
@@ -255,13 +226,6 @@ def _limit(found: "Identified") -> float:
         return float(largest)
     command = found.told.command
     return float(f"{np.abs(command).max():.2g}") if command is not None else 1.0
-
-
-def _recorded_error(told: Recording) -> float | None:
-    """What the loop that recorded the log was off its reference (rms)."""
-    if told.reference is None:
-        return None
-    return float(np.sqrt(np.mean((told.reference - told.place) ** 2))) or None
 
 
 def called(log: str) -> str:

@@ -13,7 +13,7 @@ from hfc_design.identify.fit import Fit, offs
 from hfc_design.identify.loop import loop
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
-from hfc_design.identify.search import Found
+from hfc_design.identify.search import Found, observer
 
 #: A residual above this share of the motion is no replay of it.
 LOST = 0.2
@@ -44,30 +44,19 @@ def checked(
         if design is not None and told.reference is not None:
             ways["closed loop"] = loop(scenario, design, told)
         for how, residual in ways.items():
-            first, last = (
-                _off(found, residual, x) for x in (found.fit.free.begun, found.fit.numbers)
+            problem = found.problem._replace(residual=residual)
+            before, after = (  # of the position
+                offs(problem, numbers)[:, 0]
+                for numbers in (found.fit.free.begun, found.fit.numbers)
             )
-            checks.append(Check(name, how, _rms(first), _rms(last), last))
+            first, last = (float(np.sqrt(np.mean(off**2))) for off in (before, after))
+            checks.append(Check(name, how, first, last, after))
     return tuple(checks)
 
 
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _off(found: Found, residual: Residual, numbers: Floats) -> Floats:
-    """(steps,) of the position."""
-    problem = found.problem._replace(residual=residual)
-    return offs(problem, numbers)[:, 0]
-
-
 def how_of(found: Found) -> str:
-    """In words."""
-    if found.bandwidth is None:
-        return "closed loop"
-    if not found.bandwidth:
-        return "recorded command, open loop"
-    return f"recorded command, observer of {found.bandwidth:g} Hz"
+    """How a log was replayed, in words."""
+    return f"{'recorded command, ' * (found.bandwidth is not None)}{observer(found.bandwidth)}"
 
 
 def doubts(name: str, found: Found, known: Certainty, told: Recording, pushed: bool) -> list[str]:

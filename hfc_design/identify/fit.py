@@ -77,15 +77,10 @@ class Problem(NamedTuple):
         """(steps, outputs) in units of the outputs."""
         return self.residual(*self.free.parts(numbers))
 
-    def squares(self, off: Floats, numbers: Floats, certain: float) -> float:
-        """Sum of the squares that a fit makes least, each output in its own scale.
-
-        ``certain`` is 1 / ``VAGUE`` where the scale is that of the residual, and else 0.
-        """
+    def squares(self, off: Floats) -> float:
+        """Sum of the squares of what it is ``off``, each output in its own scale."""
         with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
-            own = float(np.sum(np.square(off / self.scale)))
-        begun = np.where(self.held > 0.0, np.asarray(self.free.begun), numbers)
-        return own + float(np.sum(np.square(certain * (numbers - begun))))
+            return float(np.sum(np.square(off / self.scale)))
 
 
 @jax.jit
@@ -125,9 +120,7 @@ def side_by_side(one: Callable[[One], Made], each: Iterable[One]) -> list[Made]:
         return [*pool.map(one, each)]
 
 
-def refined(
-    problem: Problem, numbers: Floats, enough: float, steps: int, certain: float = 0.0
-) -> tuple[Floats, float]:
+def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
     It has ended when a step makes the squares less by a share of ``enough`` only, or would.
@@ -135,14 +128,18 @@ def refined(
     """
     free = np.flatnonzero(np.asarray(problem.held))
     begun = np.asarray(problem.free.begun)[free]
+
+    def all_of(off: Floats, numbers: Floats) -> float:
+        return problem.squares(off) + float(np.sum(np.square((numbers[free] - begun) / VAGUE)))
+
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
-    least, normal = problem.squares(off, numbers, certain), np.zeros((0, 0))
+    least, normal = all_of(off, numbers), np.zeros((0, 0))
     for _ in range(steps if np.isfinite(jacobian).all() and np.isfinite(least) else 0):
         if not normal.size:  # here nothing was tried yet
             rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
             slope = rows.T @ (off / problem.scale).ravel()
-            slope += certain**2 * (numbers[free] - begun)
-            normal = rows.T @ rows + certain**2 * np.eye(len(free))
+            slope += VAGUE**-2 * (numbers[free] - begun)
+            normal = rows.T @ rows + VAGUE**-2 * np.eye(len(free))
             size = np.maximum(np.diag(normal), WEAK * np.diag(normal).max())
         step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
         expected = -2.0 * float(step @ slope + 0.5 * step @ normal @ step)
@@ -151,7 +148,7 @@ def refined(
         trial = numbers.copy()
         trial[free] += step
         there, changed = slopes(problem, trial)
-        gained = least - problem.squares(there, trial, certain)
+        gained = least - all_of(there, trial)
         if not (gained > 0.0 and np.isfinite(changed).all()):
             damping, growth = damping * growth, 2.0 * growth
             continue
@@ -203,15 +200,14 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     starts = _starts(problem.free, seed)
     starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
     count = offs(problem, starts[0]).size
-    each = side_by_side(lambda one: problem.squares(offs(problem, one), one, 0.0), starts)
-    first = np.array(each)
+    first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
     scale = np.sqrt(first.min() / count) * np.asarray(problem.scale)
     close = problem._replace(scale=scale)  # in which what began is not forgotten
-    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW, 1.0 / VAGUE), best)
+    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
     found = np.sqrt(squares / count)
     agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
@@ -227,7 +223,7 @@ def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY, 1.0 / VAGUE)
+        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY)
     return problem._replace(scale=scale), numbers
 
 

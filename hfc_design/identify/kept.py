@@ -230,7 +230,7 @@ def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Cer
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
         own = found.problem._replace(residual=replace(replay, rows=rows), held=held)
-        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW, 1.0 / VAGUE)
+        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW)
         return certainty(fitted(own, numbers, 0), moves)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, root_of
-from hfc_design.identify.fit import VAGUE, Fit, Problem, offs, refined, side_by_side
+from hfc_design.identify.fit import VAGUE, Fit, offs, refined, side_by_side
 from hfc_design.identify.search import Found
 
 #: Of so many parameters, those that the log tells least.
@@ -34,13 +34,6 @@ class Profile(NamedTuple):
     worse: Floats  # (places,) by which twice the logarithm of the likelihood falls
     supposed: Floats  # (2, points) values, and the parabola there that its interval supposes
 
-    @property
-    def interval(self) -> tuple[float | None, float | None]:
-        """Where it has fallen by ``LIMIT``; None: beyond the places that were looked at."""
-        middle = len(self.values) // 2
-        low = _crossing(self.values[middle::-1], self.worse[middle::-1])
-        return low, _crossing(self.values[middle:], self.worse[middle:])
-
 
 def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
     """Of the parameters that are known least."""
@@ -58,9 +51,14 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
             step[others] = -place * np.linalg.lstsq(root[:, others], root[:, k])[0]
             lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
             held.append(others * found.problem.held)
-    problem, each = found.problem, zip(lanes, held, strict=True)
-    cost: Floats = np.array(side_by_side(lambda own: _least(problem, *own), each))
-    least = float(np.sum(np.square(fit.residual / np.asarray(problem.scale))))
+
+    def again(numbers: Floats, held: Floats) -> float:
+        own = found.problem._replace(held=held)
+        ended, _ = refined(own, numbers, TOLERANCE, STEPS)
+        return own.squares(offs(own, ended))
+
+    cost = np.array(side_by_side(lambda own: again(*own), zip(lanes, held, strict=True)))
+    least = found.problem.squares(fit.residual)
     rows = np.array(lanes).reshape(len(worst), -1, len(fit.numbers))
     told = []
     for row, k, own in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
@@ -79,21 +77,3 @@ def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
     """(places,) the parameter ``k`` in its unit where its number is one of ``numbers``."""
     place = np.arange(len(fit.numbers)) == k
     return np.array([fit.free.values(np.where(place, x, fit.numbers))[k] for x in numbers])
-
-
-def _least(problem: Problem, numbers: Floats, held: Floats) -> float:
-    """The squares where the others are fitted again."""
-    own = problem._replace(held=held)
-    ended, _ = refined(own, numbers, TOLERANCE, STEPS, 1.0 / VAGUE)
-    return own.squares(offs(own, ended), ended, 0.0)
-
-
-def _crossing(values: Floats, worse: Floats) -> float | None:
-    """The first place from the middle outwards that is worse by ``LIMIT``."""
-    beyond = np.flatnonzero(worse >= LIMIT)
-    if not beyond.size or beyond[0] == 0:
-        return None
-    k = beyond[0]
-    low, high = np.sqrt(worse[k - 1]), np.sqrt(worse[k])
-    share = (np.sqrt(LIMIT) - low) / max(high - low, 1e-12)
-    return float(values[k - 1] + share * (values[k] - values[k - 1]))

@@ -58,22 +58,19 @@ def by_command(
     ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
     no others are tried.
     """
-    best: Found | None = None
-    for hz in tried:
-        residual = replay(free, told, hz, substeps)
-        numbers = None if best is None else best.fit.numbers
-        if best is not None and not _worth(best, residual):
+    first, *others = tried
+    best = _first(free, told, replay(free, told, first, substeps), first, seed, tell, near)
+    for hz in others:
+        residual = replay(best.fit.free, told, hz, substeps)
+        problem = best.problem._replace(residual=residual)
+        off = offs(problem, best.fit.numbers)
+        if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0]:
             break
-        if best is not None and best.fit.rms[0] <= NOTHING * np.std(told.place):
+        if best.fit.rms[0] <= NOTHING * np.std(told.place):
             break  # of which observer there is less is rounding
-        name = f"observer of {hz:g} Hz" if hz else "open loop"
-        how = Way(told, residual, name, True)
-        fit, problem = _fit(free, how, numbers, seed, tell, near)
-        free = fit.free
-        if best is None or _less(fit, best.fit):
-            agreeing = fit.agreeing if best is None else best.fit.agreeing
-            best = Found(fit._replace(agreeing=agreeing), problem, hz)
-    assert best is not None
+        again = _ended(problem, best.fit.numbers, best.fit.agreeing, hz, tell)
+        if again.fit.rms[0] < best.fit.rms[0]:  # by the position
+            best = again
     return _lagged(best)
 
 
@@ -83,10 +80,9 @@ def _lagged(found: Found) -> Found:
     if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
         return found
     moves[-1] = 1.0
-    problem, numbers = settled(
-        found.problem._replace(held=moves), np.append(found.fit.numbers[:-1], LAG)
-    )
-    again = found._replace(problem=problem, fit=fitted(problem, numbers, found.fit.agreeing))
+    begun = np.append(found.fit.numbers[:-1], LAG)
+    problem = found.problem._replace(held=moves)
+    again = _ended(problem, begun, found.fit.agreeing, found.bandwidth)
     error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
     told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
     return again if told else found
@@ -121,9 +117,7 @@ def bandwidths(told: Recording, wanted: float | None) -> list[float]:
 
 def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:
     """In the closed loop that recorded it."""
-    way = Way(told, residual, "closed loop", False)
-    fit, problem = _fit(free, way, None, seed, tell)
-    return Found(fit, problem, None)
+    return _first(free, told, residual, None, seed, tell)
 
 
 def held(found: Found, numbers: Floats, keep: Mask) -> Found:
@@ -132,8 +126,8 @@ def held(found: Found, numbers: Floats, keep: Mask) -> Found:
     Those of ``LATE`` move if they do in ``found``.
     """
     moves = np.append(keep.astype(float), found.problem.held[-2:])
-    problem, numbers = settled(found.problem._replace(held=moves), numbers)
-    return Found(fitted(problem, numbers, found.fit.agreeing), problem, found.bandwidth)
+    problem = found.problem._replace(held=moves)
+    return _ended(problem, numbers, found.fit.agreeing, found.bandwidth)
 
 
 def opened(found: Found) -> Fit:
@@ -142,37 +136,41 @@ def opened(found: Found) -> Fit:
     return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
 
 
-class Way(NamedTuple):
-    """How a recording is replayed."""
-
-    told: Recording
-    residual: Residual
-    name: str
-    late: bool  # whether a delay of the command is looked for
+def observer(bandwidth: float | None) -> str:
+    """What a recording is replayed with, in words."""
+    if bandwidth is None:
+        return "closed loop"
+    return f"observer of {bandwidth:g} Hz" if bandwidth else "open loop"
 
 
-def _fit(
-    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell, near: bool = False
-) -> tuple[Fit, Problem]:
-    size = np.array([max(np.std(values), 1e-300) for values in way.told.outputs.values()])
-    held = np.append(np.ones(len(free.names)), [float(way.late) * free.sought[0], 0.0])
-    problem, agreeing = Problem(free, way.residual, size, held), 0
-    if numbers is None:
-        problem = weighed(problem, way.told.command)
-        numbers = problem.free.near if near else None
-    if numbers is None:
-        tell(f"{way.name}: a hundred starts side by side, the best ten refined")
+def _first(
+    free: Free,
+    told: Recording,
+    residual: Residual,
+    bandwidth: float | None,
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
+    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
+    late = free.sought[0] if bandwidth is not None else 0.0
+    held = np.append(np.ones(len(free.names)), [late, 0.0])
+    problem = weighed(Problem(free, residual, size, held), told.command)
+    numbers, agreeing = problem.free.near, 0
+    if not near:
+        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
         numbers, agreeing = searched(problem, seed)
-    tell(f"{way.name}: the best one refined")
+    return _ended(problem, numbers, agreeing, bandwidth, tell)
+
+
+def _ended(
+    problem: Problem,
+    numbers: Floats,
+    agreeing: int,
+    bandwidth: float | None,
+    tell: Tell = lambda line: None,
+) -> Found:
+    tell(f"{observer(bandwidth)}: the best one refined")
     problem, numbers = settled(problem, numbers)
-    return fitted(problem, numbers, agreeing), problem
-
-
-def _worth(best: Found, residual: Residual) -> bool:
-    off = offs(best.problem._replace(residual=residual), best.fit.numbers)
-    return bool(np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0])
-
-
-def _less(one: Fit, other: Fit) -> bool:
-    """Whether a residual is less than another, by the position."""
-    return bool(one.rms[0] < other.rms[0])
+    return Found(fitted(problem, numbers, agreeing), problem, bandwidth)
