@@ -94,10 +94,10 @@ def identify(
 
 def _show(found: "Identified") -> None:
     from hfc_design.core.console import plain_table, show_whole
-    from hfc_design.identify import words
+    from hfc_design.identify import result
 
-    parameters = words.HEADS, words.parameter_rows(found), words.interval_line(found)
-    checks = words.CHECKED, words.check_rows(found), ""
+    parameters = result.HEADS, result.parameter_rows(found), result.interval_line(found)
+    checks = result.CHECKED, result.check_rows(found), ""
     for heads, rows, below in (parameters, checks):
         table = plain_table()
         for k, head in enumerate(heads):
@@ -106,9 +106,9 @@ def _show(found: "Identified") -> None:
             table.add_row(*(_plain(cell) for cell in row))
         show_whole(table, 2)
         click.echo(f"{below}\n" if below else "")
-    for line in (words.agreeing_line(found), *words.untold_lines(found), *found.notes):
+    for line in (result.agreeing_line(found), *result.untold_lines(found), *found.notes):
         click.echo(line)
-    if line := words.advice_line(found):
+    if line := result.advice_line(found):
         click.echo(f"record next: {_plain(line)}")
 
 

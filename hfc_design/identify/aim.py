@@ -17,7 +17,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.identify.free import LATE, LOAD
 from hfc_design.identify.recording import Recording
-from hfc_design.logs.steps import noise_of
+from hfc_design.logs.sensors import noise_of
 
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified
@@ -60,8 +60,8 @@ def delay(found: "Identified") -> tuple[float, float] | None:
 
 def machine(found: "Identified") -> Json:
     """The drive and what stands around it as they were identified, by dotted keys of a scenario."""
-    scenario, made, known = found.scenario, found.task.made, found.task.known
-    axis, names = scenario.plant.each()[found.axis], scenario.plant.machine.axes
+    scenario, made, known = found.task.scenario, found.task.made, found.task.known
+    axis, names = found.axis, scenario.plant.machine.axes
     several = f".axes.{axis.name}" if len(names) > 1 else ""
     drive = f"plant{several or '.parameters'}"
     load, limits = scenario.load.of(axis.name), scenario.limits.of(axis.name)
@@ -94,8 +94,8 @@ def scenario_text(found: "Identified") -> str:
         UserError: it is no scenario with these parameters.
     """
     made = found.task.made
-    told: Json = found.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
-    data = changed(_made(found) | {"plant": told["plant"]} if made else told, machine(found))
+    told: Json = found.task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    data = changed({"plant": told["plant"]} | _made(found) if made else told, machine(found))
     if seen := found.response:
         modes = {"far_modes_hz": [seen.mode]} if seen.mode else {}
         above = {"unknown_above_hz": seen.unknown_above}
@@ -105,7 +105,10 @@ def scenario_text(found: "Identified") -> str:
     own = found.free.start._fields
     within = {name: x for name, x in tolerances(found).items() if name in own}
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
-    names = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
+    names = {
+        "name": called(found.log),
+        "description": f"{found.task.scenario.plant.name} by its log",
+    }
     data = names | data | names  # they stand first, and those of another scenario do not stay
     notes = []
     try:
@@ -123,10 +126,13 @@ def scenario_text(found: "Identified") -> str:
 
 def _made(found: "Identified") -> Json:
     """Motions like those of the log."""
-    told, scenario = found.told, found.scenario
-    axis = scenario.plant.each()[found.axis]
+    told, scenario, axis = found.told, found.task.scenario, found.axis
     speed, acceleration = _fastest(told)
-    distance, limit = float(np.ptp(told.place)), _limit(found)
+    distance = float(np.ptp(told.place))
+    low, high = axis.drive.largest_commands(axis.parameters, scenario.limits.command)
+    limit = float(min(-low, high))
+    if not np.isfinite(limit):  # then that of the log
+        limit = 1.0 if told.command is None else float(f"{np.abs(told.command).max():.2g}")
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
     behind = 0.0 if told.reference is None else np.sqrt(np.mean((told.reference - told.place) ** 2))
@@ -215,17 +221,6 @@ def _fastest(told: Recording) -> tuple[float, float]:
     change = (rate[width:] - rate[:-width]) / (width * told.sample_time)
     speed = max(float(np.quantile(np.abs(rate), 0.99)), float(np.ptp(place)) / told.duration)
     return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
-
-
-def _limit(found: "Identified") -> float:
-    """The largest command of the drive, or, where it has no limit, of the log."""
-    axis = found.scenario.plant.each()[found.axis]
-    low, high = axis.drive.largest_commands(axis.parameters, found.scenario.limits.command)
-    largest = min(-low, high)
-    if np.isfinite(largest):
-        return float(largest)
-    command = found.told.command
-    return float(f"{np.abs(command).max():.2g}") if command is not None else 1.0
 
 
 def called(log: str) -> str:

@@ -83,9 +83,7 @@ class Problem(NamedTuple):
             return float(np.sum(np.square(off / self.scale)))
 
 
-@jax.jit
-def _off(problem: Problem, numbers: Scalar) -> Scalar:
-    return problem.off(numbers)
+_off = jax.jit(Problem.off)
 
 
 @jax.jit
@@ -197,7 +195,10 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
 
     The first start is that of ``free``; the others are drawn by a Sobol sequence.
     """
-    starts = _starts(problem.free, seed)
+    free, random = problem.free, np.random.default_rng(seed)
+    drawn = 2.0 * qmc.Sobol(len(free.names), rng=random).random(128)[: STARTS - 1] - 1.0
+    away = np.where(free.positive > 0, np.log(AWAY), AWAY) * drawn
+    starts = free.near + np.pad(away, [(1, 0), (0, 2)])
     starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
     count = offs(problem, starts[0]).size
     first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
@@ -231,12 +232,3 @@ def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
     """The fit at ``numbers``, with its residual and slopes."""
     residual, jacobian = slopes(problem, numbers)
     return Fit(problem.free, numbers, residual, jacobian, np.asarray(problem.scale), agreeing)
-
-
-def _starts(free: Free, seed: int) -> Floats:
-    """(starts, names + 2) within ``AWAY`` of the first one, which is the own one."""
-    dimensions = len(free.names)
-    drawn = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(128) - 1.0
-    width = np.where(free.positive > 0, np.log(AWAY), AWAY)
-    others = np.hstack([width * drawn[: STARTS - 1], np.zeros((STARTS - 1, 2))])
-    return np.vstack([free.near, free.near + others])

@@ -5,7 +5,7 @@ import numpy as np
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
-from hfc_design.identify.advice import advice
+from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.asking import Source, Task, looked_for
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.checks import checked, doubts, strangers
@@ -13,12 +13,10 @@ from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import LATE, Free
 from hfc_design.identify.kept import fault, halved, kept
 from hfc_design.identify.loop import loop
-from hfc_design.identify.profile import profiles
 from hfc_design.identify.recording import Recording, recordings
 from hfc_design.identify.response import response
-from hfc_design.identify.result import Identified
+from hfc_design.identify.result import Identified, response_lines
 from hfc_design.identify.search import Found, Tell, bandwidths, by_command, by_loop
-from hfc_design.identify.words import response_lines
 
 
 def answered(

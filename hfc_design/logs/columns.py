@@ -25,14 +25,6 @@ class Column(NamedTuple):
     unit: str | None = None  # of one count, "5 um" say; None: that of the drive
 
 
-def mapped(text: str) -> Column:
-    """What a user says of a column; ValueError: it cannot be understood."""
-    found = MAPPED.fullmatch(text)
-    if not found:
-        raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
-    return Column(found["name"], found["column"], found["unit"])
-
-
 def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
     """What a user says of the columns of a drive's log.
 
@@ -42,7 +34,10 @@ def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
     """
     found = dict[str, Column]()
     units = units_of(drive)
-    for one in map(mapped, texts):
+    for text in texts:
+        if not (said := MAPPED.fullmatch(text)):
+            raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
+        one = Column(said["name"], said["column"], said["unit"])
         if other := found.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
             raise ValueError(f"{one.name}: is said of two columns, {both}; one is allowed")
@@ -50,15 +45,16 @@ def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
-        scale(one, units[one.name], millimetres_of(drive))
+        scale(one, drive)
     return [*found.values()]
 
 
-def scale(one: Column, unit: str, millimetres: float | None) -> float:
-    """What a count of the column is in ``unit``; ValueError: it is of another kind."""
+def scale(one: Column, drive: Drive) -> float:
+    """What a count of the column is in the unit of its signal; ValueError: of another kind."""
+    unit = units_of(drive)[one.name]
     told = one.unit or unit
     try:
-        return number(told if told[0] in "+-.0123456789" else f"1 {told}", unit, millimetres)
+        return counted(told if told[0] in "+-.0123456789" else f"1 {told}", unit, drive)
     except ValueError:
         raise ValueError(
             f"column {one.column[:60]} for the {one.name}: {told!r} cannot be counted in {unit}; "
@@ -66,9 +62,10 @@ def scale(one: Column, unit: str, millimetres: float | None) -> float:
         ) from None
 
 
-def millimetres_of(drive: Drive) -> float | None:
-    """Length of a unit of the position of a nominal machine; None: it is none."""
-    return None if drive.millimetres is None else drive.millimetres(drive.parameters())
+def counted(quantity: str, unit: str, drive: Drive) -> float:
+    """A quantity in ``unit``, by the units of a nominal machine; ValueError: it is no such one."""
+    millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
+    return number(quantity, unit, millimetres)
 
 
 def how(name: str) -> str:
@@ -109,7 +106,7 @@ def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column
 def _said(name: str, column: str, drive: Drive) -> str:
     """A column as an option says it: with a unit where its own name does not tell one."""
     unit, told = units_of(drive)[name], TOLD.fullmatch(column)
-    if told and _ending(told["unit"], unit, millimetres_of(drive)):
+    if told and _ending(told["unit"], unit, drive):
         return column
     if told and told["unit"] == "%" and name == "command":
         highest = drive.largest_commands(drive.parameters())[1]
@@ -123,13 +120,13 @@ def there(log: Log) -> str:
     return f"there is {', '.join(log.columns)[:120]}{texts}"
 
 
-def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
+def looked_up(one: Column, log: Log, drive: Drive) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
     Raises:
         ValueError: there is no such column.
     """
-    wanted = one.column.casefold()
+    wanted, unit = one.column.casefold(), units_of(drive)[one.name]
     whole = [x for x in log.columns if x.casefold() == wanted] or [
         x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"].casefold() == wanted
     ]
@@ -146,7 +143,7 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
         )
     parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
     ends = [told["unit"]] if told else ["_".join(parts[k:]) for k in range(len(parts))]
-    units = (_ending(end, unit, millimetres) for end in ends)
+    units = (_ending(end, unit, drive) for end in ends)
     return one._replace(unit=next(filter(None, units), None))
 
 
@@ -162,13 +159,13 @@ def is_unit(text: str) -> bool:
         return False
 
 
-def _ending(text: str, unit: str, millimetres: float | None) -> str | None:
+def _ending(text: str, unit: str, drive: Drive) -> str | None:
     """The unit that the end of a name is, mm_s for mm/s; None: none that counts in ``unit``."""
     if text == in_a_name(unit):
         return unit
     told = text.replace("_", "/")
     try:
-        number(f"1 {told}", unit, millimetres)
+        counted(f"1 {told}", unit, drive)
     except ValueError:
         return None
     return None if text in NO_UNIT else told
@@ -201,7 +198,7 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
         if name in said:
             continue
         for column in log.columns:
-            own = _called(column, {name, others.get(name, name)}, unit, millimetres_of(drive))
+            own = _called(column, {name, others.get(name, name)}, unit, drive)
             if own is None:
                 continue
             if name in found:
@@ -211,7 +208,7 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     return found
 
 
-def _called(column: str, names: set[str], unit: str, millimetres: float | None) -> str | None:
+def _called(column: str, names: set[str], unit: str, drive: Drive) -> str | None:
     """The unit of a column that is called like one of ``names``; None: it is not."""
     folded = {name.casefold() for name in names}
     if column.casefold() in folded:
@@ -219,4 +216,4 @@ def _called(column: str, names: set[str], unit: str, millimetres: float | None) 
     if (told := TOLD.fullmatch(column)) and told["name"].casefold() in folded:
         return told["unit"]
     ends = (column[len(x) + 1 :] for x in folded if column.casefold().startswith(f"{x}_"))
-    return next(filter(None, (_ending(end, unit, millimetres) for end in ends)), None)
+    return next(filter(None, (_ending(end, unit, drive) for end in ends)), None)

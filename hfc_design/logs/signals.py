@@ -1,24 +1,22 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
-from hfc_design.logs import travel
 from hfc_design.logs.columns import (
     Column,
     by_name,
     gaps,
     how,
     looked_up,
-    millimetres_of,
     scale,
     units_of,
 )
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
-from hfc_design.logs.steps import righted, step_of
+from hfc_design.logs.sensors import checked_travel, righted, step_of, unwrapped
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -43,21 +41,23 @@ def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: floa
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen = {one.name: one for one in columns}
-    units, millimetres = units_of(drive), millimetres_of(drive)
+    units = units_of(drive)
     named = by_name(log, drive, [*chosen])
     timed = {"time"} if log.sample_time or sample_time else set()
-    if missing := [x for x in _needed(chosen | named, drive) if x not in {*chosen, *named, *timed}]:
-        raise ValueError(gaps(log, drive, missing, chosen | named))
+    known = chosen | named
+    needed = ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
+    if missing := [name for name in needed if name not in known.keys() | timed]:
+        raise ValueError(gaps(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
-    for name, own in (chosen | named).items():
-        one = looked_up(own, log, units[name], millimetres)
+    for name, own in known.items():
+        one = looked_up(own, log, drive)
         unit = one.unit or units[name]
         if own.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {one.column} in {unit}")
-        values[name] = scale(one, units[name], millimetres) * log.columns[one.column]
+        values[name] = scale(one, drive) * log.columns[one.column]
         if units[name] == drive.units["error"]:
             places[name] = one._replace(unit=unit)
-    turned = travel.unwrapped(values, [*places], drive)
+    turned = unwrapped(values, [*places], drive)
     _check(values, drive)
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
@@ -68,16 +68,11 @@ def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: floa
         )
     duration = found.sample_time * len(found.usable)
     for name, one in places.items():
-        travel.check(one, found.values[name], drive, duration)
+        checked_travel(one, found.values[name], drive, duration)
     found.notes.extend(turned)
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
-    return _trusted(_first(found), drive)._replace(step=step)
-
-
-def _needed(known: Collection[str], drive: Drive) -> list[str]:
-    """What has to be there; a loop is replayed without a command."""
-    return ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
+    return _trusted(found, drive)._replace(step=step)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -95,17 +90,13 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
         )
 
 
-def _first(found: Even) -> Even:
-    """The first samples, if there are too many."""
-    if len(found.usable) <= MOST:
-        return found
-    values = {name: column[:MOST] for name, column in found.values.items()}
-    note = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
-    return found._replace(values=values, usable=found.usable[:MOST], notes=[*found.notes, note])
-
-
 def _trusted(found: Even, drive: Drive) -> Even:
-    """With what of it is wrong or at an end of its scale marked."""
+    """The first samples, if there are too many; what is wrong or at an end of a scale marked."""
+    if len(found.usable) > MOST:
+        told = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
+        found.notes.append(told)
+        values = {name: column[:MOST] for name, column in found.values.items()}
+        found = found._replace(values=values, usable=found.usable[:MOST])
     notes, usable = [*found.notes], found.usable.copy()
     position = found.values[drive.seen[0]]
     right, wrong = righted(position)

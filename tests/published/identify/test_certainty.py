@@ -12,7 +12,7 @@ from hfc_design.identify.fit import Fit, Problem, fitted
 from hfc_design.identify.free import free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.replay import replay
-from hfc_design.identify.words import NOTHING, _untold
+from hfc_design.identify.result import NOTHING, _untold
 from plants import PLANTS
 
 

@@ -5,9 +5,9 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 from scipy.optimize import minimize_scalar
 
+from hfc_design.identify.advice import LIMIT, profiles
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.free import free
-from hfc_design.identify.profile import LIMIT, profiles
 from hfc_design.identify.search import by_command
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
