@@ -16,10 +16,9 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits, within
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, errors_of, root_of
-from hfc_design.identify.fit import VAGUE, Fit, offs, refined, side_by_side, slopes
+from hfc_design.identify.fit import VAGUE, Fit, Found, offs, refined, side_by_side, slopes
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
 
 #: How long each is [s], in at most so many samples.
 LASTS, SAMPLES = 5.0, 10_000
@@ -78,9 +77,9 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
         error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
         after.append((error * np.sqrt(known.inflated))[:-2] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
-    if not wanted.size and known.error.max() < ENOUGH:
-        return None
     if not wanted.size:
+        if known.error.max() < ENOUGH:
+            return None
         wanted = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
     gains = np.log(known.error[wanted] / np.array(after)[:, wanted])
     total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
@@ -127,40 +126,35 @@ class Profile(NamedTuple):
 
 def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
     """Of the parameters that are known least."""
-    fit = found.fit
     worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
-    error = np.sqrt(np.diag(known.covariance))
+    return tuple(_profile(found, known, int(k)) for k in worst)
+
+
+def _profile(found: Found, known: Certainty, k: int) -> Profile:
+    """Of one, from where the others would be by their slopes."""
+    fit, problem, error = found.fit, found.problem, np.sqrt(known.covariance[k, k])
     root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
-    lanes, held = [], []
-    for k in worst:
-        far = np.minimum(np.array(PLACES) * error[k], np.array(PLACES) / PLACES[-1] * FURTHEST)
-        for place in (*-far[::-1], *far):
-            others = np.arange(len(fit.numbers)) != k
-            step = np.zeros(len(fit.numbers))
-            step[k] = place
-            step[others] = -place * np.linalg.lstsq(root[:, others], root[:, k])[0]
-            lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
-            held.append(others * found.problem.held)
+    others = np.arange(len(fit.numbers)) != k
+    along = np.ones(len(fit.numbers))
+    along[others] = -np.linalg.lstsq(root[:, others], root[:, k])[0]
+    places = np.array(PLACES)
+    far = np.minimum(places * error, places / PLACES[-1] * FURTHEST)
+    steps = np.outer([*-far[::-1], *far], along)
+    lanes = fit.numbers + np.clip(steps, -FURTHEST, FURTHEST)
+    alone = problem._replace(held=others * problem.held)
 
-    def again(numbers: Floats, held: Floats) -> float:
-        own = found.problem._replace(held=held)
-        ended, _ = refined(own, numbers, TOLERANCE, STEPS)
-        return own.squares(offs(own, ended))
+    def again(numbers: Floats) -> float:
+        ended, _ = refined(alone, numbers, TOLERANCE, STEPS)
+        return alone.squares(offs(alone, ended))
 
-    cost = np.array(side_by_side(lambda own: again(*own), zip(lanes, held, strict=True)))
-    least = found.problem.squares(fit.residual)
-    rows = np.array(lanes).reshape(len(worst), -1, len(fit.numbers))
-    told = []
-    for row, k, own in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
-        half = len(own) // 2
-        numbers = np.insert(row[:, k], half, fit.numbers[k])
-        worse = fit.residual.size * (np.insert(own, half, least) / least - 1.0) / known.inflated[k]
-        smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
-        parabola = ((smooth - fit.numbers[k]) / error[k]) ** 2
-        supposed = np.array([_values(fit, k, smooth), parabola])
-        values = _values(fit, k, numbers)
-        told.append(Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed))
-    return tuple(told)
+    least = problem.squares(fit.residual)
+    cost = np.insert(side_by_side(again, lanes), len(far), least)
+    numbers = np.insert(lanes[:, k], len(far), fit.numbers[k])
+    worse = fit.residual.size * (cost / least - 1.0) / known.inflated[k]
+    smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
+    supposed = np.array([_values(fit, k, smooth), ((smooth - fit.numbers[k]) / error) ** 2])
+    values = _values(fit, k, numbers)
+    return Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed)
 
 
 def _values(fit: Fit, k: int, numbers: Floats) -> Floats:

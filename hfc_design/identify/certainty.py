@@ -8,11 +8,10 @@ residual's own correlation in the middle, not the inverse of the normal matrix a
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import fftconvolve
 from scipy.stats import norm
 
 from hfc_design.core.numbers import Floats, Mask, digits
-from hfc_design.identify.fit import VAGUE, Fit
+from hfc_design.identify.fit import VAGUE, Fit, covariance_of, rows_of
 
 #: The share of repeats in which an interval holds the true value.
 CONFIDENCE = 0.95
@@ -20,9 +19,6 @@ CONFIDENCE = 0.95
 TOLD = 0.25
 #: What may change by this much, relative, is nothing that a log of this kind tells.
 TOGETHER = 1.0
-#: Correlations of the residual are counted up to this share of the log, as Newey and West do with
-#: weights that fall to 0.
-CORRELATED = 0.02
 #: A parameter that takes at least this share of what one takes that changes most is named with it.
 NAMED = 0.2
 
@@ -84,28 +80,9 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
 
 def unseen(fit: Fit) -> Mask:
     """(names,) what the log does not tell even if all others are known."""
-    rows = _rows(fit.jacobian, fit.scale)[:, :-2]
+    rows = rows_of(fit.jacobian, fit.scale)[:, :-2]
     alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
     return np.asarray(alone > TOGETHER)
-
-
-def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
-    """(numbers, numbers) of the numbers; of each its variance over that under white noise.
-
-    In the slopes' singular directions: none is lost beside a far larger one, as it would be in
-    the normal matrix, and what comes out is a square.
-    """
-    numbers = len(fit.numbers)
-    rows = np.vstack([_rows(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
-    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
-    middle = before.T @ before
-    for k, scale in enumerate(fit.scale):
-        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
-    inverse = right.T / sizes  # root of the covariance under white noise
-    lengths, directions = np.linalg.eigh(middle)
-    root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
-    return root @ root.T, np.sum(root**2, axis=1) / np.sum(inverse**2, axis=1)
 
 
 def root_of(slopes: Floats, scale: Floats) -> Floats:
@@ -113,7 +90,7 @@ def root_of(slopes: Floats, scale: Floats) -> Floats:
 
     ``scale`` (outputs,) is the size of their residuals, which are white.
     """
-    return np.asarray(np.linalg.qr(_rows(slopes, scale), mode="r"))
+    return np.asarray(np.linalg.qr(rows_of(slopes, scale), mode="r"))
 
 
 def errors_of(*roots: Floats) -> Floats:
@@ -121,22 +98,6 @@ def errors_of(*roots: Floats) -> Floats:
     numbers = roots[0].shape[1]
     _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
     return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
-
-
-def _rows(slopes: Floats, scale: Floats) -> Floats:
-    """(steps outputs, numbers) slopes of residuals that have a deviation of 1."""
-    return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
-
-
-def _correlated(residual: Floats, slopes: Floats) -> Floats:
-    """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
-    steps = len(residual)
-    lags = max(int(CORRELATED * steps), 1)
-    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
-    kept = own[:lags] * (1.0 - np.arange(lags) / lags)
-    both = np.r_[kept[:0:-1], kept]
-    spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
-    return np.asarray(slopes.T @ spread)
 
 
 def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:

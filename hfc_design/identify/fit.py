@@ -1,18 +1,23 @@
-"""Parameters under which a machine does what was recorded: many starts, the best ones refined."""
+"""Parameters under which a machine does what was recorded, by the observer that tells most.
+
+Many starts, the best ones refined.
+"""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
+from scipy.signal import fftconvolve
 from scipy.stats import qmc
 
-from hfc_design.core.numbers import Floats, Scalar
+from hfc_design.core.numbers import Floats, Mask, Scalar, within
 from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.replay import Replay, Residual
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
@@ -28,7 +33,7 @@ DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
 #: The size of the load is looked for in so many steps.
-PUSHED = 4
+PUSHED = 3
 #: Refined starts that end this near the best one, relative, have found the same.
 SAME = 0.01
 #: A residual below such a share of the motion is none: of a log without noise all that is left is
@@ -37,6 +42,20 @@ NOTHING = 1e-6
 #: How sure it is beforehand that a number is where it began, as a standard deviation. So little
 #: that a log that tells anything of it overrules it; what it does not tell stays where it began.
 VAGUE = float(np.log(FACTOR))
+#: Correlations of the residual are counted up to this share of the log, as Newey and West do with
+#: weights that fall to 0.
+CORRELATED = 0.02
+#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
+#: none slower than so many periods in the log: the first three do not count.
+BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
+#: One that is asked for may be this share of the samples; a faster one does not settle.
+LARGEST_SHARE = 0.2
+#: A slower observer is tried if under the numbers of the faster one it is off by less than so many
+#: times as much; whoever knows the machine needs no fast one.
+WORTH = 3.0
+
+#: A lag is looked for from so many samples, and is one if it is so many standard errors long.
+LAG, CLEAR = 0.5, 4.0
 
 
 class Fit(NamedTuple):
@@ -164,30 +183,25 @@ def weighed(problem: Problem, command: Floats | None) -> Problem:
     What holds the mean of it is near the load: a search begins there.
     """
     free = problem.free
-    names = [x for x in (LOAD, *sorted(OFFSETS)) if x in free.names]
-    if not names or command is None or not isinstance(problem.residual, Replay):
-        return problem
-    at = np.array([*(name == names[0] for name in free.names), False, False]) * 1.0
-    if free.positive[at[:-2] > 0]:
+    k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
+    if k is None or free.positive[k] or command is None or not isinstance(problem.residual, Replay):
         return problem
     size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
-    rows = problem.residual.rows
+    rows, at = problem.residual.rows, np.arange(len(free.begun)) == k
     more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
     pushed = offs(problem._replace(residual=more), free.begun) - off
-    load, held, own = size, 1.0, free
+    load, held = size, 1.0
     for _ in range(PUSHED):
-        scale = np.where(at[:-2] > 0, load, free.scale)
-        begun = np.where(at > 0, free.starts[names[0]] / load, free.begun)
-        near = np.where(at > 0, held * np.mean(command) / size, begun)
-        own = replace(free, scale=scale, begun=begun, near=near)
-        there = problem._replace(free=own)
-        pulled = offs(there, begun + at) - off
+        pulled = offs(problem, free.begun + at * load / free.scale[k]) - off
         both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
             return problem
         ratio = float(np.median(pushed[both] / pulled[both])) or -1.0
         load, held = load * abs(ratio), -np.sign(ratio)
-    return problem._replace(free=own)
+    scale = np.where(at[:-2], load, free.scale)
+    begun = np.where(at, free.starts[free.names[k]] / load, free.begun)
+    near = np.where(at, held * np.mean(command) / size, begun)
+    return problem._replace(free=replace(free, scale=scale, begun=begun, near=near))
 
 
 def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
@@ -232,3 +246,187 @@ def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
     """The fit at ``numbers``, with its residual and slopes."""
     residual, jacobian = slopes(problem, numbers)
     return Fit(problem.free, numbers, residual, jacobian, np.asarray(problem.scale), agreeing)
+
+
+def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
+    """(numbers, numbers) of the numbers; of each its variance over that under white noise.
+
+    In the slopes' singular directions: none is lost beside a far larger one, as it would be in
+    the normal matrix, and what comes out is a square.
+    """
+    numbers = len(fit.numbers)
+    rows = np.vstack([rows_of(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
+    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
+    middle = before.T @ before
+    for k, scale in enumerate(fit.scale):
+        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
+    inverse = right.T / sizes  # root of the covariance under white noise
+    lengths, directions = np.linalg.eigh(middle)
+    root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
+    return root @ root.T, np.sum(root**2, axis=1) / np.sum(inverse**2, axis=1)
+
+
+def rows_of(slopes: Floats, scale: Floats) -> Floats:
+    """(steps outputs, numbers) slopes of residuals that have a deviation of 1."""
+    return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
+
+
+def _correlated(residual: Floats, slopes: Floats) -> Floats:
+    """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
+    steps = len(residual)
+    lags = max(int(CORRELATED * steps), 1)
+    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
+    kept = own[:lags] * (1.0 - np.arange(lags) / lags)
+    both = np.r_[kept[:0:-1], kept]
+    spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
+    return np.asarray(slopes.T @ spread)
+
+
+Tell = Callable[[str], None]
+
+
+class Found(NamedTuple):
+    """A fit and how its residual comes about."""
+
+    fit: Fit
+    problem: Problem
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
+
+    @property
+    def how(self) -> str:
+        """How a log is replayed, in words."""
+        command = "" if self.bandwidth is None else "recorded command, "
+        return command + observer(self.bandwidth)
+
+
+def by_command(
+    free: Free,
+    told: Recording,
+    substeps: int,
+    tried: Sequence[float],
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """Under the command that was recorded, by the observer of the least residual.
+
+    ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
+    no others are tried.
+    """
+    first, *others = tried
+    best = _first(free, told, replay(free, told, first, substeps), first, seed, tell, near)
+    for hz in others:
+        residual = replay(best.fit.free, told, hz, substeps)
+        problem = best.problem._replace(residual=residual)
+        off = offs(problem, best.fit.numbers)
+        if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0]:
+            break
+        if best.fit.rms[0] <= NOTHING * np.std(told.place):
+            break  # of which observer there is less is rounding
+        again = _ended(problem, best.fit.numbers, best.fit.agreeing, hz, tell)
+        if again.fit.rms[0] < best.fit.rms[0]:  # by the position
+            best = again
+    return _lagged(best)
+
+
+def _lagged(found: Found) -> Found:
+    """The fit with a part of the lateness as a lag, where the log tells one from the other."""
+    moves = found.problem.held.copy()
+    if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
+        return found
+    moves[-1] = 1.0
+    begun = np.append(found.fit.numbers[:-1], LAG)
+    problem = found.problem._replace(held=moves)
+    again = _ended(problem, begun, found.fit.agreeing, found.bandwidth)
+    error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
+    told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
+    return again if told else found
+
+
+def bandwidths(told: Recording, wanted: float | None) -> list[float]:
+    """Those of the observers to try [Hz], the fastest first; the one that is ``wanted``.
+
+    Raises:
+        ValueError: the log is too short for an observer, or for this one, or too slow.
+    """
+    low = PERIODS / told.duration
+    if wanted is not None:
+        high = LARGEST_SHARE / told.sample_time
+        if wanted and not within(low, wanted, high):
+            raise ValueError(
+                f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
+                "how long it lasts and how it is sampled"
+            )
+        return [wanted]
+    high = SHARE / told.sample_time
+    if not within(0.0, low, high):
+        fewest = int(np.ceil(PERIODS / SHARE))
+        raise ValueError(
+            f"has {len(told.place)} samples, an observer needs {fewest}: record more, or replay "
+            "it with --open-loop"
+        )
+    return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [
+        min(high, max(low, BANDWIDTHS[-1]))
+    ]
+
+
+def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:
+    """In the closed loop that recorded it."""
+    return _first(free, told, residual, None, seed, tell)
+
+
+def held(found: Found, numbers: Floats, keep: Mask) -> Found:
+    """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
+
+    Those of ``LATE`` move if they do in ``found``.
+    """
+    moves = np.append(keep.astype(float), found.problem.held[-2:])
+    problem = found.problem._replace(held=moves)
+    return _ended(problem, numbers, found.fit.agreeing, found.bandwidth)
+
+
+def opened(found: Found) -> Fit:
+    """The fit where it is, with the slopes of all numbers."""
+    keep = np.append(np.ones(len(found.fit.free.names)), found.problem.held[-2:])
+    return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
+
+
+def observer(bandwidth: float | None) -> str:
+    """What a recording is replayed with, in words."""
+    if bandwidth is None:
+        return "closed loop"
+    return f"observer of {bandwidth:g} Hz" if bandwidth else "open loop"
+
+
+def _first(
+    free: Free,
+    told: Recording,
+    residual: Residual,
+    bandwidth: float | None,
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
+    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
+    late = free.sought[0] if bandwidth is not None else 0.0
+    held = np.append(np.ones(len(free.names)), [late, 0.0])
+    problem = weighed(Problem(free, residual, size, held), told.command)
+    numbers, agreeing = problem.free.near, 0
+    if not near:
+        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
+        numbers, agreeing = searched(problem, seed)
+    return _ended(problem, numbers, agreeing, bandwidth, tell)
+
+
+def _ended(
+    problem: Problem,
+    numbers: Floats,
+    agreeing: int,
+    bandwidth: float | None,
+    tell: Tell = lambda line: None,
+) -> Found:
+    tell(f"{observer(bandwidth)}: the best one refined")
+    problem, numbers = settled(problem, numbers)
+    return Found(fitted(problem, numbers, agreeing), problem, bandwidth)

@@ -49,10 +49,6 @@ class Free:
         load = found.pop(LOAD, self.load) if LOAD not in self.start._fields else self.load
         return self.start._replace(**found), numbers[-2], jnp.abs(numbers[-1]), load
 
-    def parameters(self, numbers: Scalar) -> Parameters:
-        """The record with ``numbers`` (names + 2,) in it."""
-        return self.parts(numbers)[0]
-
     @property
     def starts(self) -> dict[str, float]:
         """Where everything begins, what is not looked for too."""
@@ -103,14 +99,9 @@ class Free:
 
     def away(self, numbers: Floats) -> dict[str, float]:
         """By which factor each parameter has left its start, of those that left it far."""
-        value = dict(zip(self.names, self.values(numbers), strict=True))
-        known = dict(zip(self.names, self.positive, strict=True))
-        factors = {name: x / self.starts[name] for name, x in value.items() if x and known[name]}
-        return {
-            name: float(factor)
-            for name, factor in factors.items()
-            if not 1.0 / FACTOR < factor < FACTOR
-        }
+        each = zip(self.names, self.values(numbers), self.positive, strict=True)
+        factors = {name: float(x) / self.starts[name] for name, x, signed in each if x and signed}
+        return {name: x for name, x in factors.items() if not 1.0 / FACTOR < x < FACTOR}
 
 
 def free(

@@ -20,10 +20,20 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, Mask, digits
 from hfc_design.identify.certainty import TOGETHER, TOLD, Certainty, both, certainty, unseen
-from hfc_design.identify.fit import FEW, TIGHT, VAGUE, Fit, fitted, refined, side_by_side
+from hfc_design.identify.fit import (
+    FEW,
+    TIGHT,
+    VAGUE,
+    Fit,
+    Found,
+    fitted,
+    held,
+    opened,
+    refined,
+    side_by_side,
+)
 from hfc_design.identify.free import LOAD, Free
 from hfc_design.identify.replay import Replay
-from hfc_design.identify.search import Found, held, opened
 
 #: The way to a bound is halved so often, and the others fitted again each time.
 HALVED = 8

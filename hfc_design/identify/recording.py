@@ -10,9 +10,8 @@ from hfc_design.core.texts import about
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.asking import Source
 from hfc_design.logs.columns import rates_of
-from hfc_design.logs.even import Even
 from hfc_design.logs.reading import read_log
-from hfc_design.logs.signals import signals
+from hfc_design.logs.signals import Even, signals
 from plants import Drive
 
 #: The velocity at the start is that of a cubic through so many samples.
@@ -94,7 +93,9 @@ def _in_cycle(scenario: Scenario, drive: Drive, logs: dict[str, Recording]) -> S
     for name, other in logs.items():
         if abs(other.sample_time / every - 1.0) > 1e-3:
             raise UserError(f"{name}: is sampled every {other.sample_time:g} s, not {every:g} s")
-    speed = max(_speed(one) for one in logs.values())
+    # The largest speed over ten samples: noise is none.
+    each = (abs(one.place[10:] - one.place[:-10]).max() for one in logs.values())
+    speed = float(max(each)) / (10 * every)
     axis = scenario.plant.each()[scenario.machine.drives.index(drive)]
     substeps = scenario.simulation.substeps
     while drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
@@ -102,9 +103,3 @@ def _in_cycle(scenario: Scenario, drive: Drive, logs: dict[str, Recording]) -> S
     changes = {"sample_time_s": every, "substeps": substeps}
     simulation = scenario.simulation.model_copy(update=changes)
     return scenario.model_copy(update={"simulation": simulation})
-
-
-def _speed(told: Recording) -> float:
-    """Largest speed over ten samples: noise is none."""
-    place = told.place
-    return float(abs(place[10:] - place[:-10]).max() / (10 * told.sample_time))

@@ -6,6 +6,8 @@ share of how far it is off the recorded position, as a rigid body. What is left 
 lacks, at the frequencies above the observer's; a fast one makes of it what least squares on the
 inverse dynamics have, with a filter of the same bandwidth (Gautier, Janot and Vandanjon, IEEE
 Trans. Control Systems Technology 21, 2013). With none it is the plain open loop.
+
+The closed loop that recorded a log is replayed under the reference and the load that it recorded.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,10 +19,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hfc_design.core.numbers import SAME, Floats, Parameters, Scalar, State
+from hfc_design.controllers.controller import Stepped, View
+from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Scalar, State, Xp
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import controller_of
+from hfc_design.files.scenario import Scenario
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.columns import rates_of
+from hfc_design.motion.samples import AxisSamples, Samples
+from hfc_design.simulation.closed_loop import Moving, closed_loop, moved, start
+from hfc_design.simulation.repeats import Louder
 from plants import Drive
 
 #: Of a lag [samples]; a shorter one is none.
@@ -197,3 +206,75 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     first = found[names.index(drive.seen[0])]
     shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
+
+
+class Pushed(Louder):
+    """A controller to whose command something is added; its gains are that and its own."""
+
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
+        """The command of the axis, and what to remember."""
+        more, own = gains
+        commands, memory = self.inner.step(xp, own, memory, view)
+        return tuple(command + more for command in commands), memory
+
+
+def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
+    """How far the loop of a machine is off what was recorded, where that counts.
+
+    Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
+    """
+    controller, gains = controller_of(design, scenario)
+    one = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
+    own: object = jax.tree.map(lambda leaf: leaf[..., 0], gains)
+    drive, every = one.machine.drives[0], told.sample_time
+    believed = scenario.plant.values()
+    body = rigid(drive, believed[0])
+    readings = scenario.sensors.of(scenario.plant.machine.axes[0]).readings
+    rows = _rows(told, one.substeps, len(drive.encoders) + len(readings))
+    outputs = np.stack([*told.outputs.values()], axis=-1)
+    usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
+
+    def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
+        fixed = one.coefficients((parameters,))
+        zero = 0.0 * late
+        put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
+        before = start(one, zero, (put,))
+
+        def sample(
+            before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
+        ) -> tuple[Moving, Scalar]:
+            happens, shown, counts, more = row
+            happens = happens._replace(loads=tuple(each + load for each in happens.loads))
+            missing = shown - read(drive, fixed[0], before.states[0], told.outputs)
+            sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
+            after = moved(one, believed, fixed, every, (more, own), before, sampled)
+            return after, missing * counts
+
+        off = jax.lax.scan(sample, before, (rows, outputs, usable, told.added))[1]
+        return unzeroed(off, usable, unknown)
+
+    return jax.tree_util.Partial(off)
+
+
+def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
+    """What happens to the axis, a leaf (steps,) each."""
+    assert told.reference is not None
+    steps, every = len(told.load), told.sample_time
+    reference = told.reference
+    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
+    rate = np.gradient(reference, every)  # where it is, not half a sample later
+    rise, bend = between(told.load)
+    shares = np.arange(2 * substeps + 1) / (2 * substeps)
+    loads = tuple(curved(told.load, rise, bend, share) for share in shares)
+    still = np.zeros(steps)
+    return AxisSamples(
+        reference=reference,
+        reference_rate=rate,
+        loads=loads,
+        noise=(still,) * noises,
+        target=reference,
+        reference_acceleration=faster / every**2,
+        sliding=still,
+        end=reference,
+        heading=still,
+    )

@@ -17,7 +17,7 @@ from hfc_design.identify.fit import NOTHING
 from hfc_design.identify.replay import DAMPED, Replay
 
 if TYPE_CHECKING:
-    from hfc_design.identify.search import Found
+    from hfc_design.identify.fit import Found
 
 #: Segments have at most so many samples, are so many at least, and have so many samples at least;
 #: of half as much overlap so many count for one (Welch, IEEE Trans. AU-15, 1967).
@@ -39,7 +39,6 @@ class Response(NamedTuple):
     log: Any  # complex, from command to position
     model: Any  # complex
     coherence: Floats
-    error: Floats  # by which share the log's may be wrong
     top: float | None  # what is above was not excited [Hz]; None: nothing was
     mode: float | None  # that the model has not [Hz]
     coloured: int  # of ``LAGS`` autocorrelations of the residual, how many are none of white noise
@@ -85,7 +84,7 @@ def response(found: "Found") -> Response | None:
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
     size = turn**2 * power.real
-    curves = frequency, own / size, model / size, coherence, error
+    curves = frequency, own / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.shown import line, table
 from hfc_design.core.texts import toml_of
 from hfc_design.files.machine import Axis
@@ -15,17 +15,26 @@ from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.aim import scenario_text, tolerances
 from hfc_design.identify.asking import Task
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, Combination
-from hfc_design.identify.checks import Check, how_of
+from hfc_design.identify.fit import Found
 from hfc_design.identify.free import Free
 from hfc_design.identify.kept import GIVEN, HELD
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.response import LAGS, Response
-from hfc_design.identify.search import Found
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
 
 HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
 CHECKED = ["log", "replayed in", "rms before", "rms after"]
+
+
+class Check(NamedTuple):
+    """A log replayed with the parameters that were found, or with those of the start."""
+
+    log: str
+    how: str  # under the recorded command, or in closed loop
+    before: float  # rms residual with the parameters of the start [unit of the position]
+    after: float
+    residual: Floats  # (steps,) recorded less simulated
 
 
 class Identified(NamedTuple):
@@ -58,8 +67,54 @@ class Identified(NamedTuple):
         return table(f"{self.free.drive.name} by {self.log}", rows)
 
     def numbers(self) -> Json:
-        """What ``identified.json`` holds: each parameter with its interval, what is left."""
-        return numbers(self)
+        """What ``identified.json`` holds: each parameter with its interval, what is left.
+
+        A number that is none is None.
+        """
+        known, free = self.known, self.free
+        parameters: Json = {
+            name: {
+                "value": float(known.value[k]),
+                "low": float(known.low[k]),
+                "high": float(known.high[k]),
+                "told": self.states[k],
+                "began": free.starts[name],
+                "tolerance": tolerances(self)[name],
+                "unit": free.unit(name),
+            }
+            for k, name in enumerate(free.names)
+        }
+        late = self.told.sample_time * np.array([self.found.fit.late, *known.late])
+        own = self.response
+        check = own and {
+            "mode_hz": own.mode,
+            "unknown_above_hz": own.unknown_above,
+            "coloured": own.coloured / LAGS,
+            "coherence": np.stack([own.frequency, own.coherence], axis=1).tolist(),
+        }
+        data: Json = {
+            "format": "hfc-design-identified",
+            "version": 1,
+            "log": self.log,
+            "plant": free.drive.name,
+            "confidence": CONFIDENCE,
+            "parameters": parameters,
+            "command_late_s": dict(zip(("value", "low", "high"), map(float, late), strict=True)),
+            "replayed_under": self.found.how,
+            "position_unit": self.position_unit,
+            "rms": dict(zip(self.told.outputs, map(float, self.found.fit.rms), strict=True)),
+            "checks": [
+                {"log": one.log, "how": one.how, "rms_before": one.before, "rms": one.after}
+                for one in self.checks
+            ],
+            "lag_s": self.told.sample_time * self.found.fit.lag,
+            "model_check": check,
+            "untold": untold_lines(self),
+            "record_next": advice_line(self),
+            "notes": list(self.notes),
+        }
+        told: Json = json.loads(json.dumps(data), parse_constant=lambda _: None)
+        return told
 
     def for_design(self) -> Scenario:
         """The scenario for a search: the machine as it was found, within its tolerances.
@@ -78,11 +133,6 @@ class Identified(NamedTuple):
     def free(self) -> Free:
         """The parameters that were looked for."""
         return self.found.fit.free
-
-    @property
-    def how(self) -> str:
-        """How the log was replayed."""
-        return how_of(self.found)
 
     @property
     def position_unit(self) -> str:
@@ -221,57 +271,5 @@ def agreeing_line(found: Identified) -> str:
     """How far the starts agree."""
     return (
         f"{found.found.fit.agreeing} of the ten best of a hundred starts end at the same residual; "
-        f"replayed under: {found.how}"
+        f"replayed under: {found.found.how}"
     )
-
-
-def numbers(found: Identified) -> Json:
-    """What ``found`` tells as plain data; a number that is none is None."""
-    known, free = found.known, found.free
-    parameters: Json = {
-        name: {
-            "value": float(known.value[k]),
-            "low": float(known.low[k]),
-            "high": float(known.high[k]),
-            "told": found.states[k],
-            "began": free.starts[name],
-            "tolerance": tolerances(found)[name],
-            "unit": free.unit(name),
-        }
-        for k, name in enumerate(free.names)
-    }
-    late = found.told.sample_time * np.array([found.found.fit.late, *known.late])
-    data: Json = {
-        "format": "hfc-design-identified",
-        "version": 1,
-        "log": found.log,
-        "plant": free.drive.name,
-        "confidence": CONFIDENCE,
-        "parameters": parameters,
-        "command_late_s": dict(zip(("value", "low", "high"), map(float, late), strict=True)),
-        "replayed_under": found.how,
-        "position_unit": found.position_unit,
-        "rms": dict(zip(found.told.outputs, map(float, found.found.fit.rms), strict=True)),
-        "checks": [
-            {"log": one.log, "how": one.how, "rms_before": one.before, "rms": one.after}
-            for one in found.checks
-        ],
-        "lag_s": found.told.sample_time * found.found.fit.lag,
-        "model_check": _response(found.response),
-        "untold": untold_lines(found),
-        "record_next": advice_line(found),
-        "notes": list(found.notes),
-    }
-    told: Json = json.loads(json.dumps(data), parse_constant=lambda _: None)
-    return told
-
-
-def _response(found: Response | None) -> Json | None:
-    if found is None:
-        return None
-    return {
-        "mode_hz": found.mode,
-        "unknown_above_hz": found.unknown_above,
-        "coloured": found.coloured / LAGS,
-        "coherence": np.stack([found.frequency, found.coherence], axis=1).tolist(),
-    }

@@ -9,10 +9,11 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.identify.advice import FREQUENCIES, _shapes
-from hfc_design.identify.checks import Check, strangers
+from hfc_design.identify.fit import bandwidths
+from hfc_design.identify.identified import strangers
 from hfc_design.identify.recording import recording
-from hfc_design.identify.search import bandwidths
-from hfc_design.logs.even import Even
+from hfc_design.identify.result import Check
+from hfc_design.logs.signals import Even
 from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))
