@@ -300,6 +300,27 @@ class Found(NamedTuple):
         return command + observer(self.bandwidth)
 
 
+def by_starts(
+    free: Free,
+    told: Recording,
+    residual: Residual,
+    bandwidth: float | None,
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
+    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
+    late = free.sought[0] if bandwidth is not None else 0.0
+    held = np.append(np.ones(len(free.names)), [late, 0.0])
+    problem = weighed(Problem(free, residual, size, held), told.command)
+    numbers, agreeing = problem.free.near, 0
+    if not near:
+        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
+        numbers, agreeing = searched(problem, seed)
+    return _ended(problem, numbers, agreeing, bandwidth, tell)
+
+
 def by_command(
     free: Free,
     told: Recording,
@@ -315,7 +336,7 @@ def by_command(
     no others are tried.
     """
     first, *others = tried
-    best = _first(free, told, replay(free, told, first, substeps), first, seed, tell, near)
+    best = by_starts(free, told, replay(free, told, first, substeps), first, seed, tell, near)
     for hz in others:
         residual = replay(best.fit.free, told, hz, substeps)
         problem = best.problem._replace(residual=residual)
@@ -371,11 +392,6 @@ def bandwidths(told: Recording, wanted: float | None) -> list[float]:
     ]
 
 
-def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:
-    """In the closed loop that recorded it."""
-    return _first(free, told, residual, None, seed, tell)
-
-
 def held(found: Found, numbers: Floats, keep: Mask) -> Found:
     """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
 
@@ -386,38 +402,11 @@ def held(found: Found, numbers: Floats, keep: Mask) -> Found:
     return _ended(problem, numbers, found.fit.agreeing, found.bandwidth)
 
 
-def opened(found: Found) -> Fit:
-    """The fit where it is, with the slopes of all numbers."""
-    keep = np.append(np.ones(len(found.fit.free.names)), found.problem.held[-2:])
-    return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
-
-
 def observer(bandwidth: float | None) -> str:
     """What a recording is replayed with, in words."""
     if bandwidth is None:
         return "closed loop"
     return f"observer of {bandwidth:g} Hz" if bandwidth else "open loop"
-
-
-def _first(
-    free: Free,
-    told: Recording,
-    residual: Residual,
-    bandwidth: float | None,
-    seed: int,
-    tell: Tell,
-    near: bool = False,
-) -> Found:
-    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
-    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
-    late = free.sought[0] if bandwidth is not None else 0.0
-    held = np.append(np.ones(len(free.names)), [late, 0.0])
-    problem = weighed(Problem(free, residual, size, held), told.command)
-    numbers, agreeing = problem.free.near, 0
-    if not near:
-        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
-        numbers, agreeing = searched(problem, seed)
-    return _ended(problem, numbers, agreeing, bandwidth, tell)
 
 
 def _ended(

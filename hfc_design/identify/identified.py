@@ -12,10 +12,9 @@ from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.asking import Source, Task, looked_for
-from hfc_design.identify.certainty import Certainty, certainty
-from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_loop, offs
+from hfc_design.identify.certainty import Certainty, certainty, fault, halved, kept
+from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_starts, offs
 from hfc_design.identify.free import LATE, Free
-from hfc_design.identify.kept import fault, halved, kept
 from hfc_design.identify.recording import Recording, recordings
 from hfc_design.identify.replay import Residual, loop, replay
 from hfc_design.identify.response import response
@@ -87,7 +86,8 @@ def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> 
         substeps = task.scenario.simulation.substeps
         return by_command(wanted, told, substeps, tried, task.seed, tell)
     assert task.design is not None
-    return by_loop(wanted, told, loop(task.scenario, task.design, told), task.seed, tell)
+    residual = loop(task.scenario, task.design, told)
+    return by_starts(wanted, told, residual, None, task.seed, tell)
 
 
 def _check_slopes(fit: Fit) -> None:

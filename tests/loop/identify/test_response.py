@@ -5,10 +5,9 @@ import pytest
 from carts import CART, EVERY, Cart, driven, noisy, recorded
 from scipy.signal import butter, cont2discrete, dlsim, sosfilt, sosfreqz
 
-from hfc_design.identify.certainty import certainty
+from hfc_design.identify.certainty import certainty, halved
 from hfc_design.identify.fit import by_command
 from hfc_design.identify.free import free
-from hfc_design.identify.kept import halved
 from hfc_design.identify.response import KNOWN, response
 from hfc_design.identify.result import response_lines
 
