@@ -54,9 +54,7 @@ class Rows(NamedTuple):
 
     command: Scalar
     place: Scalar
-    load: Scalar
-    rise: Scalar  # of the load until the next sample
-    bend: Scalar  # of the load there: what its middle lies below the mean of its ends, by eight
+    loads: Scalar  # (2 substeps + 1,) in each sample, see ``between``
     outputs: Scalar
     usable: Scalar
 
@@ -95,8 +93,7 @@ class Replay:
             off = current - row.command
             command = drive.accepted(fixed, row.command + share * off)
             for k in range(self.substeps):
-                shares = ((k + x) / self.substeps for x in (0.0, 0.5, 1.0))
-                loads = tuple(curved(row.load, row.rise, row.bend, x) + load for x in shares)
+                loads = tuple(row.loads[2 * k + x] + load for x in range(3))
                 state = drive.step(fixed, state, command, loads, step)
             return (state, row.command + left * off), missing * row.usable
 
@@ -119,14 +116,14 @@ def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Repl
     drive, every = free.drive, told.sample_time
     body, names = rigid(drive, free.start), tuple(told.outputs)
     angular = 2.0 * np.pi * bandwidth
-    rise, bend = between(told.load)
     unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
     periods = bandwidth * every * np.arange(len(told.usable)) * (1.0 + SAME)
     waits = FORGOTTEN if told.rate else RESTED
     counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
     outputs = np.stack([*told.outputs.values()], axis=-1)
-    rows = Rows(told.command, told.place, told.load, rise, bend, outputs, counted)
+    loads = between(told.load, substeps)
+    rows = Rows(told.command, told.place, loads, outputs, counted)
     gains = every * 2.0 * DAMPED * angular, every * angular**2
     begun = float(told.place[0]), told.rate
     return Replay(drive, body, names, substeps, rows, begun, every, gains, unknown)
@@ -145,19 +142,17 @@ def unzeroed(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
-def between(load: Floats) -> tuple[Floats, Floats]:
-    """(steps,) by how much a load rises until the next sample, and how it bends there.
+def between(load: Floats, substeps: int) -> Floats:
+    """(steps, 2 substeps + 1) a load until the next sample, where an integrator needs it.
 
-    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s.
+    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s. What its
+    middle lies below the mean of its ends is an eighth of its bend.
     """
     rise = np.diff(load, append=load[-1])
     turns = np.diff(rise, prepend=rise[0])  # at each sample
-    return rise, 0.5 * (turns + np.append(turns[1:], 0.0))
-
-
-def curved(load: Scalar, rise: Scalar, bend: Scalar, share: float) -> Scalar:
-    """The load at a share of a sample time."""
-    return load + share * rise - 0.5 * share * (1.0 - share) * bend
+    bend = 0.5 * (turns + np.append(turns[1:], 0.0))
+    share = np.arange(2 * substeps + 1) / (2 * substeps)
+    return load[:, None] + np.outer(rise, share) - np.outer(bend, 0.5 * share * (1.0 - share))
 
 
 def later(command: Scalar, late: Scalar) -> Scalar:
@@ -263,14 +258,11 @@ def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
     reference = told.reference
     faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
     rate = np.gradient(reference, every)  # where it is, not half a sample later
-    rise, bend = between(told.load)
-    shares = np.arange(2 * substeps + 1) / (2 * substeps)
-    loads = tuple(curved(told.load, rise, bend, share) for share in shares)
     still = np.zeros(steps)
     return AxisSamples(
         reference=reference,
         reference_rate=rate,
-        loads=loads,
+        loads=tuple(between(told.load, substeps).T),
         noise=(still,) * noises,
         target=reference,
         reference_acceleration=faster / every**2,
