@@ -9,7 +9,7 @@ from experiments.identified_c_axis.logs import log
 from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.identify.asking import Task
+from hfc_design.identify.free import Task
 from hfc_design.identify.identified import identify
 from hfc_design.identify.result import HEADS, advice_line, parameter_rows
 

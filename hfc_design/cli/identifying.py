@@ -54,6 +54,9 @@ def identify(
     open_loop: bool,
     bandwidth: float | None,
     sample_time: float | None,
+    columns: tuple[str, ...],
+    check_log: Path | None,
+    check_columns: tuple[str, ...],
     out: Path | None,
     as_json: bool,
     **given: Any,
@@ -67,15 +70,17 @@ def identify(
     and scenario.toml, which hfc design takes.
     """
     from hfc_design.core.records import UserError
-    from hfc_design.identify import aim, asking, identified, page
+    from hfc_design.identify import aim, identified, page, recording
+    from hfc_design.identify.free import task_of
 
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
     # What is mistyped is told first, then what is in the way; only then anything is read.
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
-    task, logs = asking.asked(log, free=free_ones, bandwidth=hz, **given)
-    path = free(out or Path(aim.called(asking.called(log))), folder=True)
+    task = task_of(free=free_ones, bandwidth=hz, **given)
+    logs = recording.sources(task, log, columns, check_log, check_columns)
+    path = free(out or Path(aim.called(recording.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()

@@ -134,19 +134,20 @@ def _made(found: "Identified") -> Json:
     if not np.isfinite(limit):  # then that of the log
         limit = 1.0 if told.command is None else float(f"{np.abs(told.command).max():.2g}")
     rate = scenario.limits.of(axis.name).command_rate
-    lasts = distance / speed + speed / acceleration
+    lasts = distance / speed + speed / acceleration  # of a move [s]
+    duration = round(1.5 * lasts + 0.5, 2)
     behind = 0.0 if told.reference is None else np.sqrt(np.mean((told.reference - told.place) ** 2))
     error = float(behind) or 1e-3 * distance  # of the loop that recorded the log (rms)
     step = told.step or axis.resolution or 0.0  # nobody sees what is less
     data: Json = {
         "simulation": {
-            "duration_s": _duration(lasts),
+            "duration_s": duration,
             "sample_time_s": float(f"{told.sample_time:.9g}"),
             "substeps": scenario.simulation.substeps,
         },
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
         "sensors": {"velocity": "encoder", **differences(told, found.free.drive.seen[1])},
-        "motions": _motions(told, speed, acceleration, lasts),
+        "motions": _motions(told, speed, acceleration, lasts, duration),
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
@@ -187,16 +188,13 @@ def differences(told: Recording, rate: str) -> Json:
     return {"difference_samples": best} if is_one else {}
 
 
-def _duration(lasts: float) -> float:
-    """Of every motion, for a move that ``lasts`` so long [s]."""
-    return round(1.5 * lasts + 0.5, 2)
-
-
-def _motions(told: Recording, speed: float, acceleration: float, lasts: float) -> list[Json]:
+def _motions(
+    told: Recording, speed: float, acceleration: float, lasts: float, duration: float
+) -> list[Json]:
     """A move as far as that of the log, a slow one, and one to and fro."""
     distance, slow = float(np.ptp(told.place)), 0.05 * speed
     # Two periods, so that it reverses at the end too; no faster than the log.
-    often = min(4.0 * np.pi / _duration(lasts), 5.0 * acceleration / speed)
+    often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
     move = _rounded(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )

@@ -92,8 +92,7 @@ def both(one: Certainty, other: Certainty) -> Certainty:
     """What is sure by both: where slopes change much, those of one place tell half the truth."""
     low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
     inside = (low <= other.value) & (other.value <= high)
-    sure = zip(one.told, other.told, inside, strict=True)
-    told = tuple(bool(all(each)) for each in sure)
+    told = tuple((np.array(one.told) & other.told & inside).tolist())
     low, high = np.minimum(low, other.value), np.maximum(high, other.value)
     error = np.maximum(one.error, other.error)
     return one._replace(value=other.value, low=low, high=high, error=error, told=told)
@@ -113,9 +112,7 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
     value = fit.free.values(fit.numbers)
     relative = error[:-2] * fit.free.shares(fit.numbers)
-    told = tuple(
-        bool(share < TOLD) and sure for share, sure in zip(relative, free.tolist(), strict=True)
-    )
+    told = tuple(((relative < TOLD) & free).tolist())
     far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # else not looked for
     late = fit.late - far_off, fit.late + far_off
     untold = _untold(fit, covariance[:-2, :-2])
@@ -190,9 +187,10 @@ def kept(found: Found, known: Certainty) -> Kept:
             break
     else:
         again, sure, free = found, known, np.ones(len(bound), bool)
-    each = zip(bound.tolist(), known.told, sure.told, (free | nowhere).tolist(), strict=True)
-    states = tuple(BOUND if at else _state(*own) for at, *own in each)
-    one = np.array(sure.told) | free
+    then = np.array(sure.told)
+    where = [bound, ~(free | nowhere), ~then, np.array(known.told)]
+    states = tuple(np.select(where, [BOUND, HELD, "no", "yes"], GIVEN).tolist())
+    one = then | free
     ends = {
         name: np.where(one, getattr(sure, name), getattr(known, name))
         for name in ("low", "high", "error")
@@ -238,14 +236,6 @@ def _same(found: Found, again: Found, known: Certainty, untold: int) -> bool:
     worse = np.sum((again.fit.rms**2 - found.fit.rms**2) / least**2) * len(found.fit.residual)
     limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
-
-
-def _state(told: bool, then: bool, free: bool) -> str:
-    if not free:
-        return HELD
-    if not then:
-        return "no"
-    return "yes" if told else GIVEN
 
 
 def _one_of_each(found: Found, free: Mask, limit: float) -> Mask:

@@ -11,11 +11,10 @@ from hfc_design.core.texts import about
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import advice, profiles
-from hfc_design.identify.asking import Source, Task, looked_for
 from hfc_design.identify.certainty import Certainty, certainty, fault, halved, kept
 from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_starts, offs
-from hfc_design.identify.free import LATE, Free
-from hfc_design.identify.recording import Recording, recordings
+from hfc_design.identify.free import LATE, Free, Task, looked_for
+from hfc_design.identify.recording import Recording, Source, recordings
 from hfc_design.identify.replay import Residual, loop, replay
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Check, Identified, response_lines

@@ -1,5 +1,8 @@
 """A recorded motion of one axis as it is replayed, and the logs that are read for it."""
 
+import os
+from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +11,8 @@ from hfc_design.core.numbers import SAME, Floats
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.asking import Source
-from hfc_design.logs.columns import rates_of
+from hfc_design.identify.free import Task
+from hfc_design.logs.columns import Column, asked, rates_of
 from hfc_design.logs.reading import read_log
 from hfc_design.logs.signals import Even, signals
 from plants import Drive
@@ -18,6 +21,15 @@ from plants import Drive
 BEGINNING = 20
 #: In so many standard errors.
 CLEAR = 4.0
+#: Where the system shows what is piped into a program.
+PIPES = "/dev/", "/proc/"
+
+
+class Source(NamedTuple):
+    """A log that is not read yet."""
+
+    path: Path
+    columns: list[Column]
 
 
 class Recording(NamedTuple):
@@ -69,6 +81,40 @@ def recording(found: Even, drive: Drive) -> Recording:
         tuple(found.notes),
         found.step,
     )
+
+
+def called(log: Path) -> str:
+    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
+    if not os.path.abspath(log).startswith(PIPES):
+        return log.name
+    behind = Path(os.path.realpath(log))
+    return behind.name if behind.is_file() else "log"
+
+
+def sources(
+    task: Task,
+    log: Path,
+    columns: Sequence[str],
+    check_log: Path | None,
+    others: Sequence[str],
+) -> dict[str, Source]:
+    """The logs by their names, with what the user says of their columns.
+
+    Raises:
+        UserError: that cannot be understood, or is not of the drive.
+    """
+    drive = task.scenario.machine.drives[task.axis]
+    if others and check_log is None:
+        raise UserError("--check-column: needs --check-log")
+    with about(log):
+        found = {called(log): Source(log, asked(columns, drive))}
+    if check_log is not None:
+        name = called(check_log)
+        with about(check_log):
+            both = {one.name: one for one in (*asked(columns, drive), *asked(others, drive))}
+        own = Source(check_log, [*both.values()])
+        found[name if name not in found else f"{name} (check)"] = own
+    return found
 
 
 def recordings(

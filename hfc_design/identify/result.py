@@ -13,10 +13,9 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.aim import scenario_text, tolerances
-from hfc_design.identify.asking import Task
 from hfc_design.identify.certainty import CONFIDENCE, GIVEN, HELD, Certainty, Combination
 from hfc_design.identify.fit import Found
-from hfc_design.identify.free import Free
+from hfc_design.identify.free import Free, Task
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.response import LAGS, Response
 from hfc_design.pictures.numbers import readable

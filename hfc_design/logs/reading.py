@@ -7,7 +7,14 @@ import numpy as np
 from hfc_design.core import archive
 from hfc_design.core.numbers import Floats
 from hfc_design.core.texts import about, content, decoded
-from hfc_design.logs.log import LARGEST_LOG, MOST_BYTES, MOST_COLUMNS, MOST_NUMBERS, Log, checked
+from hfc_design.logs.columns import (
+    LARGEST_LOG,
+    MOST_BYTES,
+    MOST_COLUMNS,
+    MOST_NUMBERS,
+    Log,
+    checked,
+)
 from hfc_design.logs.mat import mat_log
 from hfc_design.logs.texts import UNNAMED, text_log
 

@@ -36,20 +36,18 @@ def step_of(values: Floats) -> float | None:
     return float(f"{least:.4g}") if off.max() < 0.02 else None
 
 
-def spikes(values: Floats) -> Mask:
-    """(steps,) single samples far off both of their neighbours; those bend back by half as much."""
+def righted(values: Floats) -> tuple[Floats, Mask]:
+    """Values (steps,) with the wrong ones on straight lines, and which these are.
+
+    Single samples far off both of their neighbours; those bend back by half as much.
+    """
     bend, changes = np.diff(values, 2), np.abs(np.diff(values))
     least = changes[changes > 0].min(initial=np.inf)
     usual = max(float(np.quantile(np.abs(bend), USUAL)), least)
     back = np.pad(bend, 1)
     both = np.maximum(back[:-2] * np.sign(bend), back[2:] * np.sign(bend))
     wrong = (0.5 * np.abs(bend) > WRONG * usual) & (both < -0.25 * np.abs(bend))
-    return np.r_[False, wrong, False]
-
-
-def righted(values: Floats) -> tuple[Floats, Mask]:
-    """Values (steps,) with the ``spikes`` on straight lines, and which these are."""
-    wrong, steps = spikes(values), np.arange(len(values))
+    wrong, steps = np.pad(wrong, 1), np.arange(len(values))
     return np.interp(steps, steps[~wrong], values[~wrong]) if wrong.any() else values, wrong
 
 

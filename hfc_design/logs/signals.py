@@ -8,7 +8,9 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Indices, Mask
 from hfc_design.logs.columns import (
+    FEWEST,
     Column,
+    Log,
     by_name,
     gaps,
     how,
@@ -16,7 +18,6 @@ from hfc_design.logs.columns import (
     scale,
     units_of,
 )
-from hfc_design.logs.log import FEWEST, Log
 from hfc_design.logs.sensors import checked_travel, righted, step_of, unwrapped
 from plants import Drive
 

@@ -9,8 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from hfc_design.core.numbers import Floats, number_of, number_or_none
-from hfc_design.logs.columns import TOLD, is_unit
-from hfc_design.logs.log import MOST_COLUMNS, Log
+from hfc_design.logs.columns import MOST_COLUMNS, TOLD, Log, is_unit
 from plants import in_a_name
 
 #: What may stand between columns; a comma is tried last, for it may stand in numbers too.

@@ -6,8 +6,7 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.logs import signals as limits
-from hfc_design.logs.columns import asked
-from hfc_design.logs.log import Log
+from hfc_design.logs.columns import Log, asked
 from hfc_design.logs.signals import at_an_end, signals
 from plants import PLANTS
 
