@@ -7,10 +7,10 @@ from hfc_design.core.arguments import path_of, positive, whole
 from hfc_design.core.dotted import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
+from hfc_design.identify import identified
 from hfc_design.identify.free import task_of
-from hfc_design.identify.identified import answered
 from hfc_design.identify.page import write
-from hfc_design.identify.recording import sources
+from hfc_design.identify.recording import recordings, sources
 from hfc_design.identify.result import Identified
 
 
@@ -72,7 +72,7 @@ def identify(
     other = None if check_log is None else path_of(check_log)
     task = task_of(plant, scenario, changes, axis, controller, free, bandwidth, seed)
     logs = sources(task, path_of(log), columns, other, check_columns)
-    found = answered(task, logs, sample_time, on_step)
+    found = identified.identify(*recordings(task, logs, sample_time), on_step)
     if place is not None:
         write(found, place, "hfc_design.api.identify")
     return found

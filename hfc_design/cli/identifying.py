@@ -88,7 +88,7 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.answered(task, logs, sample_time, tell)
+    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
     if as_json:
         click.echo(json.dumps(found.numbers(), indent=1))

@@ -271,19 +271,28 @@ def bounded(found: Found, known: Certainty) -> tuple[Found, Mask]:
     That is the one that is known least of those that can be blamed. A fit stays impossible if no
     single parameter can.
     """
-    bound = np.zeros(len(known.error), bool)
-    if (k := _blamed(found.fit, known.error)) is None:
+    fit, bound = found.fit, np.zeros(len(known.error), bool)
+
+    def placed(k: int, number: float) -> Floats:
+        numbers = fit.numbers.copy()
+        numbers[k] = number
+        return numbers
+
+    if fault(fit.free, fit.numbers) is None:
         return found, bound
-    inside, outside = float(found.fit.free.begun[k]), float(found.fit.numbers[k])
+    order = np.argsort(-digits(known.error), kind="stable").tolist()
+    blamed = (k for k in order if fault(fit.free, placed(k, fit.free.begun[k])) is None)
+    if (k := next(blamed, None)) is None:
+        return found, bound
+    inside, outside = float(fit.free.begun[k]), float(fit.numbers[k])
     best: Found | None = None
     for _ in range(HALVED):
-        numbers = found.fit.numbers.copy()
-        numbers[k] = 0.5 * (inside + outside)
-        again = held(found, numbers, np.arange(len(bound)) != k)
+        middle = 0.5 * (inside + outside)
+        again = held(found, placed(k, middle), np.arange(len(bound)) != k)
         if fault(again.fit.free, again.fit.numbers) is None:
-            inside, best = float(numbers[k]), again
+            inside, best = middle, again
         else:
-            outside = float(numbers[k])
+            outside = middle
     bound[k] = best is not None
     return best or found, bound
 
@@ -308,18 +317,6 @@ def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
     whole = {name: float(x) for name, x in free.start._asdict().items()}
     every = whole | told | changes
     return free.drive.fault({name: every[name] for name in whole})
-
-
-def _blamed(fit: Fit, error: Floats) -> int | None:
-    """The least known parameter with which, where it began, the others are a machine."""
-    if fault(fit.free, fit.numbers) is None:
-        return None
-    for k in np.argsort(-digits(error), kind="stable").tolist():
-        numbers = fit.numbers.copy()
-        numbers[k] = fit.free.begun[k]
-        if fault(fit.free, numbers) is None:
-            return int(k)
-    return None
 
 
 def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Certainty, str]:

@@ -14,7 +14,7 @@ from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.certainty import Certainty, certainty, fault, halved, kept
 from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_starts, offs
 from hfc_design.identify.free import LATE, Free, Task, looked_for
-from hfc_design.identify.recording import Recording, Source, recordings
+from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, loop, replay
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Check, Identified, response_lines
@@ -23,19 +23,6 @@ from hfc_design.identify.result import Check, Identified, response_lines
 LOST = 0.2
 #: A second log that is so many times as far off as the first one is not of the same machine.
 STRANGE = 4.0
-
-
-def answered(
-    task: Task, logs: dict[str, Source], sample_time: float | None, tell: Tell
-) -> Identified:
-    """What logs that are not read yet tell; ``sample_time`` [s] is for those that do not say it.
-
-    Raises:
-        UserError: one cannot be read, has not what is needed, or no replay of it stays finite.
-    """
-    drive = task.scenario.machine.drives[task.axis]
-    read, scenario = recordings(logs, task.scenario, drive, sample_time)
-    return identify(task._replace(scenario=scenario), read, tell)
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:

@@ -10,7 +10,6 @@ import numpy as np
 from hfc_design.core.numbers import SAME, Floats
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
-from hfc_design.files.scenario import Scenario
 from hfc_design.identify.free import Task
 from hfc_design.logs.columns import Column, asked, rates_of
 from hfc_design.logs.reading import read_log
@@ -118,34 +117,30 @@ def sources(
 
 
 def recordings(
-    logs: dict[str, Source], base: Scenario, drive: Drive, sample_time: float | None
-) -> tuple[dict[str, Recording], Scenario]:
-    """What is recorded, and the scenario in the cycle and the substeps that the logs need.
+    task: Task, logs: dict[str, Source], sample_time: float | None
+) -> tuple[Task, dict[str, Recording]]:
+    """The task in the cycle and the substeps that the logs need, and what is recorded.
 
     Raises:
         UserError: one cannot be read or has not what is needed; the line says which and why.
     """
-    found = dict[str, Recording]()
-    for name, one in logs.items():
-        read = read_log(one.path)
-        with about(one.path):
-            found[name] = recording(signals(read, drive, one.columns, sample_time), drive)
-    return found, _in_cycle(base, drive, found)
-
-
-def _in_cycle(scenario: Scenario, drive: Drive, logs: dict[str, Recording]) -> Scenario:
-    """The scenario with the logs' sample time, and substeps that their speeds need."""
-    every = next(iter(logs.values())).sample_time
-    for name, other in logs.items():
-        if abs(other.sample_time / every - 1.0) > 1e-3:
-            raise UserError(f"{name}: is sampled every {other.sample_time:g} s, not {every:g} s")
+    found, scenario = dict[str, Recording](), task.scenario
+    axis = scenario.plant.each()[task.axis]
+    for name, source in logs.items():
+        read = read_log(source.path)
+        with about(source.path):
+            seen = signals(read, axis.drive, source.columns, sample_time)
+            found[name] = recording(seen, axis.drive)
+    every = next(iter(found.values())).sample_time
+    for name, one in found.items():
+        if abs(one.sample_time / every - 1.0) > 1e-3:
+            raise UserError(f"{name}: is sampled every {one.sample_time:g} s, not {every:g} s")
     # The largest speed over ten samples: noise is none.
-    each = (abs(one.place[10:] - one.place[:-10]).max() for one in logs.values())
-    speed = float(max(each)) / (10 * every)
-    axis = scenario.plant.each()[scenario.machine.drives.index(drive)]
-    substeps = scenario.simulation.substeps
-    while drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
+    each = (abs(one.place[10:] - one.place[:-10]).max() for one in found.values())
+    speed, substeps = float(max(each)) / (10 * every), scenario.simulation.substeps
+    while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
         substeps *= 2
     changes = {"sample_time_s": every, "substeps": substeps}
     simulation = scenario.simulation.model_copy(update=changes)
-    return scenario.model_copy(update={"simulation": simulation})
+    scenario = scenario.model_copy(update={"simulation": simulation})
+    return task._replace(scenario=scenario), found

@@ -1,4 +1,4 @@
-"""A recording as its file has it: columns by the names that stand there, and what signal each is."""
+"""Columns of a recording by the names that stand in its file, and which signal each is, in what."""
 
 import re
 from collections.abc import Collection, Iterable, Sequence
