@@ -70,7 +70,7 @@ def identify(
     and scenario.toml, which hfc design takes.
     """
     from hfc_design.core.records import UserError
-    from hfc_design.identify import aim, identified, page, recording
+    from hfc_design.identify import identified, page, replay, result
     from hfc_design.identify.free import task_of
 
     if open_loop and bandwidth is not None:
@@ -79,8 +79,8 @@ def identify(
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
     task = task_of(free=free_ones, bandwidth=hz, **given)
-    logs = recording.sources(task, log, columns, check_log, check_columns)
-    path = free(out or Path(aim.called(recording.called(log))), folder=True)
+    logs = replay.sources(task, log, columns, check_log, check_columns)
+    path = free(out or Path(result.called(replay.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()
@@ -88,7 +88,7 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
+    found = identified.identify(*replay.recordings(task, logs, sample_time), tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
     if as_json:
         click.echo(json.dumps(found.numbers(), indent=1))

@@ -16,8 +16,7 @@ from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
 from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import Replay, Residual, replay
+from hfc_design.identify.replay import Recording, Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10

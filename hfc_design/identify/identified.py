@@ -8,14 +8,11 @@ from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
-from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.certainty import Certainty, certainty, fault, halved, kept
 from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_starts, offs
 from hfc_design.identify.free import LATE, Free, Task, looked_for
-from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import Residual, loop, replay
+from hfc_design.identify.replay import Recording, Residual, loop, replay
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Check, Identified, response_lines
 
@@ -55,7 +52,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     if fault_found := fault(found.fit.free, found.fit.numbers):
         told_why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {told_why}; look for fewer with --free")
-    checks = checked(task.scenario, task.design, found, logs)
+    checks = checked(task, found, logs)
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
     said = (note, apart, *response_lines(own), *against, *told.notes, wanted.rest())
@@ -89,11 +86,9 @@ def _check_slopes(fit: Fit) -> None:
         )
 
 
-def checked(
-    scenario: Scenario, design: Design | None, found: Found, logs: dict[str, Recording]
-) -> tuple[Check, ...]:
-    """Every log replayed in every way that there is; ``design`` is the loop that recorded them."""
-    checks: list[Check] = []
+def checked(task: Task, found: Found, logs: dict[str, Recording]) -> tuple[Check, ...]:
+    """Every log replayed in every way that there is."""
+    checks, scenario, design = list[Check](), task.scenario, task.design
     for name, told in logs.items():
         ways: dict[str, Residual] = {}
         if told.command is not None and found.bandwidth is not None:

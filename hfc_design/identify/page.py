@@ -15,9 +15,8 @@ from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
 from hfc_design.identify import result
 from hfc_design.identify.advice import LIMIT, Profile
-from hfc_design.identify.aim import scenario_text
 from hfc_design.identify.certainty import CONFIDENCE, GIVEN
-from hfc_design.identify.result import Identified
+from hfc_design.identify.result import Identified, scenario_text
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
 from hfc_design.pictures.files import small_address
@@ -41,7 +40,7 @@ def write(found: Identified, path: Path, command: str) -> None:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
     texts = {
-        "scenario.toml": scenario_text(found).encode(),
+        "scenario.toml": result.scenario_text(found).encode(),
         "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
         REPORT: page(found, command).html,
     }

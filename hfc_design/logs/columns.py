@@ -241,13 +241,12 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     for name, unit in units_of(drive).items():
         if name in said:
             continue
-        for column in log.columns:
-            own = _called(column, {name, others.get(name, name)}, unit, drive)
-            if own is None:
-                continue
-            if name in found:
-                both = f"{found[name].column} and {column}"
-                raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
+        called = {name, others.get(name, name)}
+        each = {x: own for x in log.columns if (own := _called(x, called, unit, drive))}
+        if len(each) > 1:
+            both = " and ".join([*each][:2])
+            raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
+        for column, own in each.items():
             found[name] = Column(name, column, own)
     return found
 

@@ -11,8 +11,7 @@ from scipy.signal import cont2discrete, dlsim
 
 from hfc_design.identify.fit import Found, Problem, fitted, settled
 from hfc_design.identify.free import free
-from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import replay
+from hfc_design.identify.replay import Recording, replay
 from plants import Drive
 from plants.drive import only_positive
 
