@@ -16,7 +16,7 @@ from hfc_design.core.records import writing
 from hfc_design.identify import result
 from hfc_design.identify.advice import LIMIT, Profile
 from hfc_design.identify.certainty import CONFIDENCE, GIVEN
-from hfc_design.identify.result import Identified, scenario_text
+from hfc_design.identify.result import Identified
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
 from hfc_design.pictures.files import small_address
