@@ -7,8 +7,10 @@ from hfc_design.core.arguments import path_of, positive, whole
 from hfc_design.core.dotted import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
-from hfc_design.identify.asking import answered, asked
+from hfc_design.identify import identified
+from hfc_design.identify.free import task_of
 from hfc_design.identify.page import write
+from hfc_design.identify.replay import recordings, sources
 from hfc_design.identify.result import Identified
 
 
@@ -68,21 +70,9 @@ def identify(
         positive("--sample-time", sample_time)
     place = None if folder is None else path_of(folder)
     other = None if check_log is None else path_of(check_log)
-    question = asked(
-        path_of(log),
-        plant=plant,
-        scenario=scenario,
-        changes=changes,
-        axis=axis,
-        controller=controller,
-        free=free,
-        bandwidth=bandwidth,
-        columns=columns,
-        check_log=other,
-        check_columns=check_columns,
-        seed=seed,
-    )
-    found = answered(question, sample_time, on_step)
+    task = task_of(plant, scenario, changes, axis, controller, free, bandwidth, seed)
+    logs = sources(task, path_of(log), columns, other, check_columns)
+    found = identified.identify(*recordings(task, logs, sample_time), on_step)
     if place is not None:
         write(found, place, "hfc_design.api.identify")
     return found

@@ -68,7 +68,7 @@ def plot(
 
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.batch.converging import of_findings
-    from hfc_design.identify.plots import replayed
+    from hfc_design.identify.page import replayed
     from hfc_design.report import batch_plots, plots, searches, usable_plots
     from hfc_design.report.comparison.plots import machines
 

@@ -1,16 +1,20 @@
 """``hfc identify``: a machine's parameters from its log."""
 
+import json
 import shlex
 import sys
 from os.path import isfile
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hfc_design.cli.named import DESIGN, PLANT, SCENARIO, named
 from hfc_design.cli.options import PATH, as_json, force, free, setting, with_plugins
+
+if TYPE_CHECKING:
+    from hfc_design.identify.result import Identified
 
 COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
 CHECK_COLUMN_HELP = "The same where --check-log differs."
@@ -50,6 +54,9 @@ def identify(
     open_loop: bool,
     bandwidth: float | None,
     sample_time: float | None,
+    columns: tuple[str, ...],
+    check_log: Path | None,
+    check_columns: tuple[str, ...],
     out: Path | None,
     as_json: bool,
     **given: Any,
@@ -62,17 +69,18 @@ def identify(
     starts, which takes some seconds to a minute; the folder gets report.html, identified.json,
     and scenario.toml, which hfc design takes.
     """
-    from hfc_design.cli import identified_tables
     from hfc_design.core.records import UserError
-    from hfc_design.identify import aim, asking, page, sources
+    from hfc_design.identify import identified, page, replay, result
+    from hfc_design.identify.free import task_of
 
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
     # What is mistyped is told first, then what is in the way; only then anything is read.
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
-    question = asking.asked(log, free=free_ones, bandwidth=hz, **given)
-    path = free(out or Path(aim.called(sources.called(log))), folder=True)
+    task = task_of(free=free_ones, bandwidth=hz, **given)
+    logs = replay.sources(task, log, columns, check_log, check_columns)
+    path = free(out or Path(result.called(replay.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()
@@ -80,6 +88,35 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = asking.answered(question, sample_time, tell)
+    found = identified.identify(*replay.recordings(task, logs, sample_time), tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
-    identified_tables.tell(found, path, as_json)
+    if as_json:
+        click.echo(json.dumps(found.numbers(), indent=1))
+    else:
+        _show(found)
+        click.echo(path)
+
+
+def _show(found: "Identified") -> None:
+    from hfc_design.core.console import plain_table, show_whole
+    from hfc_design.identify import result
+
+    parameters = result.HEADS, result.parameter_rows(found), result.interval_line(found)
+    checks = result.CHECKED, result.check_rows(found), ""
+    for heads, rows, below in (parameters, checks):
+        table = plain_table()
+        for k, head in enumerate(heads):
+            table.add_column(head, justify="left" if k < 2 else "right", no_wrap=k == 0)
+        for row in rows:
+            table.add_row(*(_plain(cell) for cell in row))
+        show_whole(table, 2)
+        click.echo(f"{below}\n" if below else "")
+    for line in (result.agreeing_line(found), *result.untold_lines(found), *found.notes):
+        click.echo(line)
+    if line := result.advice_line(found):
+        click.echo(f"record next: {_plain(line)}")
+
+
+def _plain(text: str) -> str:
+    """With signs that every terminal has."""
+    return text.replace("–", "-").replace("µ", "u").replace("±", "+-")

@@ -1,19 +1,23 @@
-"""What to record next: under which command the log would tell most of what it does not tell yet.
+"""What a log tells least: how the fit grows worse beside it, and what to record next.
 
-Commands of a few shapes, each simulated on the machine as it is known by now; what one would tell
-is its Fisher information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
+Profile likelihood: one parameter is held off its value, and all others are fitted again at every
+place (Raue et al., Bioinformatics 25, 2009). A parabola is what the intervals suppose; a curve that
+stays flat on one side has an end on the other one only.
+
+What to record next tells most of what the log does not tell yet. Commands of a few shapes are
+simulated on the machine as it is known by now; what one would tell is its Fisher information, added
+to that of the log (Ljung, System Identification, 1999, sec. 13.3).
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits, within
-from hfc_design.identify.certainty import Certainty, errors_of, root_of
-from hfc_design.identify.fit import offs, side_by_side, slopes
-from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
+from hfc_design.identify.certainty import CONFIDENCE, Certainty, errors_of, root_of
+from hfc_design.identify.fit import VAGUE, Fit, Found, offs, refined, side_by_side, slopes
+from hfc_design.identify.replay import Recording, replay
 
 #: How long each is [s], in at most so many samples.
 LASTS, SAMPLES = 5.0, 10_000
@@ -27,6 +31,16 @@ FURTHER = 1.5
 SHOWN, WORTH = 2, 0.1
 #: Whatever is known better than so (a standard error) is known well enough.
 ENOUGH = 1e-3
+#: Of so many parameters, those that the log tells least.
+WORST = 2
+#: Places on either side, in standard errors; no number leaves its value further than ``FURTHEST``.
+PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
+#: Points of the parabola.
+SMOOTH = 61
+#: Replays of Levenberg-Marquardt at each place, after what the slopes say.
+STEPS, TOLERANCE = 4, 1e-5
+#: By which the fit has grown worse at the ends of the interval.
+LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
 
 class Advice(NamedTuple):
@@ -62,9 +76,9 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
         error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
         after.append((error * np.sqrt(known.inflated))[:-2] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
-    if not wanted.size and known.error.max() < ENOUGH:
-        return None
     if not wanted.size:
+        if known.error.max() < ENOUGH:
+            return None
         wanted = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
     gains = np.log(known.error[wanted] / np.array(after)[:, wanted])
     total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
@@ -98,3 +112,51 @@ def _simulated(
     seen = blank._replace(outputs=dict(zip(told.outputs, shown.T, strict=True)))
     own = alone._replace(residual=replay(fit.free, seen, found.bandwidth or 0.0, substeps))
     return shown[:steps, 0], slopes(own, fit.numbers)[1][:steps]
+
+
+class Profile(NamedTuple):
+    """One parameter."""
+
+    name: str
+    values: Floats  # (places,) rising, the fitted one in the middle
+    worse: Floats  # (places,) by which twice the logarithm of the likelihood falls
+    supposed: Floats  # (2, points) values, and the parabola there that its interval supposes
+
+
+def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
+    """Of the parameters that are known least."""
+    worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
+    return tuple(_profile(found, known, int(k)) for k in worst)
+
+
+def _profile(found: Found, known: Certainty, k: int) -> Profile:
+    """Of one, from where the others would be by their slopes."""
+    fit, problem, error = found.fit, found.problem, np.sqrt(known.covariance[k, k])
+    root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
+    others = np.arange(len(fit.numbers)) != k
+    along = np.ones(len(fit.numbers))
+    along[others] = -np.linalg.lstsq(root[:, others], root[:, k])[0]
+    places = np.array(PLACES)
+    far = np.minimum(places * error, places / PLACES[-1] * FURTHEST)
+    steps = np.outer([*-far[::-1], *far], along)
+    lanes = fit.numbers + np.clip(steps, -FURTHEST, FURTHEST)
+    alone = problem._replace(held=others * problem.held)
+
+    def again(numbers: Floats) -> float:
+        ended, _ = refined(alone, numbers, TOLERANCE, STEPS)
+        return alone.squares(offs(alone, ended))
+
+    least = problem.squares(fit.residual)
+    cost = np.insert(side_by_side(again, lanes), len(far), least)
+    numbers = np.insert(lanes[:, k], len(far), fit.numbers[k])
+    worse = fit.residual.size * (cost / least - 1.0) / known.inflated[k]
+    smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
+    supposed = np.array([_values(fit, k, smooth), ((smooth - fit.numbers[k]) / error) ** 2])
+    values = _values(fit, k, numbers)
+    return Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed)
+
+
+def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
+    """(places,) the parameter ``k`` in its unit where its number is one of ``numbers``."""
+    place = np.arange(len(fit.numbers)) == k
+    return np.array([fit.free.values(np.where(place, x, fit.numbers))[k] for x in numbers])

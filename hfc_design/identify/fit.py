@@ -1,18 +1,22 @@
-"""Parameters under which a machine does what was recorded: many starts, the best ones refined."""
+"""Parameters under which a machine does what was recorded, by the observer that tells most.
+
+Many starts, the best ones refined.
+"""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
+from scipy.signal import fftconvolve
 from scipy.stats import qmc
 
-from hfc_design.core.numbers import Floats, Scalar
+from hfc_design.core.numbers import Floats, Mask, Scalar, within
 from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.replay import Replay, Residual
+from hfc_design.identify.replay import Recording, Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
@@ -28,7 +32,7 @@ DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
 #: The size of the load is looked for in so many steps.
-PUSHED = 4
+PUSHED = 3
 #: Refined starts that end this near the best one, relative, have found the same.
 SAME = 0.01
 #: A residual below such a share of the motion is none: of a log without noise all that is left is
@@ -37,6 +41,20 @@ NOTHING = 1e-6
 #: How sure it is beforehand that a number is where it began, as a standard deviation. So little
 #: that a log that tells anything of it overrules it; what it does not tell stays where it began.
 VAGUE = float(np.log(FACTOR))
+#: Correlations of the residual are counted up to this share of the log, as Newey and West do with
+#: weights that fall to 0.
+CORRELATED = 0.02
+#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
+#: none slower than so many periods in the log: the first three do not count.
+BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
+#: One that is asked for may be this share of the samples; a faster one does not settle.
+LARGEST_SHARE = 0.2
+#: A slower observer is tried if under the numbers of the faster one it is off by less than so many
+#: times as much; whoever knows the machine needs no fast one.
+WORTH = 3.0
+
+#: A lag is looked for from so many samples, and is one if it is so many standard errors long.
+LAG, CLEAR = 0.5, 4.0
 
 
 class Fit(NamedTuple):
@@ -77,20 +95,13 @@ class Problem(NamedTuple):
         """(steps, outputs) in units of the outputs."""
         return self.residual(*self.free.parts(numbers))
 
-    def squares(self, off: Floats, numbers: Floats, certain: float) -> float:
-        """Sum of the squares that a fit makes least, each output in its own scale.
-
-        ``certain`` is 1 / ``VAGUE`` where the scale is that of the residual, and else 0.
-        """
+    def squares(self, off: Floats) -> float:
+        """Sum of the squares of what it is ``off``, each output in its own scale."""
         with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
-            own = float(np.sum(np.square(off / self.scale)))
-        begun = np.where(self.held > 0.0, np.asarray(self.free.begun), numbers)
-        return own + float(np.sum(np.square(certain * (numbers - begun))))
+            return float(np.sum(np.square(off / self.scale)))
 
 
-@jax.jit
-def _off(problem: Problem, numbers: Scalar) -> Scalar:
-    return problem.off(numbers)
+_off = jax.jit(Problem.off)
 
 
 @jax.jit
@@ -125,9 +136,7 @@ def side_by_side(one: Callable[[One], Made], each: Iterable[One]) -> list[Made]:
         return [*pool.map(one, each)]
 
 
-def refined(
-    problem: Problem, numbers: Floats, enough: float, steps: int, certain: float = 0.0
-) -> tuple[Floats, float]:
+def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
     It has ended when a step makes the squares less by a share of ``enough`` only, or would.
@@ -135,14 +144,18 @@ def refined(
     """
     free = np.flatnonzero(np.asarray(problem.held))
     begun = np.asarray(problem.free.begun)[free]
+
+    def all_of(off: Floats, numbers: Floats) -> float:
+        return problem.squares(off) + float(np.sum(np.square((numbers[free] - begun) / VAGUE)))
+
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
-    least, normal = problem.squares(off, numbers, certain), np.zeros((0, 0))
+    least, normal = all_of(off, numbers), np.zeros((0, 0))
     for _ in range(steps if np.isfinite(jacobian).all() and np.isfinite(least) else 0):
         if not normal.size:  # here nothing was tried yet
             rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
             slope = rows.T @ (off / problem.scale).ravel()
-            slope += certain**2 * (numbers[free] - begun)
-            normal = rows.T @ rows + certain**2 * np.eye(len(free))
+            slope += VAGUE**-2 * (numbers[free] - begun)
+            normal = rows.T @ rows + VAGUE**-2 * np.eye(len(free))
             size = np.maximum(np.diag(normal), WEAK * np.diag(normal).max())
         step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
         expected = -2.0 * float(step @ slope + 0.5 * step @ normal @ step)
@@ -151,7 +164,7 @@ def refined(
         trial = numbers.copy()
         trial[free] += step
         there, changed = slopes(problem, trial)
-        gained = least - problem.squares(there, trial, certain)
+        gained = least - all_of(there, trial)
         if not (gained > 0.0 and np.isfinite(changed).all()):
             damping, growth = damping * growth, 2.0 * growth
             continue
@@ -169,30 +182,25 @@ def weighed(problem: Problem, command: Floats | None) -> Problem:
     What holds the mean of it is near the load: a search begins there.
     """
     free = problem.free
-    names = [x for x in (LOAD, *sorted(OFFSETS)) if x in free.names]
-    if not names or command is None or not isinstance(problem.residual, Replay):
-        return problem
-    at = np.array([*(name == names[0] for name in free.names), False, False]) * 1.0
-    if free.positive[at[:-2] > 0]:
+    k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
+    if k is None or free.positive[k] or command is None or not isinstance(problem.residual, Replay):
         return problem
     size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
-    rows = problem.residual.rows
+    rows, at = problem.residual.rows, np.arange(len(free.begun)) == k
     more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
     pushed = offs(problem._replace(residual=more), free.begun) - off
-    load, held, own = size, 1.0, free
+    load, held = size, 1.0
     for _ in range(PUSHED):
-        scale = np.where(at[:-2] > 0, load, free.scale)
-        begun = np.where(at > 0, free.starts[names[0]] / load, free.begun)
-        near = np.where(at > 0, held * np.mean(command) / size, begun)
-        own = replace(free, scale=scale, begun=begun, near=near)
-        there = problem._replace(free=own)
-        pulled = offs(there, begun + at) - off
+        pulled = offs(problem, free.begun + at * load / free.scale[k]) - off
         both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
             return problem
         ratio = float(np.median(pushed[both] / pulled[both])) or -1.0
         load, held = load * abs(ratio), -np.sign(ratio)
-    return problem._replace(free=own)
+    scale = np.where(at[:-2], load, free.scale)
+    begun = np.where(at, free.starts[free.names[k]] / load, free.begun)
+    near = np.where(at, held * np.mean(command) / size, begun)
+    return problem._replace(free=replace(free, scale=scale, begun=begun, near=near))
 
 
 def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
@@ -200,18 +208,20 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
 
     The first start is that of ``free``; the others are drawn by a Sobol sequence.
     """
-    starts = _starts(problem.free, seed)
+    free, random = problem.free, np.random.default_rng(seed)
+    drawn = 2.0 * qmc.Sobol(len(free.names), rng=random).random(128)[: STARTS - 1] - 1.0
+    away = np.where(free.positive > 0, np.log(AWAY), AWAY) * drawn
+    starts = free.near + np.pad(away, [(1, 0), (0, 2)])
     starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
     count = offs(problem, starts[0]).size
-    each = side_by_side(lambda one: problem.squares(offs(problem, one), one, 0.0), starts)
-    first = np.array(each)
+    first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
     scale = np.sqrt(first.min() / count) * np.asarray(problem.scale)
     close = problem._replace(scale=scale)  # in which what began is not forgotten
-    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW, 1.0 / VAGUE), best)
+    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
     found = np.sqrt(squares / count)
     agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
@@ -227,7 +237,7 @@ def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY, 1.0 / VAGUE)
+        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY)
     return problem._replace(scale=scale), numbers
 
 
@@ -237,10 +247,174 @@ def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
     return Fit(problem.free, numbers, residual, jacobian, np.asarray(problem.scale), agreeing)
 
 
-def _starts(free: Free, seed: int) -> Floats:
-    """(starts, names + 2) within ``AWAY`` of the first one, which is the own one."""
-    dimensions = len(free.names)
-    drawn = 2.0 * qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(128) - 1.0
-    width = np.where(free.positive > 0, np.log(AWAY), AWAY)
-    others = np.hstack([width * drawn[: STARTS - 1], np.zeros((STARTS - 1, 2))])
-    return np.vstack([free.near, free.near + others])
+def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
+    """(numbers, numbers) of the numbers; of each its variance over that under white noise.
+
+    In the slopes' singular directions: none is lost beside a far larger one, as it would be in
+    the normal matrix, and what comes out is a square.
+    """
+    numbers = len(fit.numbers)
+    rows = np.vstack([rows_of(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
+    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
+    middle = before.T @ before
+    for k, scale in enumerate(fit.scale):
+        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
+    inverse = right.T / sizes  # root of the covariance under white noise
+    lengths, directions = np.linalg.eigh(middle)
+    root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
+    return root @ root.T, np.sum(root**2, axis=1) / np.sum(inverse**2, axis=1)
+
+
+def rows_of(slopes: Floats, scale: Floats) -> Floats:
+    """(steps outputs, numbers) slopes of residuals that have a deviation of 1."""
+    return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
+
+
+def _correlated(residual: Floats, slopes: Floats) -> Floats:
+    """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
+    steps = len(residual)
+    lags = max(int(CORRELATED * steps), 1)
+    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
+    kept = own[:lags] * (1.0 - np.arange(lags) / lags)
+    both = np.r_[kept[:0:-1], kept]
+    spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
+    return np.asarray(slopes.T @ spread)
+
+
+Tell = Callable[[str], None]
+
+
+class Found(NamedTuple):
+    """A fit and how its residual comes about."""
+
+    fit: Fit
+    problem: Problem
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
+
+    @property
+    def how(self) -> str:
+        """How a log is replayed, in words."""
+        command = "" if self.bandwidth is None else "recorded command, "
+        return command + observer(self.bandwidth)
+
+
+def by_starts(
+    free: Free,
+    told: Recording,
+    residual: Residual,
+    bandwidth: float | None,
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
+    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
+    late = free.sought[0] if bandwidth is not None else 0.0
+    held = np.append(np.ones(len(free.names)), [late, 0.0])
+    problem = weighed(Problem(free, residual, size, held), told.command)
+    numbers, agreeing = problem.free.near, 0
+    if not near:
+        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
+        numbers, agreeing = searched(problem, seed)
+    return _ended(problem, numbers, agreeing, bandwidth, tell)
+
+
+def by_command(
+    free: Free,
+    told: Recording,
+    substeps: int,
+    tried: Sequence[float],
+    seed: int,
+    tell: Tell,
+    near: bool = False,
+) -> Found:
+    """Under the command that was recorded, by the observer of the least residual.
+
+    ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
+    no others are tried.
+    """
+    first, *others = tried
+    best = by_starts(free, told, replay(free, told, first, substeps), first, seed, tell, near)
+    for hz in others:
+        residual = replay(best.fit.free, told, hz, substeps)
+        problem = best.problem._replace(residual=residual)
+        off = offs(problem, best.fit.numbers)
+        if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0]:
+            break
+        if best.fit.rms[0] <= NOTHING * np.std(told.place):
+            break  # of which observer there is less is rounding
+        again = _ended(problem, best.fit.numbers, best.fit.agreeing, hz, tell)
+        if again.fit.rms[0] < best.fit.rms[0]:  # by the position
+            best = again
+    return _lagged(best)
+
+
+def _lagged(found: Found) -> Found:
+    """The fit with a part of the lateness as a lag, where the log tells one from the other."""
+    moves = found.problem.held.copy()
+    if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
+        return found
+    moves[-1] = 1.0
+    begun = np.append(found.fit.numbers[:-1], LAG)
+    problem = found.problem._replace(held=moves)
+    again = _ended(problem, begun, found.fit.agreeing, found.bandwidth)
+    error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
+    told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
+    return again if told else found
+
+
+def bandwidths(told: Recording, wanted: float | None) -> list[float]:
+    """Those of the observers to try [Hz], the fastest first; the one that is ``wanted``.
+
+    Raises:
+        ValueError: the log is too short for an observer, or for this one, or too slow.
+    """
+    low = PERIODS / told.duration
+    if wanted is not None:
+        high = LARGEST_SHARE / told.sample_time
+        if wanted and not within(low, wanted, high):
+            raise ValueError(
+                f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
+                "how long it lasts and how it is sampled"
+            )
+        return [wanted]
+    high = SHARE / told.sample_time
+    if not within(0.0, low, high):
+        fewest = int(np.ceil(PERIODS / SHARE))
+        raise ValueError(
+            f"has {len(told.place)} samples, an observer needs {fewest}: record more, or replay "
+            "it with --open-loop"
+        )
+    return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [
+        min(high, max(low, BANDWIDTHS[-1]))
+    ]
+
+
+def held(found: Found, numbers: Floats, keep: Mask) -> Found:
+    """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
+
+    Those of ``LATE`` move if they do in ``found``.
+    """
+    moves = np.append(keep.astype(float), found.problem.held[-2:])
+    problem = found.problem._replace(held=moves)
+    return _ended(problem, numbers, found.fit.agreeing, found.bandwidth)
+
+
+def observer(bandwidth: float | None) -> str:
+    """What a recording is replayed with, in words."""
+    if bandwidth is None:
+        return "closed loop"
+    return f"observer of {bandwidth:g} Hz" if bandwidth else "open loop"
+
+
+def _ended(
+    problem: Problem,
+    numbers: Floats,
+    agreeing: int,
+    bandwidth: float | None,
+    tell: Tell = lambda line: None,
+) -> Found:
+    tell(f"{observer(bandwidth)}: the best one refined")
+    problem, numbers = settled(problem, numbers)
+    return Found(fitted(problem, numbers, agreeing), problem, bandwidth)

@@ -1,20 +1,34 @@
-"""The page of an identification, and the folder that it lies in."""
+"""The page of an identification with its pictures, and the folder that it lies in."""
 
 import json
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy.signal import welch
+
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
-from hfc_design.identify import plots, words
-from hfc_design.identify.aim import scenario_text
-from hfc_design.identify.certainty import CONFIDENCE
-from hfc_design.identify.kept import GIVEN
-from hfc_design.identify.profile import LIMIT
-from hfc_design.identify.record import numbers
+from hfc_design.identify import result
+from hfc_design.identify.advice import LIMIT, Profile
+from hfc_design.identify.certainty import CONFIDENCE, GIVEN
 from hfc_design.identify.result import Identified
+from hfc_design.pictures.curves import thinned
+from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
 from hfc_design.pictures.files import small_address
+from hfc_design.pictures.numbers import readable
 from hfc_design.report import REPORT, Page, rendered
+
+#: A spectrum is the mean of those of parts: that many at least, of so many samples at most.
+PARTS, SEGMENT = 4, 8192
+#: Of the log before and after where the replay is off most; and so many samples at least.
+NEAR, FEW = 0.01, 25
+#: What has not changed by this share of itself, nobody sees on an axis with its value.
+SEEN = 1e-5
 
 
 def write(found: Identified, path: Path, command: str) -> None:
@@ -26,8 +40,8 @@ def write(found: Identified, path: Path, command: str) -> None:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
     texts = {
-        "scenario.toml": scenario_text(found).encode(),
-        "identified.json": (json.dumps(numbers(found), indent=1) + "\n").encode(),
+        "scenario.toml": result.scenario_text(found).encode(),
+        "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
         REPORT: page(found, command).html,
     }
     with writing(path):
@@ -36,39 +50,173 @@ def write(found: Identified, path: Path, command: str) -> None:
         write_whole(path / name, content)
 
 
-def _is_doubt(note: str) -> bool:
-    return note.startswith(("DOUBTFUL", "NOT USABLE"))
-
-
 def page(found: Identified, command: str) -> Page:
     """One file that needs nothing else."""
+    doubts = [note for note in found.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
     return rendered(
         "identified.html.j2",
         f"{found.free.drive.name} from {found.log}",
         small_address,
-        log=found.log,
+        found=found,
         plant=found.free.drive.name,
-        heads=words.HEADS,
-        rows=words.parameter_rows(found),
+        heads=result.HEADS,
+        rows=result.parameter_rows(found),
         confidence=100 * CONFIDENCE,
-        intervals=words.interval_line(found),
-        agreeing=words.agreeing_line(found),
-        how=found.how,
-        doubts=[note for note in found.notes if _is_doubt(note)],
-        notes=[note for note in found.notes if not _is_doubt(note)],
-        untold=words.untold_lines(found),
+        intervals=result.interval_line(found),
+        agreeing=result.agreeing_line(found),
+        doubts=doubts,
+        notes=[note for note in found.notes if note not in doubts],
+        untold=result.untold_lines(found),
         given=GIVEN in found.states,
-        advice=words.advice_line(found),
-        checks=words.check_rows(found),
-        verdict=words.verdict(found),
-        replayed=plots.replayed(found),
-        closely=plots.closely(found),
-        checked=plots.checked(found),
-        spectrum=plots.spectrum(found),
-        response=plots.response(found),
-        mode=found.response and found.response.mode,
-        profiles={x.name: plots.profiled(x, found.free.unit(x.name)) for x in found.profiles},
+        advice=result.advice_line(found),
+        checks=result.check_rows(found),
+        verdict=result.verdict(found),
+        replayed=replayed(found),
+        closely=closely(found),
+        checked=checked(found),
+        spectrum=spectrum(found),
+        response=response(found),
+        profiles={x.name: profiled(x, found.free.unit(x.name)) for x in found.profiles},
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),
     )
+
+
+def counted(residual: Floats) -> Floats:
+    """(steps,) what a replay is off; nan until it counts, for an observer has to begin."""
+    return np.where(np.cumsum(residual != 0) > 0, residual, np.nan)
+
+
+def replayed(found: Identified) -> Figure:
+    """The recorded motion beside the replayed one, its command, and what the replay is off."""
+    told, unit = found.told, found.position_unit
+    time, panels = _time(found), 2 + (told.command is not None)
+    figure = framed(0.6 + 1.75 * panels, top=0.35)
+    first, *others = figure.subplots(panels, sharex=True)
+    first.plot(*thinned(time, told.place), color="0.65", lw=2.5, label="recorded")
+    simulated = told.place - counted(found.checks[0].residual)
+    first.plot(*thinned(time, simulated), color=OWN, lw=1.0, label="replayed")
+    if told.reference is not None:
+        first.plot(*thinned(time, told.reference), ":", color="black", lw=1.0, label="reference")
+    finish(first, f"position [{unit}]")
+    if told.command is not None:
+        others[0].plot(*thinned(time, told.command), color="0.3", lw=0.8)
+        finish(others[0], f"command [{found.free.drive.units['command']}]")
+    _draw_off(others[-1], found, found.checks[0].residual, "time [s]")
+    above(figure, first, columns=3)
+    return figure
+
+
+def closely(found: Identified) -> Figure:
+    """The same around the sample where the replay is off most, every sample of it."""
+    off, unit = found.checks[0].residual, found.position_unit
+    worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
+    near = slice(max(worst - width, 0), worst + width + 1)
+    time = _time(found)[near]
+    place, replay = found.told.place[near], (found.told.place - off)[near]
+    middle = time - time.mean()
+    cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
+    factor, small = readable(unit, float(np.abs(place - cubic).max()))
+    figure = framed(4.1, top=0.35)
+    upper, lower = figure.subplots(2, sharex=True)
+    upper.plot(time, factor * (place - cubic), "o", color="0.6", ms=4, label="recorded")
+    upper.plot(time, factor * (replay - cubic), color=OWN, lw=1.0, label="replayed")
+    finish(upper, f"position less cubic [{small}]")
+    factor = _draw_off(lower, found, off, "time [s]", near)
+    lower.plot(time[worst - near.start], factor * off[worst], "o", color=OTHER, ms=5)
+    above(figure, upper)
+    return figure
+
+
+def checked(found: Identified) -> Figure | None:
+    """What each other log and each other way of replay leaves; None where there is none."""
+    _, *checks = found.checks
+    if not checks:
+        return None
+    figure = framed(0.9 + 1.5 * len(checks), top=0.3)
+    for own, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
+        _draw_off(own, found, check.residual, "time [s]" if check is checks[-1] else "")
+        own.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
+    figure.subplots_adjust(hspace=0.6)
+    return figure
+
+
+def spectrum(found: Identified) -> Figure:
+    """At which frequencies the replay is off."""
+    figure = framed(2.8 + 0.2 * len(found.checks), top=0.2 + 0.2 * len(found.checks))
+    axes = figure.subplots()
+    unit, every = found.position_unit, found.told.sample_time
+    styles = ((OWN, "-"), (OTHER, "-"), (OWN, "--"), (OTHER, "--"))
+    for check, (colour, style) in zip(found.checks, styles, strict=False):
+        length = min(SEGMENT, -(-len(check.residual) // PARTS))
+        frequency, power = welch(check.residual, 1.0 / every, nperseg=length)
+        label = plain(f"{check.log}: {check.how}", 60)
+        density = np.sqrt(power[1:])
+        axes.loglog(frequency[1:], density, style, color=colour, lw=0.9, label=label)
+    gridded(axes, "frequency [Hz]", f"off [{unit}/√Hz]")
+    above(figure, axes, 8.0, 1)
+    return figure
+
+
+def response(found: Identified) -> Figure | None:
+    """How the log and the model answer the command, and how much of that is the command's."""
+    own = found.response
+    if own is None:
+        return None
+    figure = framed(4.4, top=0.35)
+    upper, lower = figure.subplots(2, sharex=True, height_ratios=(2, 1))
+    upper.loglog(own.frequency, np.abs(own.log), color="0.6", lw=2.0, label="log")
+    upper.loglog(own.frequency, np.abs(own.model), color=OWN, lw=1.0, label="model")
+    lower.plot(own.frequency, own.coherence, color="0.3", lw=0.8)
+    for axes in (upper, lower):
+        axes.axvspan(own.unknown_above, own.frequency[-1], color="0.93", lw=0)
+        if own.mode:
+            axes.axvline(own.mode, color=OTHER, lw=1.0)
+    upper.set_xlim(own.frequency[0], own.frequency[-1])
+    gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
+    gridded(lower, "frequency [Hz]", "coherence [1]")
+    above(figure, upper)
+    return figure
+
+
+def profiled(profile: Profile, unit: str) -> Figure | None:
+    """How the fit grows worse while one parameter is held off its value.
+
+    None where that is so sharp that no axis could show it.
+    """
+    values = profile.values
+    if np.ptp(values) <= SEEN * np.abs(values).max():
+        return None
+    figure = framed(2.8, top=0.35)
+    axes = figure.subplots()
+    axes.plot(*profile.supposed, "--", color="0.5", lw=1.2, label="parabola of its interval")
+    axes.plot(values, profile.worse, "o", color=OWN, ms=5, label="fitted again")
+    axes.axhline(LIMIT, color=OTHER, lw=1.0)
+    level = f"{100 * CONFIDENCE:g} %: {LIMIT:.3g}"
+    axes.text(
+        0.5, 1.03 * LIMIT, level, transform=axes.get_yaxis_transform(), color=OTHER, ha="center"
+    )
+    axes.set_ylim(0.0, max(2.0 * LIMIT, min(1.05 * float(profile.worse.max()), 5 * LIMIT)))
+    finish(axes, "2 × fall of log likelihood [1]", f"{profile.name} [{unit or '1'}]")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=5))
+    axes.ticklabel_format(axis="x", useOffset=False)
+    above(figure, axes)
+    return figure
+
+
+def _draw_off(
+    axes: Axes, found: Identified, residual: Floats, x: str, part: slice = slice(None)
+) -> float:
+    """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
+    factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
+    time = found.told.sample_time * np.arange(len(residual), dtype=float)
+    axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
+    axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
+    finish(axes, f"off by [{unit}]", x)
+    return factor
+
+
+def _time(found: Identified) -> Floats:
+    """(steps,) of the log [s]."""
+    return found.told.sample_time * np.arange(len(found.told.place), dtype=float)

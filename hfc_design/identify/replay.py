@@ -1,4 +1,4 @@
-"""A plant under the command that was recorded, held near the recorded motion.
+"""A motion of one axis that was recorded, and a plant under its command, held near the motion.
 
 In open loop whatever the model lacks adds up, and after some seconds the simulated axis is
 anywhere. So it is an observer: in each sample its positions and velocities are set right by a
@@ -6,20 +6,35 @@ share of how far it is off the recorded position, as a rigid body. What is left 
 lacks, at the frequencies above the observer's; a fast one makes of it what least squares on the
 inverse dynamics have, with a filter of the same bandwidth (Gautier, Janot and Vandanjon, IEEE
 Trans. Control Systems Technology 21, 2013). With none it is the plain open loop.
+
+The closed loop that recorded a log is replayed under the reference and the load that it recorded.
 """
 
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hfc_design.core.numbers import SAME, Floats, Parameters, Scalar, State
-from hfc_design.identify.free import Free
-from hfc_design.identify.recording import Recording
+from hfc_design.controllers.controller import Stepped, View
+from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Scalar, State, Xp
+from hfc_design.core.records import UserError
+from hfc_design.core.texts import about
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import controller_of
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.free import Free, Task
+from hfc_design.logs.columns import Column, asked, rates_of
+from hfc_design.logs.reading import read_log
+from hfc_design.logs.signals import Even, signals
+from hfc_design.motion.samples import AxisSamples, Samples
+from hfc_design.simulation.closed_loop import Moving, closed_loop, moved, start
+from hfc_design.simulation.repeats import Louder
 from plants import Drive
 
 #: Of a lag [samples]; a shorter one is none.
@@ -29,6 +44,12 @@ DAMPED = 0.7
 #: Periods of its bandwidth after which it counts: where the axis began at rest nothing but noise
 #: has to be forgotten, else exp(-2 pi 0.7 x 3) = 2e-6 of how it began is left.
 RESTED, FORGOTTEN = 1.0, 3.0
+#: The velocity at the start is that of a cubic through so many samples.
+BEGINNING = 20
+#: In so many standard errors.
+CLEAR = 4.0
+#: Where the system shows what is piped into a program.
+PIPES = "/dev/", "/proc/"
 #: Parameters of one machine, by how many samples its command is late, which part of that is a lag,
 #: and a load that is always there -> by how much it is off each recorded output (steps, outputs).
 #: JAX takes it as an argument: what was recorded is data.
@@ -39,14 +60,134 @@ Residual: TypeAlias = Callable[..., Scalar]
 Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
 
+class Source(NamedTuple):
+    """A log that is not read yet."""
+
+    path: Path
+    columns: list[Column]
+
+
+class Recording(NamedTuple):
+    """One axis, (steps,) each, in units of its drive."""
+
+    outputs: dict[str, Floats]  # what was measured; the first is the position that is fed back
+    command: Floats | None  # None: not recorded
+    reference: Floats | None
+    load: Floats
+    added: Floats  # to the command of the controller, and within the recorded one
+    usable: Floats  # 1 where the outputs count, else 0
+    sample_time: float  # [s]
+    rate: float  # of the position at the start
+    notes: tuple[str, ...] = ()
+    step: float | None = None  # of the encoder of the position, where it is seen
+
+    @property
+    def place(self) -> Floats:
+        """The position that is fed back."""
+        return next(iter(self.outputs.values()))
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts [s]."""
+        return self.sample_time * len(self.load)
+
+
+def recording(found: Even, drive: Drive) -> Recording:
+    """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
+    seen = drive.seen[0]
+    place = found.values[seen]
+    time = found.sample_time * np.arange(len(place[:BEGINNING]))
+    (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
+    noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
+    if abs(rate) < noise:  # it begins at rest
+        rate = 0.0
+    shown = drive.signals(drive.coefficients(drive.parameters()), drive.initial_state(0.0))
+    rates = rates_of(drive)
+    measured = dict.fromkeys([seen, *rates, *rates.values(), *shown])
+    return Recording(
+        {name: found.values[name] for name in measured if name in found.values},
+        found.values.get("command"),
+        found.values.get("reference"),
+        found.values.get("load", np.zeros_like(place)),
+        found.values.get("added", np.zeros_like(place)),
+        found.usable.astype(float),
+        found.sample_time,
+        float(rate),
+        tuple(found.notes),
+        found.step,
+    )
+
+
+def called(log: Path) -> str:
+    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
+    if not os.path.abspath(log).startswith(PIPES):
+        return log.name
+    behind = Path(os.path.realpath(log))
+    return behind.name if behind.is_file() else "log"
+
+
+def sources(
+    task: Task,
+    log: Path,
+    columns: Sequence[str],
+    check_log: Path | None,
+    others: Sequence[str],
+) -> dict[str, Source]:
+    """The logs by their names, with what the user says of their columns.
+
+    Raises:
+        UserError: that cannot be understood, or is not of the drive.
+    """
+    drive = task.scenario.machine.drives[task.axis]
+    if others and check_log is None:
+        raise UserError("--check-column: needs --check-log")
+    with about(log):
+        found = {called(log): Source(log, asked(columns, drive))}
+    if check_log is not None:
+        name = called(check_log)
+        with about(check_log):
+            both = {one.name: one for one in (*asked(columns, drive), *asked(others, drive))}
+        own = Source(check_log, [*both.values()])
+        found[name if name not in found else f"{name} (check)"] = own
+    return found
+
+
+def recordings(
+    task: Task, logs: dict[str, Source], sample_time: float | None
+) -> tuple[Task, dict[str, Recording]]:
+    """The task in the cycle and the substeps that the logs need, and what is recorded.
+
+    Raises:
+        UserError: one cannot be read or has not what is needed; the line says which and why.
+    """
+    found, scenario = dict[str, Recording](), task.scenario
+    axis = scenario.plant.each()[task.axis]
+    for name, source in logs.items():
+        read = read_log(source.path)
+        with about(source.path):
+            seen = signals(read, axis.drive, source.columns, sample_time)
+            found[name] = recording(seen, axis.drive)
+    every = next(iter(found.values())).sample_time
+    for name, one in found.items():
+        if abs(one.sample_time / every - 1.0) > 1e-3:
+            raise UserError(f"{name}: is sampled every {one.sample_time:g} s, not {every:g} s")
+    # The largest speed over ten samples: noise is none.
+    each = (abs(one.place[10:] - one.place[:-10]).max() for one in found.values())
+    speed, substeps = float(max(each)) / (10 * every), scenario.simulation.substeps
+    while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
+        substeps *= 2
+    changes = {"sample_time_s": every, "substeps": substeps}
+    simulation = scenario.simulation.model_copy(update=changes)
+    scenario = scenario.model_copy(update={"simulation": simulation})
+    return task._replace(scenario=scenario), found
+
+
 class Rows(NamedTuple):
     """A recording, (steps, ...) each; in the loop one sample."""
 
     command: Scalar
     place: Scalar
-    load: Scalar
-    rise: Scalar  # of the load until the next sample
-    bend: Scalar  # of the load there: what its middle lies below the mean of its ends, by eight
+    loads: Scalar  # (2 substeps + 1,) in each sample, see ``between``
     outputs: Scalar
     usable: Scalar
 
@@ -85,8 +226,7 @@ class Replay:
             off = current - row.command
             command = drive.accepted(fixed, row.command + share * off)
             for k in range(self.substeps):
-                shares = ((k + x) / self.substeps for x in (0.0, 0.5, 1.0))
-                loads = tuple(curved(row.load, row.rise, row.bend, x) + load for x in shares)
+                loads = tuple(row.loads[2 * k + x] + load for x in range(3))
                 state = drive.step(fixed, state, command, loads, step)
             return (state, row.command + left * off), missing * row.usable
 
@@ -109,14 +249,14 @@ def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Repl
     drive, every = free.drive, told.sample_time
     body, names = rigid(drive, free.start), tuple(told.outputs)
     angular = 2.0 * np.pi * bandwidth
-    rise, bend = between(told.load)
     unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
     periods = bandwidth * every * np.arange(len(told.usable)) * (1.0 + SAME)
     waits = FORGOTTEN if told.rate else RESTED
     counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
     outputs = np.stack([*told.outputs.values()], axis=-1)
-    rows = Rows(told.command, told.place, told.load, rise, bend, outputs, counted)
+    loads = between(told.load, substeps)
+    rows = Rows(told.command, told.place, loads, outputs, counted)
     gains = every * 2.0 * DAMPED * angular, every * angular**2
     begun = float(told.place[0]), told.rate
     return Replay(drive, body, names, substeps, rows, begun, every, gains, unknown)
@@ -135,19 +275,17 @@ def unzeroed(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
-def between(load: Floats) -> tuple[Floats, Floats]:
-    """(steps,) by how much a load rises until the next sample, and how it bends there.
+def between(load: Floats, substeps: int) -> Floats:
+    """(steps, 2 substeps + 1) a load until the next sample, where an integrator needs it.
 
-    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s.
+    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s. What its
+    middle lies below the mean of its ends is an eighth of its bend.
     """
     rise = np.diff(load, append=load[-1])
     turns = np.diff(rise, prepend=rise[0])  # at each sample
-    return rise, 0.5 * (turns + np.append(turns[1:], 0.0))
-
-
-def curved(load: Scalar, rise: Scalar, bend: Scalar, share: float) -> Scalar:
-    """The load at a share of a sample time."""
-    return load + share * rise - 0.5 * share * (1.0 - share) * bend
+    bend = 0.5 * (turns + np.append(turns[1:], 0.0))
+    share = np.arange(2 * substeps + 1) / (2 * substeps)
+    return load[:, None] + np.outer(rise, share) - np.outer(bend, 0.5 * share * (1.0 - share))
 
 
 def later(command: Scalar, late: Scalar) -> Scalar:
@@ -177,7 +315,7 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     A shift after which nothing moves that did not move before: gears are in it, those of the
     ``parameters`` (floats).
     """
-    pairs = {drive.position: drive.velocity, drive.seen[0]: drive.seen[1], **drive.encoders}
+    pairs = rates_of(drive)
     names = list(pairs)
     fixed = drive.coefficients(parameters)
 
@@ -196,3 +334,72 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     first = found[names.index(drive.seen[0])]
     shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
+
+
+class Pushed(Louder):
+    """A controller to whose command something is added; its gains are that and its own."""
+
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
+        """The command of the axis, and what to remember."""
+        more, own = gains
+        commands, memory = self.inner.step(xp, own, memory, view)
+        return tuple(command + more for command in commands), memory
+
+
+def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
+    """How far the loop of a machine is off what was recorded, where that counts.
+
+    Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
+    """
+    controller, gains = controller_of(design, scenario)
+    one = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
+    own: object = jax.tree.map(lambda leaf: leaf[..., 0], gains)
+    drive, every = one.machine.drives[0], told.sample_time
+    believed = scenario.plant.values()
+    body = rigid(drive, believed[0])
+    readings = scenario.sensors.of(scenario.plant.machine.axes[0]).readings
+    rows = _rows(told, one.substeps, len(drive.encoders) + len(readings))
+    outputs = np.stack([*told.outputs.values()], axis=-1)
+    usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
+
+    def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
+        fixed = one.coefficients((parameters,))
+        zero = 0.0 * late
+        put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
+        before = start(one, zero, (put,))
+
+        def sample(
+            before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
+        ) -> tuple[Moving, Scalar]:
+            happens, shown, counts, more = row
+            happens = happens._replace(loads=tuple(each + load for each in happens.loads))
+            missing = shown - read(drive, fixed[0], before.states[0], told.outputs)
+            sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
+            after = moved(one, believed, fixed, every, (more, own), before, sampled)
+            return after, missing * counts
+
+        off = jax.lax.scan(sample, before, (rows, outputs, usable, told.added))[1]
+        return unzeroed(off, usable, unknown)
+
+    return jax.tree_util.Partial(off)
+
+
+def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
+    """What happens to the axis, a leaf (steps,) each."""
+    assert told.reference is not None
+    steps, every = len(told.load), told.sample_time
+    reference = told.reference
+    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
+    rate = np.gradient(reference, every)  # where it is, not half a sample later
+    still = np.zeros(steps)
+    return AxisSamples(
+        reference=reference,
+        reference_rate=rate,
+        loads=tuple(between(told.load, substeps).T),
+        noise=(still,) * noises,
+        target=reference,
+        reference_acceleration=faster / every**2,
+        sliding=still,
+        end=reference,
+        heading=still,
+    )

@@ -6,18 +6,16 @@ first, or a slow motion would leak into everything. In a closed loop noise of th
 back in the command: by no more than the share that it is of the position, which counts as error.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
 from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
-from hfc_design.identify.fit import NOTHING
+from hfc_design.identify.fit import NOTHING, Found
 from hfc_design.identify.replay import DAMPED, Replay
-
-if TYPE_CHECKING:
-    from hfc_design.identify.search import Found
 
 #: Segments have at most so many samples, are so many at least, and have so many samples at least;
 #: of half as much overlap so many count for one (Welch, IEEE Trans. AU-15, 1967).
@@ -39,7 +37,6 @@ class Response(NamedTuple):
     log: Any  # complex, from command to position
     model: Any  # complex
     coherence: Floats
-    error: Floats  # by which share the log's may be wrong
     top: float | None  # what is above was not excited [Hz]; None: nothing was
     mode: float | None  # that the model has not [Hz]
     coloured: int  # of ``LAGS`` autocorrelations of the residual, how many are none of white noise
@@ -50,7 +47,7 @@ class Response(NamedTuple):
         return float(f"{self.top or self.frequency[0]:.2g}")
 
 
-def response(found: "Found") -> Response | None:
+def response(found: Found) -> Response | None:
     """What the log of a fit says of frequencies; None: it has no command, or is too short."""
     replay = found.problem.residual
     if not isinstance(replay, Replay):
@@ -85,7 +82,7 @@ def response(found: "Found") -> Response | None:
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
     size = turn**2 * power.real
-    curves = frequency, own / size, model / size, coherence, error
+    curves = frequency, own / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
 
@@ -121,16 +118,15 @@ def _mode(
         return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
 
     least, best = np.inf, None
-    for hz in np.geomspace(told[0], highest, MODES):
-        for damping in DAMPINGS:
-            w = 2.0 * np.pi * hz
-            swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
-            tried = [(left(1.0 - swing, s * (1.0 - swing))[0], 1.0)]
-            if hz <= told[-1]:
-                squares, found = left(1.0 + 0.0 * s, s, swing)
-                tried.append((squares, abs(found[2] / found[0])))
-            for squares, share in tried:
-                if squares < least and share * np.abs(swing[counts]).max() > CHANGES:
-                    least, best = squares, float(hz)
+    for hz, damping in product(np.geomspace(told[0], highest, MODES), DAMPINGS):
+        w = 2.0 * np.pi * hz
+        swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
+        tried = [(left(1.0 - swing, s * (1.0 - swing))[0], 1.0)]
+        if hz <= told[-1]:
+            squares, found = left(1.0 + 0.0 * s, s, swing)
+            tried.append((squares, abs(found[2] / found[0])))
+        for squares, share in tried:
+            if squares < least and share * np.abs(swing[counts]).max() > CHANGES:
+                least, best = squares, float(hz)
     clear = left(1.0 + 0.0 * s, s)[0] - least > CLEAR * least / counts.sum()
     return float(f"{best:.2g}") if best is not None and clear else None

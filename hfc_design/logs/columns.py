@@ -1,14 +1,24 @@
-"""Which column of a log is which signal of a drive, and what its numbers count in."""
+"""Columns of a recording by the names that stand in its file, and which signal each is, in what."""
 
 import re
 from collections.abc import Collection, Iterable, Sequence
 from math import inf
 from typing import NamedTuple
 
+import numpy as np
+
+from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask
 from hfc_design.core.quantities import number
-from hfc_design.logs.log import Log
 from plants import Drive, in_a_name
 
+#: The largest file [MB]; an hour of four columns at 1 kHz has some 150.
+LARGEST_LOG = 512
+#: The most numbers that arrays may have in all, and columns that a table may have.
+MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
+#: The most that a packed file may unpack to [bytes].
+MOST_BYTES = 8 * MOST_NUMBERS
+#: The fewest samples that something can be learnt from.
+FEWEST = 20
 #: ``NAME=COLUMN`` of a user, with the unit of its numbers behind it: ``position=qm [m]``.
 MAPPED = re.compile(
     r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?\s*"
@@ -17,20 +27,46 @@ MAPPED = re.compile(
 TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
 
 
+class Log(NamedTuple):
+    """Columns of one length, all finite."""
+
+    columns: dict[str, Floats]  # (rows,) each, by name
+    sample_time: float | None = None  # [s], where the file says it
+    breaks: Mask | None = None  # (rows,) samples are missing before this one; None: none are
+    format: str = "CSV"
+    texts: tuple[str, ...] = ()  # names of columns that hold no numbers, and are left out
+
+    @property
+    def rows(self) -> int:
+        """How many samples it has."""
+        return len(next(iter(self.columns.values())))
+
+
+def checked(log: Log) -> Log:
+    """The same log; ValueError: it is too short, ragged, or has what is no number."""
+    if not log.columns:
+        raise ValueError("has no column of numbers")
+    lengths = {name: len(column) for name, column in log.columns.items()}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"its columns differ in length: {told[:200]}")
+    if log.rows < FEWEST:
+        raise ValueError(f"has {log.rows} samples; {FEWEST} are the fewest that tell something")
+    for name, column in log.columns.items():
+        if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST_NUMBER))).size:
+            raise ValueError(
+                f"column {name}: {bad.size} of {log.rows} samples are no numbers up to "
+                f"{LARGEST_NUMBER:g}, the first is sample {bad[0] + 1}"
+            )
+    return log
+
+
 class Column(NamedTuple):
     """Which column of a log a signal is, and what its numbers count in."""
 
     name: str  # of the signal
     column: str
     unit: str | None = None  # of one count, "5 um" say; None: that of the drive
-
-
-def mapped(text: str) -> Column:
-    """What a user says of a column; ValueError: it cannot be understood."""
-    found = MAPPED.fullmatch(text)
-    if not found:
-        raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
-    return Column(found["name"], found["column"], found["unit"])
 
 
 def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
@@ -42,7 +78,10 @@ def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
     """
     found = dict[str, Column]()
     units = units_of(drive)
-    for one in map(mapped, texts):
+    for text in texts:
+        if not (said := MAPPED.fullmatch(text)):
+            raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
+        one = Column(said["name"], said["column"], said["unit"])
         if other := found.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
             raise ValueError(f"{one.name}: is said of two columns, {both}; one is allowed")
@@ -50,15 +89,16 @@ def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
-        scale(one, units[one.name], millimetres_of(drive))
+        scale(one, drive)
     return [*found.values()]
 
 
-def scale(one: Column, unit: str, millimetres: float | None) -> float:
-    """What a count of the column is in ``unit``; ValueError: it is of another kind."""
+def scale(one: Column, drive: Drive) -> float:
+    """What a count of the column is in the unit of its signal; ValueError: of another kind."""
+    unit = units_of(drive)[one.name]
     told = one.unit or unit
     try:
-        return number(told if told[0] in "+-.0123456789" else f"1 {told}", unit, millimetres)
+        return counted(told if told[0] in "+-.0123456789" else f"1 {told}", unit, drive)
     except ValueError:
         raise ValueError(
             f"column {one.column[:60]} for the {one.name}: {told!r} cannot be counted in {unit}; "
@@ -66,9 +106,10 @@ def scale(one: Column, unit: str, millimetres: float | None) -> float:
         ) from None
 
 
-def millimetres_of(drive: Drive) -> float | None:
-    """Length of a unit of the position of a nominal machine; None: it is none."""
-    return None if drive.millimetres is None else drive.millimetres(drive.parameters())
+def counted(quantity: str, unit: str, drive: Drive) -> float:
+    """A quantity in ``unit``, by the units of a nominal machine; ValueError: it is no such one."""
+    millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
+    return number(quantity, unit, millimetres)
 
 
 def how(name: str) -> str:
@@ -109,7 +150,7 @@ def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column
 def _said(name: str, column: str, drive: Drive) -> str:
     """A column as an option says it: with a unit where its own name does not tell one."""
     unit, told = units_of(drive)[name], TOLD.fullmatch(column)
-    if told and _ending(told["unit"], unit, millimetres_of(drive)):
+    if told and _ending(told["unit"], unit, drive):
         return column
     if told and told["unit"] == "%" and name == "command":
         highest = drive.largest_commands(drive.parameters())[1]
@@ -123,13 +164,13 @@ def there(log: Log) -> str:
     return f"there is {', '.join(log.columns)[:120]}{texts}"
 
 
-def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
+def looked_up(one: Column, log: Log, drive: Drive) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
     Raises:
         ValueError: there is no such column.
     """
-    wanted = one.column.casefold()
+    wanted, unit = one.column.casefold(), units_of(drive)[one.name]
     whole = [x for x in log.columns if x.casefold() == wanted] or [
         x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"].casefold() == wanted
     ]
@@ -146,7 +187,7 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
         )
     parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
     ends = [told["unit"]] if told else ["_".join(parts[k:]) for k in range(len(parts))]
-    units = (_ending(end, unit, millimetres) for end in ends)
+    units = (_ending(end, unit, drive) for end in ends)
     return one._replace(unit=next(filter(None, units), None))
 
 
@@ -162,13 +203,13 @@ def is_unit(text: str) -> bool:
         return False
 
 
-def _ending(text: str, unit: str, millimetres: float | None) -> str | None:
+def _ending(text: str, unit: str, drive: Drive) -> str | None:
     """The unit that the end of a name is, mm_s for mm/s; None: none that counts in ``unit``."""
     if text == in_a_name(unit):
         return unit
     told = text.replace("_", "/")
     try:
-        number(f"1 {told}", unit, millimetres)
+        counted(f"1 {told}", unit, drive)
     except ValueError:
         return None
     return None if text in NO_UNIT else told
@@ -180,16 +221,17 @@ def units_of(drive: Drive) -> dict[str, str]:
     ``added`` is what came to the command after the controller, and is in the recorded one.
     """
     place, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
-    pairs = {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
+    rates = rates_of(drive)
     units = {"time": "s", "command": command, "reference": place, "load": drive.units["load"]}
-    units |= {
-        "added": command,
-        **dict.fromkeys(pairs, place),
-        **dict.fromkeys(pairs.values(), rate),
-    }
+    units |= {"added": command} | dict.fromkeys(rates, place) | dict.fromkeys(rates.values(), rate)
     return units | {
         x: u for x, u in drive.units.items() if x not in ("error", "error_rate", *units)
     }
+
+
+def rates_of(drive: Drive) -> dict[str, str]:
+    """The velocity of each position of a drive, that of its feedback first."""
+    return {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
 
 
 def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
@@ -199,18 +241,17 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     for name, unit in units_of(drive).items():
         if name in said:
             continue
-        for column in log.columns:
-            own = _called(column, {name, others.get(name, name)}, unit, millimetres_of(drive))
-            if own is None:
-                continue
-            if name in found:
-                both = f"{found[name].column} and {column}"
-                raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
+        called = {name, others.get(name, name)}
+        each = {x: own for x in log.columns if (own := _called(x, called, unit, drive))}
+        if len(each) > 1:
+            both = " and ".join([*each][:2])
+            raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
+        for column, own in each.items():
             found[name] = Column(name, column, own)
     return found
 
 
-def _called(column: str, names: set[str], unit: str, millimetres: float | None) -> str | None:
+def _called(column: str, names: set[str], unit: str, drive: Drive) -> str | None:
     """The unit of a column that is called like one of ``names``; None: it is not."""
     folded = {name.casefold() for name in names}
     if column.casefold() in folded:
@@ -218,4 +259,4 @@ def _called(column: str, names: set[str], unit: str, millimetres: float | None) 
     if (told := TOLD.fullmatch(column)) and told["name"].casefold() in folded:
         return told["unit"]
     ends = (column[len(x) + 1 :] for x in folded if column.casefold().startswith(f"{x}_"))
-    return next(filter(None, (_ending(end, unit, millimetres) for end in ends)), None)
+    return next(filter(None, (_ending(end, unit, drive) for end in ends)), None)

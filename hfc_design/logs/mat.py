@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from hfc_design.logs.log import MOST_BYTES, MOST_NUMBERS, Log
+from hfc_design.logs.columns import MOST_BYTES, MOST_NUMBERS, Log
 
 #: First bytes of files of MATLAB 7.3, which are HDF5.
 NEWER = b"\x89HDF", b"MATLAB 7.3 MAT-file"

@@ -1,25 +1,24 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
-from hfc_design.logs import travel
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Indices, Mask
 from hfc_design.logs.columns import (
+    FEWEST,
     Column,
+    Log,
     by_name,
     gaps,
     how,
     looked_up,
-    millimetres_of,
     scale,
     units_of,
 )
-from hfc_design.logs.even import Even, even
-from hfc_design.logs.log import Log
-from hfc_design.logs.steps import righted, step_of
+from hfc_design.logs.sensors import checked_travel, righted, step_of, unwrapped
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -28,23 +27,30 @@ LEAST = 1e-30
 TREMBLES = 0.7
 #: Sample times of drives [s]; the most samples of which a fit keeps the slopes in memory.
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
+#: A stamp that is off its place by more than this share of a period trembles.
+TREMBLE = 0.02
+#: So many samples that are missing in a row are filled in; with more the log is cut there.
+FILLED = 5
+#: A clock is coarser than the samples where more than this share of them has the stamp of another.
+SHARED = 0.1
+#: What stays as it is until the next sample.
+HELD = ("command", "added")
+#: By which share of its error the clock behind the stamps is set right at each of them.
+FOLLOWS = 0.1
 
 
-class Signals(NamedTuple):
-    """One recorded motion of one axis, (steps,) each."""
+class Even(NamedTuple):
+    """Evenly sampled signals."""
 
-    time: Floats  # [s], from 0
     sample_time: float  # [s]
-    values: dict[str, Floats]  # by name, in units of the drive
-    usable: Mask  # what is neither filled in nor cut off
-    notes: tuple[str, ...]  # what was found, for the user
+    values: dict[str, Floats]  # (steps,) each, by name
+    usable: Mask  # (steps,) what was recorded: neither filled in nor cut off
+    notes: list[str]  # what was found, for the user
     step: float | None = None  # of the encoder of the position, as it was recorded
 
 
-def signals(
-    log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None
-) -> Signals:
-    """The signals of ``drive`` in a log.
+def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None) -> Even:
+    """The signals of ``drive`` in a log, in its units.
 
     Args:
         log: as its file has it.
@@ -57,21 +63,23 @@ def signals(
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen = {one.name: one for one in columns}
-    units, millimetres = units_of(drive), millimetres_of(drive)
+    units = units_of(drive)
     named = by_name(log, drive, [*chosen])
     timed = {"time"} if log.sample_time or sample_time else set()
-    if missing := [x for x in _needed(chosen | named, drive) if x not in {*chosen, *named, *timed}]:
-        raise ValueError(gaps(log, drive, missing, chosen | named))
+    known = chosen | named
+    needed = ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
+    if missing := [name for name in needed if name not in known.keys() | timed]:
+        raise ValueError(gaps(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
-    for name, own in (chosen | named).items():
-        one = looked_up(own, log, units[name], millimetres)
+    for name, own in known.items():
+        one = looked_up(own, log, drive)
         unit = one.unit or units[name]
         if own.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {one.column} in {unit}")
-        values[name] = scale(one, units[name], millimetres) * log.columns[one.column]
+        values[name] = scale(one, drive) * log.columns[one.column]
         if units[name] == drive.units["error"]:
             places[name] = one._replace(unit=unit)
-    turned = travel.unwrapped(values, [*places], drive)
+    turned = unwrapped(values, [*places], drive)
     _check(values, drive)
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
@@ -82,16 +90,11 @@ def signals(
         )
     duration = found.sample_time * len(found.usable)
     for name, one in places.items():
-        travel.check(one, found.values[name], drive, duration)
+        checked_travel(one, found.values[name], drive, duration)
     found.notes.extend(turned)
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
-    return _signals(_first(found), drive)._replace(step=step)
-
-
-def _needed(known: Collection[str], drive: Drive) -> list[str]:
-    """What has to be there; a loop is replayed without a command."""
-    return ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
+    return _trusted(found, drive)._replace(step=step)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -109,17 +112,13 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
         )
 
 
-def _first(found: Even) -> Even:
-    """The first samples, if there are too many."""
-    if len(found.usable) <= MOST:
-        return found
-    values = {name: column[:MOST] for name, column in found.values.items()}
-    note = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
-    return found._replace(values=values, usable=found.usable[:MOST], notes=[*found.notes, note])
-
-
-def _signals(found: Even, drive: Drive) -> Signals:
-    """With what of it is at an end of its scale marked."""
+def _trusted(found: Even, drive: Drive) -> Even:
+    """The first samples, if there are too many; what is wrong or at an end of a scale marked."""
+    if len(found.usable) > MOST:
+        told = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
+        found.notes.append(told)
+        values = {name: column[:MOST] for name, column in found.values.items()}
+        found = found._replace(values=values, usable=found.usable[:MOST])
     notes, usable = [*found.notes], found.usable.copy()
     position = found.values[drive.seen[0]]
     right, wrong = righted(position)
@@ -138,8 +137,7 @@ def _signals(found: Even, drive: Drive) -> Signals:
             f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} are at an end of its "
             "scale and left out"
         )
-    time = found.sample_time * np.arange(len(usable), dtype=float)
-    return Signals(time, found.sample_time, found.values, usable, tuple(notes))
+    return found._replace(usable=usable, notes=notes)
 
 
 #: So many samples in a row exactly at the largest or the smallest value are an end of a scale,
@@ -163,3 +161,143 @@ def at_an_end(values: Floats) -> Mask:
             if end - begin >= STAYS and arrives > ARRIVES * typical * (1.0 + SAME_SINGLE):
                 found[begin:end] = True
     return found
+
+
+def even(
+    time: Floats | None, sample_time: float | None, values: dict[str, Floats], breaks: Mask | None
+) -> Even:
+    """Signals (rows,) at even times.
+
+    Args:
+        time: stamps [s], of each row; None: they follow each other ``sample_time`` apart.
+        sample_time: [s]; None: the median of the stamps' distances.
+        values: the signals by name.
+        breaks: (rows,) where an unknown number of samples is missing before a row.
+
+    Raises:
+        ValueError: there is no time; stamps fall; too little is left.
+    """
+    rows = len(next(iter(values.values())))
+    broken = np.zeros(rows, bool) if breaks is None else breaks
+    notes: list[str] = []
+    if time is None:
+        if sample_time is None:
+            raise ValueError("has no time")
+        part = _longest(
+            sample_time * np.arange(rows, dtype=np.float64), np.flatnonzero(broken), notes
+        )
+        kept = {name: value[part] for name, value in values.items()}
+        return Even(sample_time, kept, np.ones(part.stop - part.start, bool), notes)
+    time = time - time[0]  # of seconds since 1970 a period would have few digits
+    distance = np.diff(time)
+    if (falls := np.flatnonzero(distance < 0)).size:
+        raise ValueError(f"its time falls after sample {falls[0] + 1}")
+    if not (distance > 0).any():
+        raise ValueError("its time stands still: which column is it, and in which unit?")
+    twice = np.append([False], distance == 0)
+    if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
+        period = _shared(time, twice, distance)
+        told = even(None, sample_time or period, values, broken)
+        of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
+        told.notes.insert(0, f"{of}; the sample time is {told.sample_time:g} s, that of their mean")
+        return told
+    if twice.any():
+        notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
+    time, broken = time[~twice], broken[~twice]
+    place = _places(time, sample_time or float(np.median(distance[distance > 0])))
+    gaps = np.append([False], np.diff(place) > FILLED + 1)
+    part = _longest(time, np.flatnonzero(gaps | broken), notes)
+    time, place = time[part], place[part] - place[part.start]
+    period = sample_time or _period(place, time)
+    kept = {name: value[~twice][part] for name, value in values.items()}
+    return _filled(time, period, place, kept, notes)
+
+
+def _shared(time: Floats, twice: Mask, distance: Floats) -> float:
+    """The sample time where stamps (rows,) of a coarse clock are ``twice`` those before.
+
+    Raises:
+        ValueError: their samples do not follow each other evenly: some are missing.
+    """
+    first = np.flatnonzero(~twice)[1:].astype(float)  # the first stamp's own may have begun before
+    if len(first) < FEWEST:
+        raise ValueError(f"has {len(first) + 1} different time stamps; {FEWEST + 1} are the fewest")
+    period, start = np.polyfit(first, time[~twice][1:], 1)
+    off = np.abs(time[~twice][1:] - start - period * first)
+    if off.max() > np.median(distance[distance > 0]):
+        raise ValueError(
+            f"its time stamps are those of several samples each, and not evenly so after "
+            f"{time[~twice][1:][off.argmax()]:.6g} s: samples are missing there"
+        )
+    return _period(first, time[~twice][1:])
+
+
+def _places(time: Floats, period: float) -> Floats:
+    """Which sample of an even clock each stamp is.
+
+    The clock follows the stamps by a share, so that neither their trembling nor a ``period`` that
+    is a little off miscounts them; a gap is a whole number of periods.
+    """
+    found, now, clock = [0.0], 0.0, float(time[0])
+    for stamp in time[1:].tolist():
+        steps = max(round((stamp - clock) / period), 1)
+        now, clock = now + steps, clock + steps * period
+        clock += FOLLOWS * (stamp - clock)
+        found.append(now)
+    return np.array(found)
+
+
+def _period(place: Floats, time: Floats) -> float:
+    """The shortest number for the sample time that the stamps do not speak against.
+
+    Its error is three standard errors of the line through them, or a hundredth of a sample over
+    the whole log: what a control is made for is 0.5 ms and not 0.499999988 ms.
+    """
+    period, start = np.polyfit(place, time, 1)
+    off = time - start - period * place
+    error = np.sqrt(np.mean(off**2) / len(time)) / np.std(place)
+    within = max(3.0 * error, 0.01 * period / len(time))
+    shorter = (float(f"{period:.{digits}g}") for digits in range(1, 9))
+    return next((one for one in shorter if abs(one - period) <= within), float(f"{period:.9g}"))
+
+
+def _filled(
+    time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
+) -> Even:
+    """At every place; what is missing lies on a straight line, a command stays as it was."""
+    start = float(np.mean(time - period * place))  # of the clock, by all stamps
+    off = (time - start) / period - place
+    tremble = float(np.sqrt(np.mean(off**2)))
+    if tremble > TREMBLE:
+        notes.append(
+            f"time stamps tremble by {100 * tremble:.2g} % of the sample time (rms); the signals "
+            "are taken at even times between"
+        )
+    where = (time - start) / period if tremble > TREMBLE else place
+    steps = np.arange(int(place[-1]) + 1)
+    recorded = np.zeros(len(steps), bool)
+    recorded[place.astype(int)] = True
+    before = np.searchsorted(place, steps, side="right") - 1
+    found = {
+        name: value[before] if name in HELD else np.interp(steps, where, value)
+        for name, value in values.items()
+    }
+    if missing := int((~recorded).sum()):
+        notes.append(f"{missing} of {len(steps)} samples are missing")
+    return Even(period, found, recorded, notes)
+
+
+def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
+    """The samples between cuts that are most: what happened in one of them nobody knows."""
+    ends = [0, *cuts.tolist(), len(time)]
+    parts = [slice(a, b) for a, b in pairwise(ends) if b > a]
+    part = max(parts, key=lambda one: one.stop - one.start)
+    if len(parts) > 1:
+        begin, end = time[part.start], time[part.stop - 1]
+        notes.append(
+            f"samples are missing in {len(parts) - 1} places; the longest part without a gap is "
+            f"used, {begin:.4g} to {end:.4g} s"
+        )
+    if part.stop - part.start < FEWEST:
+        raise ValueError(f"no part without a gap has {FEWEST} samples")
+    return part

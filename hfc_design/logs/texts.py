@@ -4,13 +4,12 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, number_of, number_or_none
-from hfc_design.logs.columns import TOLD, is_unit
-from hfc_design.logs.log import MOST_COLUMNS, Log
+from hfc_design.logs.columns import MOST_COLUMNS, TOLD, Log, is_unit
 from plants import in_a_name
 
 #: What may stand between columns; a comma is tried last, for it may stand in numbers too.
@@ -30,16 +29,8 @@ LOOKED_AT = 20
 NO_UNIT = frozenset({"", "-", "1", "[]", "[-]", "[1]"})
 
 
-class Rows(NamedTuple):
-    """Lines with where they stand in their file."""
-
-    lines: list[str]
-    places: list[int]  # number of each line, from 1
-
-    def some(self, which: Sequence[int] | slice) -> "Rows":
-        """Those alone."""
-        chosen = range(len(self.lines))[which] if isinstance(which, slice) else which
-        return Rows([self.lines[k] for k in chosen], [self.places[k] for k in chosen])
+#: Lines, each with its number in the file, from 1.
+Rows: TypeAlias = list[tuple[int, str]]
 
 
 class Form(NamedTuple):
@@ -50,12 +41,22 @@ class Form(NamedTuple):
     numeric: list[int]  # columns with numbers in them
 
     def cells(self, line: str) -> list[str]:
-        """What stands in a line."""
-        return _cells(line, self.separator)
+        """What stands in a line; quoted, a separator is a letter like others."""
+        if self.separator is None or '"' not in line:
+            return [cell.strip() for cell in line.split(self.separator)]
+        try:
+            (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+        except csv.Error as error:
+            raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
+        return [cell.strip() for cell in cells]
+
+    def pointed(self, text: str) -> str:
+        """With points for decimal commas, where semicolons or tabs part the columns."""
+        return text.replace(",", ".") if self.separator in (";", "\t") else text
 
     def number(self, cell: str) -> float | None:
-        """A number; with a decimal comma too, where semicolons or tabs part the columns."""
-        return number_or_none(_pointed(cell, self.separator))
+        """A number, with a decimal comma too."""
+        return number_or_none(self.pointed(cell))
 
     def is_data(self, line: str) -> bool:
         """Whether it is a whole row of numbers."""
@@ -94,7 +95,7 @@ def _scope(lines: list[str], sample_time: float) -> Log:
 def _old_scope(rows: Rows, sample_time: float) -> Log:
     """halscope before 2.9: ``name value`` pairs, sample by sample or channel by channel."""
     pairs = list[tuple[str, float, int]]()
-    for line, place in zip(*rows, strict=True):
+    for place, line in rows:
         words = line.split()
         if len(words) % 2:
             raise ValueError(f"line {place}: has to be names of channels, each with its value")
@@ -121,36 +122,35 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
 
 def _table(rows: Rows, separator: str | None) -> Log:
     """Columns with or without names; halsampler's has neither names nor separators."""
-    lost = [place for line, place in zip(*rows, strict=True) if line.strip() == OVERRUN]
-    rows = rows.some([k for k, line in enumerate(rows.lines) if line.strip() != OVERRUN])
-    if rows.lines and rows.lines[-1].strip() == "EOF":  # the last line of TwinCAT's Scope
-        rows = rows.some(slice(-1))
-    form = _form(rows.lines, separator)
-    begin = next((k for k, line in enumerate(rows.lines) if form.is_data(line)), None)
-    if begin is None:
-        begin = len(rows.lines) // 2
-    head, data = rows.some(slice(begin)), rows.some(slice(begin, None))
-    if not head.lines:
+    lost = [place for place, line in rows if line.strip() == OVERRUN]
+    rows = [(place, line) for place, line in rows if line.strip() != OVERRUN]
+    if rows and rows[-1][1].strip() == "EOF":  # the last line of TwinCAT's Scope
+        rows = rows[:-1]
+    form = _form([line for _, line in rows], separator)
+    whole = (k for k, (_, line) in enumerate(rows) if form.is_data(line))
+    begin = next(whole, len(rows) // 2)
+    head, data = rows[:begin], rows[begin:]
+    if not head:
         form = form._replace(numeric=[*range(form.columns)])  # what has no name is no text
-    twincat = [form.cells(line)[0] for line in head.lines[:2]] == ["Name", "File"]
+    twincat = [form.cells(line)[0] for _, line in head[:2]] == ["Name", "File"]
     names = _scope_names(head, form) if twincat else _names(head, form)
     table = _numbers(data, form, names)
     missing = None
     if lost:
         missing = np.zeros(len(table), bool)
-        missing[[k for k in np.searchsorted(data.places, lost) if k < len(table)]] = True
+        places = np.searchsorted([place for place, _ in data], lost)
+        missing[[k for k in places if k < len(table)]] = True
     if twincat:
         form, table = _one_time(form, names, table)
     texts = tuple(name for k, name in enumerate(names) if k not in form.numeric and name)
     columns = _named([names[k] for k in form.numeric], table, form.numeric)
-    plain = form.separator is None and not head.lines
+    plain = form.separator is None and not head
     return Log(columns, None, missing, "halsampler" if plain else "CSV", texts)
 
 
 def _rows(lines: Sequence[str], first: int) -> Rows:
     """What is neither empty nor a comment; ``first`` is the number of the first line."""
-    kept = [(x, k) for k, x in enumerate(lines, first) if x.strip() and not x.startswith("#")]
-    return Rows([line for line, _ in kept], [place for _, place in kept])
+    return [(k, x) for k, x in enumerate(lines, first) if x.strip() and not x.startswith("#")]
 
 
 def _form(lines: Sequence[str], separator: str | None) -> Form:
@@ -161,25 +161,25 @@ def _form(lines: Sequence[str], separator: str | None) -> Form:
     if separator is None:
         most = (x for x in SEPARATORS if 2 * sum(x in line for line in some) > len(some))
         separator = next(most, None)
-    cells = [_cells(line, separator) for line in some]
+    form = Form(separator, 0, [])
+    cells = [form.cells(line) for line in some]
     columns, _ = Counter(map(len, cells)).most_common(1)[0]
     if columns > MOST_COLUMNS:
         raise ValueError(f"has {columns} columns; {MOST_COLUMNS} are the most")
     whole = [row for row in cells if len(row) == columns]
-    form = Form(separator, columns, [])
     has = [sum(form.number(row[k]) is not None for row in whole) for k in range(columns)]
     numeric = [k for k in range(columns) if 2 * has[k] >= len(whole)]
     if not numeric:
         raise ValueError("has no samples")
-    return form._replace(numeric=numeric)
+    return Form(separator, columns, numeric)
 
 
 def _names(head: Rows, form: Form) -> list[str]:
     """The names that stand directly above the numbers, with the units in a line between."""
-    if not head.lines:
+    if not head:
         return [UNNAMED.format(k + 1) for k in range(form.columns)]
     above = list[list[str]]()
-    for line in reversed(head.lines):
+    for _, line in reversed(head):
         cells = form.cells(line)
         while len(cells) > 1 and not cells[-1]:
             cells.pop()
@@ -187,9 +187,10 @@ def _names(head: Rows, form: Form) -> list[str]:
             break
         if any(cells):
             above.append(cells + [""] * (form.columns - len(cells)))
-    last, place = form.cells(head.lines[-1]), head.places[-1]
+    place, last = head[-1]
     if not above:
-        raise ValueError(f"line {place}: has {len(last)} columns, the next one {form.columns}")
+        many = len(form.cells(last))
+        raise ValueError(f"line {place}: has {many} columns, the next one {form.columns}")
     said = [cell for cell in above[0] if form.number(cell) is not None]
     if said and (len(above) > 1 or said[0] == above[0][0]):  # a row of numbers, one is damaged
         wrong = next(x for x in above[0] if form.number(x) is None)
@@ -209,9 +210,10 @@ def _with_unit(name: str, unit: str) -> str:
 
 def _scope_names(head: Rows, form: Form) -> list[str]:
     """Of TwinCAT's Scope: lines of a key before each group, ``Name a Name b``; time is in ms."""
-    told = {cells[0]: cells for cells in map(form.cells, head.lines) if len(cells) >= form.columns}
+    every = [form.cells(line) for _, line in head]
+    told = {cells[0]: cells for cells in every if len(cells) >= form.columns}
     if "Name" not in told:
-        raise ValueError(f"line {head.places[0]}: Scope's file has to have a line Name of channels")
+        raise ValueError(f"line {head[0][0]}: Scope's file has to have a line Name of channels")
     units = told.get("Unit", [""] * form.columns)
     if "Name" not in told["Name"][: form.columns]:
         raise ValueError("has no time: export it from Scope with timelines")
@@ -236,21 +238,6 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
     return form._replace(numeric=[form.numeric[k] for k in kept]), table[:, kept]
 
 
-def _cells(line: str, separator: str | None) -> list[str]:
-    """What stands in a line; quoted, a separator is a letter like others."""
-    if separator is None or '"' not in line:
-        return [cell.strip() for cell in line.split(separator)]
-    try:
-        (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=True)
-    except csv.Error as error:
-        raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
-    return [cell.strip() for cell in cells]
-
-
-def _pointed(text: str, separator: str | None) -> str:
-    return text.replace(",", ".") if separator in (";", "\t") else text
-
-
 def _at(place: int, text: str) -> float:
     """The number in a line; ValueError: it is none."""
     try:
@@ -261,27 +248,25 @@ def _at(place: int, text: str) -> float:
 
 def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
     """(rows, columns with numbers)."""
-    if not rows.lines:
+    if not rows:
         raise ValueError("has no samples")
-    lines, separator = rows.lines, form.separator
-    commas = separator in (";", "\t") and any("," in line for line in lines)
-    if commas and any("." in line for line in lines):
+    lines = [line for _, line in rows]
+    pointed = [form.pointed(line) for line in lines]
+    if pointed != lines and any("." in line for line in lines):
         _check_points(rows, form)
-    if commas:
-        lines = [_pointed(line, separator) for line in lines]
     every = len(form.numeric) == form.columns
     if not every:
         _check_texts(rows, form, names)
     try:
         found = np.loadtxt(
-            lines, delimiter=separator, ndmin=2, comments=None, quotechar='"',
+            pointed, delimiter=form.separator, ndmin=2, comments=None, quotechar='"',
             usecols=None if every else form.numeric,
         )  # fmt: skip
         if found.shape[1] == len(form.numeric) and np.isfinite(found).all():
             return np.asarray(found, float)
     except ValueError:
         pass
-    for line, place in zip(lines, rows.places, strict=True):  # which line it is
+    for (place, _), line in zip(rows, pointed, strict=True):  # which line it is
         cells = _whole(line, place, form)
         for k in form.numeric:
             _at(place, cells[k])
@@ -298,7 +283,7 @@ def _whole(line: str, place: int, form: Form) -> list[str]:
 def _check_points(rows: Rows, form: Form) -> None:
     """ValueError: numbers have a decimal comma in one line and a point in another."""
     first = dict[str, int]()
-    for line, place in zip(*rows, strict=True):
+    for place, line in rows:
         cells = _whole(line, place, form)
         for sign in ",.":
             if any(sign in cells[k] for k in form.numeric):
@@ -311,7 +296,7 @@ def _check_points(rows: Rows, form: Form) -> None:
 def _check_texts(rows: Rows, form: Form, names: Sequence[str]) -> None:
     """ValueError: a column with texts or nothing in the middle of the file has a number too."""
     texts = [k for k in range(form.columns) if k not in form.numeric]
-    for line, place in zip(*rows, strict=True):
+    for place, line in rows:
         cells = _whole(line, place, form)
         for k in texts:
             if form.number(cells[k]) is not None:

@@ -9,11 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.signal import cont2discrete, dlsim
 
-from hfc_design.identify.fit import Problem, fitted, settled
+from hfc_design.identify.fit import Found, Problem, fitted, settled
 from hfc_design.identify.free import free
-from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import replay
-from hfc_design.identify.search import Found
+from hfc_design.identify.replay import Recording, replay
 from plants import Drive
 from plants.drive import only_positive
 

@@ -3,10 +3,9 @@
 import numpy as np
 from carts import CART, Cart, driven, forced, recorded
 
-from hfc_design.identify.checks import beyond
-from hfc_design.identify.fit import Fit
+from hfc_design.identify.fit import Fit, by_command
 from hfc_design.identify.free import free
-from hfc_design.identify.search import by_command
+from hfc_design.identify.identified import beyond
 from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))

@@ -5,8 +5,7 @@ import re
 import numpy as np
 from wording import refused
 
-from hfc_design.logs.columns import asked
-from hfc_design.logs.log import Log
+from hfc_design.logs.columns import Log, asked
 from hfc_design.logs.signals import signals
 from plants import PLANTS
 

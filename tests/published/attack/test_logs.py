@@ -15,7 +15,7 @@ from checkpoint_files import npy, zipped
 from scipy.io import savemat
 
 from hfc_design.core.records import UserError
-from hfc_design.logs.log import checked
+from hfc_design.logs.columns import checked
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(40) / 1000

@@ -7,12 +7,11 @@ from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 
 from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
-from hfc_design.identify.certainty import certainty
+from hfc_design.identify.certainty import certainty, kept
 from hfc_design.identify.fit import Fit, Problem, fitted
 from hfc_design.identify.free import free
-from hfc_design.identify.kept import kept
 from hfc_design.identify.replay import replay
-from hfc_design.identify.words import NOTHING, _untold
+from hfc_design.identify.result import NOTHING, _untold
 from plants import PLANTS
 
 

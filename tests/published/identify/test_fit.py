@@ -5,15 +5,22 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 from scipy.optimize import minimize_scalar
 
+from hfc_design.identify.advice import LIMIT, profiles
 from hfc_design.identify.certainty import certainty
+from hfc_design.identify.fit import by_command
 from hfc_design.identify.free import free
-from hfc_design.identify.profile import LIMIT, profiles
-from hfc_design.identify.search import by_command
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NOISE = 2e-4  # [m]
 STEPS = 800
 FEW, MUCH = 400, 4e-3  # samples and noise [m], so short and so noisy that it is no parabola
+
+
+def ends_of(profile):
+    """Where it has grown worse by ``LIMIT``; between places the root of it is taken for a line."""
+    middle, root = len(profile.values) // 2, np.sqrt(profile.worse)
+    left, right = slice(middle, None, -1), slice(middle, None)
+    return [np.interp(np.sqrt(LIMIT), root[side], profile.values[side]) for side in (left, right)]
 
 
 def white(fit_found):
@@ -51,7 +58,7 @@ def test_where_the_position_is_linear_it_is_linear_least_squares():
         middle = profile.values[len(profile.values) // 2]
         distance = (profile.values - middle) / error
         np.testing.assert_allclose(profile.worse, distance**2, rtol=0.03, atol=1e-3)
-        low, high = profile.interval
+        low, high = ends_of(profile)
         assert (high - low) / error == pytest.approx(2 * 1.96, rel=0.03)
 
 
@@ -93,8 +100,7 @@ def test_a_profile_is_that_of_a_grid():
     assert ends == pytest.approx(LIMIT, rel=2e-3)  # straight lines between 61 points
     sides = profile.worse[[0, -1]]
     assert sides.max() / sides.min() > 1.02  # no parabola in the logarithm of the mass
-    low, high = profile.interval
-    for end in (low, high):  # between places the root of it is taken for a line
+    for end in ends_of(profile):
         assert FEW * (least(end) - floor) / floor / known.inflated[0] == pytest.approx(
             LIMIT, rel=0.05
         )

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from carts import CART
 
-from hfc_design.identify.certainty import covariance_of
-from hfc_design.identify.fit import VAGUE, Fit
+from hfc_design.identify.fit import VAGUE, Fit, covariance_of
 from hfc_design.identify.free import free
 
 STEPS, LEFT = 4000, 0.9  # samples; what is left of a disturbance after a sample

@@ -5,8 +5,8 @@ import pytest
 from carts import CART
 from wording import refused
 
-from hfc_design.identify.certainty import certainty, covariance_of, errors_of, root_of, unseen
-from hfc_design.identify.fit import VAGUE, Fit
+from hfc_design.identify.certainty import certainty, errors_of, root_of, unseen
+from hfc_design.identify.fit import VAGUE, Fit, covariance_of
 from hfc_design.identify.free import free
 from hfc_design.identify.identified import _check_slopes
 from plants import PLANTS

@@ -9,9 +9,9 @@ from carts import CART, EVERY, forced, recorded
 from read_figures import lines_of
 from scipy.stats import chi2
 
-from hfc_design.identify import plots
-from hfc_design.identify.checks import Check
-from hfc_design.identify.profile import Profile
+from hfc_design.identify import page
+from hfc_design.identify.advice import Profile
+from hfc_design.identify.result import Check
 from hfc_design.pictures.files import image
 
 STEPS, BEGUN, WORST = 1000, 100, 700
@@ -32,7 +32,7 @@ def found():
 
 
 def test_the_replay_lies_beside_the_log(found):
-    first, command, off = plots.replayed(found).axes
+    first, command, off = page.replayed(found).axes
     lines = lines_of(first)
     np.testing.assert_array_equal(lines["recorded"][1], found.told.place)
     assert np.isnan(lines["replayed"][1][:BEGUN]).all()
@@ -43,7 +43,7 @@ def test_the_replay_lies_beside_the_log(found):
 
 
 def test_where_it_is_off_most_is_seen_from_near(found):
-    upper, lower = plots.closely(found).axes
+    upper, lower = page.closely(found).axes
     lines = lines_of(upper)
     time, recorded_there = lines["recorded"]
     assert time[[0, -1]] == pytest.approx([0.675, 0.725])
@@ -57,23 +57,23 @@ def test_where_it_is_off_most_is_seen_from_near(found):
 
 
 def test_what_is_off_is_drawn_once(found):
-    (axes,) = plots.checked(found).axes
+    (axes,) = page.checked(found).axes
     assert axes.get_title() == "two.csv: open loop"
     found.checks = found.checks[:1]
-    assert plots.checked(found) is None
+    assert page.checked(found) is None
 
 
 def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
     values = np.linspace(-3.1612, -3.1598, 11)
     z = np.linspace(-2.2, 2.2, 11)
-    figure = plots.profiled(Profile("offset", values, z**2, np.array([values, z**2])), "N")
+    figure = page.profiled(Profile("offset", values, z**2, np.array([values, z**2])), "N")
     (axes,) = figure.axes
     figure.draw_without_rendering()
     assert (axes.get_xlabel(), axes.get_ylabel()) == (
         "offset [N]",
         "2 × fall of log likelihood [1]",
     )
-    (level,) = (line.get_ydata()[0] for line in axes.lines if line.get_color() == plots.OTHER)
+    (level,) = (line.get_ydata()[0] for line in axes.lines if line.get_color() == page.OTHER)
     assert level == pytest.approx(chi2.ppf(0.95, 1))
     assert [text.get_text() for text in axes.texts] == ["95 %: 3.84"]
     low, high = axes.get_xlim()
@@ -90,4 +90,4 @@ def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
 
 def test_a_profile_narrower_than_an_axis_can_say_is_not_drawn():
     values = -3.16 + 1e-9 * np.linspace(-1.0, 1.0, 11)
-    assert plots.profiled(Profile("offset", values, 0 * values, np.zeros((2, 3))), "N") is None
+    assert page.profiled(Profile("offset", values, 0 * values, np.zeros((2, 3))), "N") is None

@@ -9,10 +9,11 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.identify.advice import FREQUENCIES, _shapes
-from hfc_design.identify.checks import Check, strangers
-from hfc_design.identify.recording import recording
-from hfc_design.identify.search import bandwidths
-from hfc_design.logs.signals import Signals
+from hfc_design.identify.fit import bandwidths
+from hfc_design.identify.identified import strangers
+from hfc_design.identify.replay import recording
+from hfc_design.identify.result import Check
+from hfc_design.logs.signals import Even
 from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))
@@ -74,6 +75,6 @@ def test_a_sine_that_is_just_slow_or_fast_enough_is_proposed():
 def test_an_axis_that_stands_begins_at_rest(place):
     """Of a log without noise the slope of a straight line is a few last bits, and is none."""
     values = place + np.where(WAVE * 0.0 + np.arange(4000) > 100, WAVE, 0.0)
-    found = Signals(WAVE, 0.001, {"place": values}, WAVE < 2.0, ())
+    found = Even(0.001, {"place": values}, WAVE < 2.0, [])
     drive = replace(POSITIONING_STAGE, feedback=("place", "velocity"))
     assert recording(found, drive).rate == 0.0

@@ -8,7 +8,7 @@ from scipy.io import loadmat, savemat
 from wording import refused
 
 from hfc_design.core.records import UserError
-from hfc_design.logs import arrays, mat
+from hfc_design.logs import mat, reading
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(40) / 1000
@@ -42,7 +42,7 @@ def test_nothing_is_unpickled(tmp_path):
 
 
 def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(arrays, "MOST_BYTES", 800)
+    monkeypatch.setattr(reading, "MOST_BYTES", 800)
     monkeypatch.setattr(mat, "MOST_BYTES", 800)
     np.savez_compressed(tmp_path / "log.npz", x=np.zeros(1000))
     savemat(tmp_path / "log.mat", {"x": np.zeros(1000)}, do_compression=True)

@@ -6,8 +6,7 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.logs import signals as limits
-from hfc_design.logs.columns import asked
-from hfc_design.logs.log import Log
+from hfc_design.logs.columns import Log, asked
 from hfc_design.logs.signals import at_an_end, signals
 from plants import PLANTS
 
@@ -33,8 +32,8 @@ def test_units_of_people_and_of_encoders():
         np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
         assert one.sample_time == pytest.approx(1e-3)
         assert one.usable.all()
-    assert told.notes == ()
-    assert counted.notes == ("time is t in s; another unit: NAME=COLUMN [UNIT]",)
+    assert told.notes == []
+    assert counted.notes == ["time is t in s; another unit: NAME=COLUMN [UNIT]"]
 
 
 def test_a_column_that_is_named_without_a_unit_has_that_of_its_own_name():
@@ -122,7 +121,7 @@ def test_stamps_that_tremble_are_evened_out():
     stamps = TIME + 1e-4 * rng.standard_normal(400)
     motion = 3.0 * np.sin(20 * stamps)
     one = found({"time_s": stamps, "position": motion, "command": VOLTS})
-    expected, uneven = 3.0 * np.sin(20 * one.time), 3.0 * np.sin(20 * TIME)
+    expected, uneven = 3.0 * np.sin(20 * one.sample_time * np.arange(400)), 3.0 * np.sin(20 * TIME)
     middle = slice(2, -2)
     assert np.abs(one.values["position"] - expected)[middle].max() < 2e-3
     assert np.abs(motion - uneven).max() > 1e-2
@@ -136,7 +135,7 @@ def test_samples_that_are_missing_are_filled_in_and_not_used():
     assert np.flatnonzero(~one.usable).tolist() == [100, 101, 250]
     np.testing.assert_allclose(one.values["position"], PLACE, atol=2e-3)
     assert one.values["command"][101] == VOLTS[99]  # it stays
-    assert one.notes == ("3 of 400 samples are missing",)
+    assert one.notes == ["3 of 400 samples are missing"]
 
 
 def test_stamps_that_several_samples_share_tell_the_sample_time():
@@ -176,7 +175,7 @@ def test_what_goes_round_goes_on(unit, turn, begin):
         assert abs(lead) <= np.pi
         assert any("spindle_angle goes round" in note for note in one.notes)
     still = found({"time_s": TIME, "position": PLACE, "command": VOLTS, "reference": 9 * PLACE})
-    assert still.notes == ()  # what has lengths does not go round
+    assert still.notes == []  # what has lengths does not go round
     with refused(ValueError):
         bad = columns | {"spindle_angle": np.where(TIME == 0.2, 0.55, 0.1 * VOLTS) * turn}
         found(bad, names[0], drive=PLANTS["c-axis"])
@@ -271,7 +270,7 @@ def test_of_very_many_samples_the_first_are_used(monkeypatch):
     one = found({"time_s": TIME, "position": PLACE, "command": VOLTS})
     np.testing.assert_allclose(one.values["position"], PLACE[:150])
     assert len(one.usable) == len(one.values["command"]) == 150
-    assert one.notes == ("only the first 0.15 s are used (150 samples)",)
+    assert one.notes == ["only the first 0.15 s are used (150 samples)"]
 
 
 def test_a_column_that_the_user_names_is_the_signal():

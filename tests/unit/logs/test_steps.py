@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shaken import shaken
 
-from hfc_design.logs.steps import noise_of, step_of
+from hfc_design.logs.sensors import noise_of, step_of
 
 TIME = 1e-3 * np.arange(4000)
 MOTION = 10.0 * np.sin(3.0 * TIME)

@@ -1,23 +1,76 @@
-"""Motions that no machine makes: the unit of a column is another one than was said."""
+"""What a recorded signal tells of its sensor: step, noise, wrong samples, turns, another unit."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from hfc_design.core.numbers import SAME_SINGLE, Floats
+from hfc_design.core.numbers import SAME, SAME_SINGLE, Floats, Mask
 from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, how, millimetres_of
+from hfc_design.logs.columns import Column, counted, how
 from plants import Drive
 
+#: A step is told by so many of the least changes; noise by what is this much of a step at least.
+LOOKED_AT, SEEN = 50, 0.1
+#: A sample is wrong that is off by so many times what all but this share bend.
+WRONG, USUAL = 20.0, 0.97
+#: Noise is looked for in this share of the samples, the slowest: where an axis is fast, stamps that
+#: tremble look like noise of its position.
+SLOW = 0.2
 #: Of lengths and angles the least travel, and the largest mean speed over a log. An atom is 1e-10 m
 #: wide, trains reach 170 m/s and the smallest turbines 1e5 rad/s. No guess of the machine is in
 #: them, so that no log of a real one is refused.
 PLAUSIBLE = {"m": (1e-10, 1e3), "rad": (1e-10, 1e6)}
-
-
 #: A place that goes round jumps back by a whole turn; between jumps it moves by no more than this
 #: share of one in a sample, or nobody knows which way.
 CLEAR = 0.25
+
+
+def step_of(values: Floats) -> float | None:
+    """The step of an encoder, if the values of a log are whole steps; None if that is not seen."""
+    changes = np.unique(np.round(np.abs(np.diff(values)), 15))
+    steps = changes[changes > 1e-12 * max(np.abs(values).max(), 1e-300)]
+    if len(steps) < 1 + (len(steps) == len(changes)):  # nothing, or a ramp
+        return None
+    least = float(steps[0])
+    off = np.abs(steps / least - np.round(steps / least))[:LOOKED_AT]
+    return float(f"{least:.4g}") if off.max() < 0.02 else None
+
+
+def righted(values: Floats) -> tuple[Floats, Mask]:
+    """Values (steps,) with the wrong ones on straight lines, and which these are.
+
+    Single samples far off both of their neighbours; those bend back by half as much.
+    """
+    bend, changes = np.diff(values, 2), np.abs(np.diff(values))
+    least = changes[changes > 0].min(initial=np.inf)
+    usual = max(float(np.quantile(np.abs(bend), USUAL)), least)
+    back = np.pad(bend, 1)
+    both = np.maximum(back[:-2] * np.sign(bend), back[2:] * np.sign(bend))
+    wrong = (0.5 * np.abs(bend) > WRONG * usual) & (both < -0.25 * np.abs(bend))
+    wrong, steps = np.pad(wrong, 1), np.arange(len(values))
+    return np.interp(steps, steps[~wrong], values[~wrong]) if wrong.any() else values, wrong
+
+
+def noise_of(off: Floats, place: Floats, step: float | None) -> float | None:
+    """Standard deviation of the white noise in (steps,) what a replay is off; None: none is seen.
+
+    ``place`` (steps,) says where the axis is slow.
+
+    Second differences leave white noise alone, of six times its variance; the largest are not
+    counted, which are of reversals. 0 is where a replay does not count; rounding to a ``step`` is
+    noise too, of step^2 / 12, and none of the sensor's.
+    """
+    counts = (off[2:] != 0) & (off[1:-1] != 0) & (off[:-2] != 0)
+    speed = np.abs(place[2:] - place[:-2])
+    slow = speed <= np.quantile(speed, SLOW) + SAME * speed.max() if counts.any() else counts
+    bend = np.diff(off, 2)[counts & slow]
+    if not bend.size:
+        return None
+    usual = max(float(np.median(np.abs(bend))) / 0.6745, step or 0.0)  # of a normal distribution
+    size = float(np.mean(bend[np.abs(bend) <= 4.0 * usual] ** 2))
+    left = size / 6.0 - (step or 0.0) ** 2 / 12.0
+    least = SEEN * step if step else 1e-30
+    return float(f"{np.sqrt(left):.2g}") if left > least**2 else None
 
 
 def unwrapped(values: dict[str, Floats], places: Sequence[str], drive: Drive) -> list[str]:
@@ -60,7 +113,7 @@ def unwrapped(values: dict[str, Floats], places: Sequence[str], drive: Drive) ->
     return notes
 
 
-def check(one: Column, values: Floats, drive: Drive, duration: float) -> None:
+def checked_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:
     """ValueError: what a column with its unit says is no motion of a machine.
 
     Args:
@@ -72,7 +125,7 @@ def check(one: Column, values: Floats, drive: Drive, duration: float) -> None:
     unit = drive.units["error"]
     for base, (least, fastest) in PLAUSIBLE.items():
         try:
-            size = number(f"1 {unit}", base, millimetres_of(drive))
+            size = counted(f"1 {unit}", base, drive)
         except ValueError:
             continue
         gone, most = size * float(np.ptp(values)), fastest * duration
