@@ -9,9 +9,9 @@ from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, show_whole
 from hfc_design.core.numbers import Json
+from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.missed import three_digits
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told

@@ -9,15 +9,23 @@ import numpy as np
 from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
-from hfc_design.core.wording import percent
+from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation import why_not
-from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import TITLES, measured, merit_told
-from hfc_design.simulation.missed import missed_told, three_digits
+from hfc_design.simulation.in_use import (
+    ON_THIS_MODEL,
+    STRESS_ABOUT,
+    STRESS_HEADS,
+    TITLES,
+    broken,
+    gain_told,
+    measured,
+    merit_told,
+    missed_told,
+    stress_rows,
+)
 from hfc_design.simulation.monte_carlo import Robustness
-from hfc_design.simulation.stressed import ABOUT, HEADS, ON_THIS_MODEL, broken, rows
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
@@ -64,7 +72,7 @@ def show_usable(found: Json | None) -> None:
     show_whole(table)
     if found.get("stress"):
         own = found["stress"]
-        _show_table(HEADS, rows(own), (*broken(own), ABOUT))
+        _show_table(STRESS_HEADS, stress_rows(own), (*broken(own), STRESS_ABOUT))
     for one in _below(found):
         print(fill(one, room()))
 

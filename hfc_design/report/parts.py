@@ -9,21 +9,34 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.pictures.numbers import digits, score
+from hfc_design.pictures.numbers import digits, readable, score
 from hfc_design.pictures.section import Drawing, Listing, Section
-from hfc_design.report.comparison.tables import titled
-from hfc_design.report.in_use import in_use
+from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
+from hfc_design.simulation import why_not
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.in_use import (
+    STRESS_ABOUT,
+    STRESS_HEADS,
+    TITLES,
+    broken,
+    gain_told,
+    measured,
+    merit_told,
+    missed_told,
+    stress_rows,
+)
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.score_tables import score_rows
+from hfc_design.simulation.settling import EXPLAINED, reasons_told
 
 #: This many structures are listed.
 BEST = 10
@@ -57,6 +70,53 @@ def whether_used(numbers: Callable[[], Json]) -> Json | None:
         raise
     except UserError:
         return None
+
+
+def in_use(found: Json) -> Json:
+    """What the page needs of the numbers of ``usable``."""
+    each = found["motions"].items()
+    sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
+    told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]
+    factors = [*(factor for factor, _ in told), 1.0]
+    tracking = next(iter(found["units"]))
+    titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
+    named = zip(titles, told, strict=True)
+    relaxed = found.get("why_not")
+    heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
+    return found | {
+        "heads": [*heads, "share at a limit [1]"],
+        "rows": [_row(name, one, factors) for name, one in each],
+        "others": {name: why for name, one in each if (why := reasons_told(one["reasons"]))},
+        "reasons": EXPLAINED,
+        "alone": any(one.get("asked_of") == "nominal" for _, one in each),
+        "gain_told": found["gain"] and gain_told(found["gain"]),
+        "chaos_told": merit_told(found),
+        **{f"{key}_told": percent(found[key] or 0.0) for key in ("precision", "substeps")},
+        "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
+        "stress_heads": STRESS_HEADS,
+        "stress_rows": stress_rows(found.get("stress", [])),
+        "stress_broken": broken(found.get("stress", [])),
+        "stress_about": STRESS_ABOUT,
+        "why_not": relaxed and relaxed | {"rows": why_not.rows(relaxed)},
+        "why_heads": why_not.HEADS,
+        "why_title": why_not.TITLE,
+        "why_about": why_not.ABOUT,
+    }
+
+
+def _shown_in(unit: str, measures: Sequence[Json]) -> tuple[float, str]:
+    """Factor and unit in which the medians of a measure are read, one for all motions."""
+    return readable(unit, min((abs(x) for one in measures if (x := one["median"])), default=1.0))
+
+
+def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
+    """Name, share, and of each measure the median and the largest, times its factor."""
+    cells = []
+    for one, factor in zip(found["measures"].values(), factors, strict=True):
+        pair = (one["median"], one["largest"])
+        cells.append(" / ".join(measured(x, factor, short, NONE) for x in pair))
+    mark = " *" if found.get("asked_of") == "nominal" else ""
+    return [name + mark, f"{100 * found['share']:.4g}", *cells]
 
 
 def everything(scenario: Scenario) -> str:

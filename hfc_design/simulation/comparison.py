@@ -5,13 +5,12 @@ does, whatever its numbers.
 """
 
 from collections.abc import Iterator, Mapping
-from math import isfinite
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.faults import short
-from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.numbers import Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import Interval, share_interval
@@ -156,13 +155,7 @@ class Difference(NamedTuple):
 
     def numbers(self) -> Json:
         """As plain data; None where there is no number."""
-        return {key: _plain(value) for key, value in self._asdict().items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [_plain(x) for x in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+        return storable(self._asdict())
 
 
 def spread_told(spread: float, tolerances: Mapping[str, float]) -> str:

@@ -1,22 +1,26 @@
-"""What can be said about using a design: in each motion, in a line, as plain numbers."""
+"""What can be said about using a design: in each motion, under stress, in a line, as plain numbers.
 
-from collections.abc import Callable, Mapping
+Pages, terminal and READMEs are made from ``Usable.numbers``; what they say of it stands below it.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Json, Mask
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Json, Mask, storable
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
-from hfc_design.simulation.missed import missed, missed_told
-from hfc_design.simulation.monte_carlo import ENOUGH
-from hfc_design.simulation.one_motion import InMotion, plain
+from hfc_design.core.wording import three_digits
 from hfc_design.simulation.repeats import Repeats, chaos_told
-from hfc_design.simulation.settling import several
-from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES, Stressed, breaking
+from hfc_design.simulation.settling import counted
 from hfc_design.stability.loop_report import LoopMargins
 
+#: How an answer begins, the best first.
+YES, ON_THIS_MODEL, NO = "yes", "on this model only", "no"
+#: A design whose machines are not all right in this share at least is not called usable.
+ENOUGH = 0.99
 #: What motions that never rest may not show.
 UNSTABLE = (
     "the loop is unstable at rest or at speed (see hfc stability; a motion that holds that would "
@@ -28,9 +32,75 @@ TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
+#: Heads of ``stress_rows``, and what stands below.
+STRESS_HEADS = ("stress", "holds on [%]", "merit [times]")
+STRESS_ABOUT = (
+    "stress: one at a time on machines that hold without it, in all motions required of them; "
+    "merit: of the median machine, times that without it"
+)
+#: Factors on the whole command that are tried at once, the largest of them, and the smallest.
+TRIED, LARGEST_TRIED = 32, 16.0
+SMALLEST_TRIED = LARGEST_TRIED ** (1.0 / TRIED - 1.0)
 NOTHING: Mapping[str, float] = MappingProxyType({})
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9
+
+
+class InMotion(NamedTuple):
+    """What many machines do in one motion; the nominal one is not among them."""
+
+    name: str
+    good: Mask  # (machines,) stable, and within every constraint
+    reasons: dict[str, int]  # why some are not -> how many
+    told: dict[str, Floats]  # measure -> (machines,)
+    nominal: dict[str, float]
+    nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
+    bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
+    tolerances: dict[str, tuple[float, Floats]]  # the same of what the scenario's fitness tolerates
+    everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
+
+    def numbers(self) -> Json:
+        """As plain data; None where there is no number."""
+        each = self.told.items()
+        bounds, tolerances = (
+            {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in own.items()}
+            for own in (self.bounds, self.tolerances)
+        )
+        return {
+            "share": float(self.good.mean()),
+            "reasons": self.reasons,
+            "nominal": list(self.nominal_reasons),
+            "asked_of": "all" if self.everywhere else "nominal",
+            "measures": {name: _numbers(self.nominal[name], column) for name, column in each},
+            "constraints": bounds,
+            "tolerances": tolerances,
+        }
+
+
+def _numbers(nominal: float, values: Floats) -> Json:
+    finite = values[np.isfinite(values)]
+    quantiles = np.quantile(finite, [0.5, 0.95, 1.0]).tolist() if len(finite) else [None] * 3
+    names = ("nominal", "median", "q95", "largest")
+    return dict(zip(names, (storable(nominal), *quantiles), strict=True))
+
+
+class Stressed(NamedTuple):
+    """One stress on some machines, in all motions."""
+
+    name: str  # in words, with its whole size
+    holds: bool
+    share: float  # of the machines that hold without it
+    merit: float  # of the median machine, times that without it; 0: it fails
+    #: Where it breaks: the least size that was tried and does, as a share of the whole and in
+    #: words, and what happens then. Nothing of one that holds.
+    part: float = 1.0
+    breaks: str = ""
+    why: str = ""
+    held: str = ""  # the largest part before that which was tried, in words
+
+    def numbers(self) -> Json:
+        """As plain data."""
+        return storable(self._asdict())
 
 
 class Usable(NamedTuple):
@@ -126,26 +196,20 @@ class Usable(NamedTuple):
     def answer(self) -> str:
         """Yes, on this model only, or no, and why, in a line."""
         share, count = float(self.good.mean()), len(self.good)
-        machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
-        passes = "pass every motion" if len(self.motions) > 1 else "pass"
-        passes += " required of them" if len(self._everywhere) < len(self.motions) else ""
+        passing = f"{100 * share:.4g} % of {count} unseen machines within +-{100 * self.spread:g} %"
+        passing += " pass every motion" if len(self.motions) > 1 else " pass"
+        passing += " required of them" if len(self._everywhere) < len(self.motions) else ""
         if self.verdict != NO:
-            broken = breaking(self.stress)
-            return f"{self.verdict}: {machines} {passes}" + (broken and f"; {broken}")
-        if self.loop_stable is False and not self._nominal:
-            return f"no: {UNSTABLE}; {machines} {passes}"
-        if why := self._nominal:
-            return f"no: the nominal machine {why}; {machines} {passes}"
-        if short := self.short_of:
-            return f"no: {', '.join(short)}; {machines} {passes}"
+            broken = breaking([one.numbers() for one in self.stress])
+            return f"{self.verdict}: {passing}" + (broken and f"; {broken}")
+        why = self._nominal and f"the nominal machine {self._nominal}"
+        why = why or (UNSTABLE if self.loop_stable is False else ", ".join(self.short_of))
+        if why:
+            return f"no: {why}; {passing}"
         worst = min(self._everywhere, key=lambda one: float(one.good.mean()))
-        reason = max(worst.reasons, key=lambda why: worst.reasons[why])
-        lost = f"{worst.reasons[reason]} {several(reason)}"
-        if worst.reasons[reason] == 1:
-            lost = f"1 {reason}"
-        if not share:
-            return f"no: none of {count} unseen machines passes; {lost} in {worst.name}"
-        return f"no: only {machines} {passes}; {lost} in {worst.name}"
+        reason, many = max(worst.reasons.items(), key=lambda item: item[1])
+        told = f"only {passing}" if share else f"none of {count} unseen machines passes"
+        return f"no: {told}; {counted(many, reason)} in {worst.name}"
 
     def numbers(self) -> Json:
         """Everything as plain data; None where there is no number."""
@@ -162,10 +226,10 @@ class Usable(NamedTuple):
             "interval": [low, high],
             "loop_stable": self.loop_stable,
             "margins": self.margins and self.margins.numbers(),
-            "gain": None if self.gain is None else [*self.gain],
-            "precision": plain(self.precision),
-            "substeps": None if self.substeps is None else plain(self.substeps),
-            "merit": plain(float(self.repeats.values[0])),
+            "gain": self.gain and [*self.gain],
+            "precision": storable(self.precision),
+            "substeps": storable(self.substeps),
+            "merit": storable(float(self.repeats.values[0])),
             "repeats": self.repeats.numbers(),
             "chaotic": self.repeats.chaotic,
             "why_not": self.why_not,
@@ -190,5 +254,60 @@ def merit_told(found: Json) -> str:
     return chaos_told("merit", found["repeats"]) if found.get("chaotic") else ""
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.4g} %"
+def gain_told(gain: tuple[float, float]) -> str:
+    """Factors on the command between which a machine passes; beyond the ends none was tried."""
+    low, high = (f"{factor:.3g}" for factor in gain)
+    low = f"at most {low}" if gain[0] <= SMALLEST_TRIED * (1.0 + 1e-9) else low
+    high = f"at least {high}" if gain[1] >= LARGEST_TRIED * (1.0 - 1e-9) else high
+    return f"with the command multiplied by {low} to {high}"
+
+
+def missed(motions: Json) -> Json:
+    """Measure -> ``times`` its tolerance, more than once, and the ``motion`` where it is most.
+
+    ``motions`` are those of ``Usable.numbers``. It is of the median machine, in a motion that is
+    asked of the nominal one alone of that.
+    """
+    found: Json = {}
+    for motion, one in motions.items():
+        which = "nominal" if one["asked_of"] == "nominal" else "median"
+        for name, told in one["tolerances"].items():
+            times = (told[which] or 0.0) / told["allowed"]  # None: nothing finite, which is no yes
+            if times > found.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
+                found[name] = {"times": times, "motion": motion}
+    return found
+
+
+def missed_told(found: Json, motions: int = 2) -> str:
+    """The same as a line, "" where nothing is missed; of a single motion without its name."""
+    told = [
+        f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
+        for name, one in found.items()
+    ]
+    worst = " in the worst motion" if motions > 1 else ""
+    return f"targets missed, value divided by target{worst}: {', '.join(told)}" if told else ""
+
+
+def stress_rows(found: Iterable[Json]) -> list[list[str]]:
+    """A row for each stress, as tables have it."""
+    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in found)
+    return [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
+
+
+def breaking(found: Iterable[Json]) -> str:
+    """What breaks a design at the smallest part of its size, how many others do; "": nothing."""
+    first, *more = [told for told, _ in _broken(found)] or [""]
+    others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
+    return first + (others if more else "")
+
+
+def broken(found: Iterable[Json]) -> list[str]:
+    """A line for each stress that breaks the design, the first first."""
+    each = ((told, f"; it holds with {held}" if held else "") for told, held in _broken(found))
+    return [f"breaks: {told}{held}" for told, held in each]
+
+
+def _broken(found: Iterable[Json]) -> list[tuple[str, str]]:
+    """With what the design breaks and how, and the largest part before that it holds."""
+    each = sorted((one for one in found if not one["holds"]), key=lambda one: float(one["part"]))
+    return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]

@@ -1,11 +1,8 @@
 """What is measured of a loop to tell whether it can be used, and what that says of each machine.
 
 What is measured and what is read from it stand here together, because both go by the places of
-the values: first those of the scenario's own tolerances, then those of the constraints, then what
-is told, then ``STABILITY``.
+the values.
 """
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,7 +16,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES, Measure
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.one_motion import InMotion
+from hfc_design.simulation.in_use import InMotion
 from hfc_design.simulation.settling import STABILITY, faults
 from plants import in_a_name
 
@@ -27,23 +24,33 @@ from plants import in_a_name
 def loop_in_use(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
-    """Tolerances, constraints, what is told, and ``STABILITY`` are measured, in this order.
-
-    ``later`` is that of ``closed_loop``.
-    """
+    """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
-    bounds = [*_tolerances(scenario), *constraints_on(scenario.constraints, scenario.units)]
-    own = (*(bound.measure for bound in bounds), *_measures(scenario), *STABILITY)
+    own = tuple(one.measure for group in _measured(scenario) for one in group)
     return loop._replace(judge=loop.judge._replace(measured=own)), gains
+
+
+def _measured(scenario: Scenario) -> list[list[Constraint]]:
+    """Tolerances, constraints, what is told, and ``STABILITY``: the order of the values."""
+    bounds = list(constraints_on(scenario.constraints, scenario.units))
+    free = ([Constraint(one, np.inf) for one in some] for some in (_told(scenario), STABILITY))
+    return [_tolerances(scenario), bounds, *free]
+
+
+def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
+    """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
+    values, groups = np.asarray(judged.values), _measured(scenario)
+    columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
+    return [{one.measure.name: (one, next(columns)) for one in group} for group in groups]
 
 
 def units(scenario: Scenario) -> dict[str, str]:
     """In which each measure is told."""
-    return {one.name: _unit(one, scenario) for one in _measures(scenario)}
+    return {one.name: _unit(one, scenario) for one in _told(scenario)}
 
 
-def _measures(scenario: Scenario) -> tuple[Measure, ...]:
+def _told(scenario: Scenario) -> tuple[Measure, ...]:
     tracking = "estimated_rms_contour_error" if scenario.follows_path else "settled_rms_error"
     return tuple(MEASURES[name] for name in (tracking, "chatter", "peak_command"))
 
@@ -63,17 +70,7 @@ def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
 
 def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
     """Constraint -> itself, and (individuals, motions) what is measured."""
-    bounds = constraints_on(scenario.constraints, scenario.units)
-    return _measured_before(bounds, len(_measures(scenario)) + len(STABILITY), judged)
-
-
-def _measured_before(
-    bounds: Sequence[Constraint], after: int, judged: Judged
-) -> dict[str, tuple[Constraint, Floats]]:
-    """Name -> bound and (individuals, motions) values, which ``after`` others come behind."""
-    values = np.asarray(judged.values)
-    first = values.shape[-1] - after - len(bounds)
-    return {own.measure.name: (own, values[..., first + n]) for n, own in enumerate(bounds)}
+    return _values(scenario, judged)[1]
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
@@ -97,34 +94,29 @@ def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
 def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
     """What the machines do in motion ``k``; the nominal one is the first that was judged."""
     reasons = {why: mask[:, k] for why, mask in not_kept(scenario, judged).items()}
-    bounds = {
-        name: (own, values[:, k]) for name, (own, values) in bounds_of(scenario, judged).items()
-    }
-    after = len(bounds) + len(_measures(scenario)) + len(STABILITY)
-    tolerances = _measured_before(_tolerances(scenario), after, judged)
+    tolerances, bounds, told, last = (
+        {name: (own.most, values[:, k]) for name, (own, values) in part.items()}
+        for part in _values(scenario, judged)
+    )
     over = {}
-    for name, (bound, values) in bounds.items():
+    for name, (bound, _) in bounds_of(scenario, judged).items():
+        most, values = bounds[name]
         unit = _unit(bound.measure, scenario)
-        over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {bound.most:.3g})"
+        over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
     why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]
     if (steps := motion.simulation.steps) < LEAST_SAMPLES:
         needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
         why_not.append(f"cannot be told to settle ({needed})")
-    own = _measures(scenario)
-    first = judged.values.shape[-1] - len(STABILITY) - len(own)
-    values = np.asarray(judged.values)[:, k]
-    columns = {one.name: values[:, first + n] for n, one in enumerate(own)}
-    limited = [one.name for one in STABILITY].index("limit_share") - len(STABILITY)
-    columns["limit_share"] = values[:, limited]
+    told["limit_share"] = last["limit_share"]
     return InMotion(
         motion.name.rpartition(".")[2] if scenario.motions else motion.name,
         ~bad[1:],
         {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},
-        {name: column[1:] for name, column in columns.items()},
-        {name: float(column[0]) for name, column in columns.items()},
+        {name: column[1:] for name, (_, column) in told.items()},
+        {name: float(column[0]) for name, (_, column) in told.items()},
         tuple(why_not),
-        {name: (own.most, values) for name, (own, values) in bounds.items()},
-        {name: (own.most, each[:, k]) for name, (own, each) in tolerances.items()},
+        bounds,
+        tolerances,
         not scenario.nominal_only[k],
     )

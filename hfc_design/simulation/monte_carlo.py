@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from hfc_design.core.arguments import share, wanted, whole
-from hfc_design.core.numbers import SAME, Floats, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
@@ -22,6 +22,7 @@ from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluating import evaluate, evaluations, meanings
 from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.in_use import ENOUGH
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.population import Machines
@@ -37,8 +38,6 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
-#: A design whose machines are not all right in this share at least is not called usable.
-ENOUGH = 0.99
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -91,8 +90,7 @@ class Robustness(NamedTuple):
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
             found = {"nominal": nominal, **{f"q{100 * q:02.0f}": value for q, value in quantiles}}
-            plain = {name: value if np.isfinite(value) else None for name, value in found.items()}
-            metrics[key] = {**plain, "count": len(self.spread_of(key))}
+            metrics[key] = storable(found) | {"count": len(self.spread_of(key))}
         return {
             "spread": self.spread,
             "samples": len(self.stable),

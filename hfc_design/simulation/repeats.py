@@ -11,7 +11,8 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller, Stepped, View
-from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp
+from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp, storable
+from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation.closed_loop import Loop
 
@@ -84,8 +85,7 @@ class Repeats(NamedTuple):
         # Not interpolated: between one that failed and one that did not there is nothing.
         median = float(np.quantile(self.values, 0.5, method="lower"))
         ends = {"lowest": self.lowest, "median": median, "highest": self.highest}
-        plain = {key: x if np.isfinite(x) else None for key, x in ends.items()}
-        return {**plain, "count": len(self.values)}
+        return storable(ends) | {"count": len(self.values)}
 
 
 #: Of an evaluation: of its fitness and its merit.
@@ -113,6 +113,12 @@ def averaged(merits: Floats, weights: Floats) -> Floats:
         found = weights.sum() / ((1.0 / merits) @ weights)
     worst = merits.min(axis=1)
     return np.where(worst > 0.0, found, np.where(worst == -np.inf, -np.inf, 0.0))
+
+
+def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
+    """(n,) of (n, motions) of a scenario, by its weights."""
+    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
+    return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
 
 
 def _sound(values: Floats, failed: Mask) -> Floats:

@@ -14,6 +14,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import three_digits
 from hfc_design.files.machine import Axis
 from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
@@ -24,11 +25,10 @@ from hfc_design.objectives.measures import in_units
 from hfc_design.objectives.metrics import late_samples
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.missed import three_digits
+from hfc_design.simulation.in_use import Stressed
 from hfc_design.simulation.population import Machines, standing
-from hfc_design.simulation.repeats import averaged
+from hfc_design.simulation.repeats import of_all_motions
 from hfc_design.simulation.settling import faults
-from hfc_design.simulation.stressed import Stressed
 from hfc_design.stability.nominal import nominal
 from plants.around import plain
 
@@ -153,9 +153,8 @@ def _held(scenario: Scenario, without: Judged, found: Judged) -> tuple[Mask, str
 
 def _worth(scenario: Scenario, found: Judged) -> float:
     """Merit of the median machine, all motions together."""
-    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
     merits = np.where(found.failed, -np.inf, found.merit)
-    return float(np.median(averaged(merits, weights)))
+    return float(np.median(of_all_motions(scenario, merits)))
 
 
 def longest(scenario: Scenario) -> int:

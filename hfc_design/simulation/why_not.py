@@ -19,17 +19,17 @@ from hfc_design.core.plugins import own_code
 from hfc_design.core.quantities import WRITTEN
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm
+from hfc_design.core.wording import three_digits
 from hfc_design.files.robust import AROUND, RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES
+from hfc_design.simulation.in_use import ENOUGH
 from hfc_design.simulation.measured_in_use import bounds_of, not_kept
-from hfc_design.simulation.missed import three_digits
-from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import several
+from hfc_design.simulation.settling import counted
 from hfc_design.stability.sliding import Slides
 from plants import Drive
 
@@ -255,7 +255,7 @@ def _alike(
             ends.append(f"{'high' if more[n] > 0 else 'low'} {names[n]} ({size})")
         where = f" in {scenario.motions[k].name}" if scenario.motions else ""
         alike = f", mostly with {', '.join(ends)}" if ends else ""
-        yield f"{bad.sum()} {why if bad.sum() == 1 else several(why)}{where}{alike}"
+        yield f"{counted(bad.sum(), why)}{where}{alike}"
 
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:

@@ -1,12 +1,12 @@
 """What a comparison says in words and numbers, for the terminal and for the page alike."""
 
 from collections.abc import Callable, Iterator, Sequence
-from math import isfinite, isnan, nan
+from math import isfinite, isnan
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, storable
 from hfc_design.core.statistics import Interval
 from hfc_design.pictures.numbers import digits, metric, readable
 from hfc_design.simulation.comparison import (
@@ -203,5 +203,4 @@ def _parameters(bout: Bout) -> dict[str, Floats]:
 
 
 def _number(column: Floats | None, k: int) -> float | None:
-    value = nan if column is None else float(column[k])
-    return value if isfinite(value) else None
+    return None if column is None else storable(float(column[k]))

@@ -3,8 +3,7 @@
 from report_pages import USED, told
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.report.in_use import in_use
-from hfc_design.report.parts import everything
+from hfc_design.report.parts import everything, in_use
 from hfc_design.report.verdict import baselines
 
 

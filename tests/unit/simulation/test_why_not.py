@@ -7,9 +7,9 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
+from hfc_design.simulation.in_use import Stressed, broken
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.stressed import Stressed, broken
 from hfc_design.simulation.why_not import deviations, least, rows, widest
 
 COUNT = 220
