@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.text import Text
 
 from hfc_design.batch.structures import Winner
-from hfc_design.core.console import plain_table, show_whole, terminal
+from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.records import UserError, harmless, in_a_line
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
@@ -55,14 +55,10 @@ def tell(found: Sequence[Winner]) -> None:
         label = f"structures that won in {group.task}, group {group.label}"
         if group.broken:
             label += f"; {group.broken} of {len(group.finished)} runs break constraints"
-        table = plain_table(title=Text(harmless(label)), title_style="")
         places = [k for k, name in enumerate(HEAD) if name != GROUP]
-        for k in places:
-            table.add_column(HEAD[k], justify="right" if k else "left")
-        for one in inside:
-            cells = row(one)
-            table.add_row(*(Text(cells[k]) for k in places))
-        show_whole(table)
+        heads, *rows = ([cells[k] for k in places] for cells in (HEAD, *map(row, inside)))
+        texts = (map(Text, cells) for cells in rows)
+        show_rows(heads, texts, title=Text(harmless(label)), title_style="")
         terminal().print()
     if others := len(found) - sum(map(len, shown)):
         terminal().print(f"{others} more structures are in {STRUCTURES}")

@@ -9,7 +9,7 @@ from hfc_design.batch.groups import ANSWERS, Group
 from hfc_design.batch.page import group_row
 from hfc_design.batch.sentences import broken, sentence
 from hfc_design.batch.summary import Findings
-from hfc_design.core.console import plain_table, show_whole, terminal
+from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.records import harmless
 
 #: Of so many tasks, and groups of each, the medians are told.
@@ -37,12 +37,8 @@ def tell(page: Path, found: Findings | None) -> None:
 def _show(groups: list[Group]) -> None:
     """The medians of a task over the seeds, the highest first."""
     title = f"{groups[0].task}: {groups[0].measure}"
-    table = plain_table(title=Text(harmless(title)), title_style="")
-    for k, name in enumerate([*HEAD, *(ANSWERS if groups[0].answers else [])]):
-        table.add_column(name, justify="right" if k else "left")
-    for group in groups[:GROUPS]:
-        cells = [harmless(group.label), *group_row(group, [])[1:]]
-        table.add_row(*map(Text, cells))
-    show_whole(table)
+    heads = [*HEAD, *(ANSWERS if groups[0].answers else [])]
+    cells = ([harmless(group.label), *group_row(group, [])[1:]] for group in groups[:GROUPS])
+    show_rows(heads, (map(Text, row) for row in cells), title=Text(harmless(title)), title_style="")
     if len(groups) > GROUPS:
         terminal().print(f"{len(groups) - GROUPS} more groups are in groups.csv")

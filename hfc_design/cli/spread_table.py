@@ -5,9 +5,7 @@ import sys
 import time
 from pathlib import Path
 
-from rich.table import Table
-
-from hfc_design.core.console import ProgressBar, plain_table, show_whole
+from hfc_design.core.console import ProgressBar, show_rows
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
@@ -48,7 +46,7 @@ def score_spread(
         print(f"{QUESTION} {answer(found)}")
         if missed := missed_on_average(scenario, found):
             print(missed)
-        show_whole(_spread_table(found, numbers))
+        _show(found, numbers)
     if not found.usable:
         print(WARNING, file=sys.stderr)
     if plot is not None:
@@ -60,11 +58,18 @@ def score_spread(
             print(plot)
 
 
-def _spread_table(found: Robustness, numbers: Json) -> Table:
+def _show(found: Robustness, numbers: Json) -> None:
     """Quantiles of each metric over the machines; ``numbers`` name design and scenario too."""
     chaotic = [key for key in found.ranges if key in numbers["metrics"]]
     lost = f"of the others {reasons_told(found.reasons)}\n" if found.reasons else ""
-    table = plain_table(
+    heads = ("metric", "nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count")
+    rows = []
+    for key, values in numbers["metrics"].items():
+        nominal, *quantiles = ("-" if x is None else three_digits(x) for x in values.values())
+        rows.append([key, "chaotic" if key in chaotic else nominal, *quantiles])
+    show_rows(
+        heads,
+        rows,
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
         title_style="",
@@ -77,20 +82,9 @@ def _spread_table(found: Robustness, numbers: Json) -> Table:
         + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
         caption_justify="left",
     )
-    table.add_column("metric", no_wrap=True)
-    for name in ("nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for key, values in numbers["metrics"].items():
-        nominal, *quantiles = map(_short, values.values())
-        table.add_row(key, "chaotic" if key in chaotic else nominal, *quantiles)
-    return table
 
 
 def _refused(draws: int) -> str:
     """What became of machines that were drawn and cannot be, a line; "" without any."""
     told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
     return told if draws else ""
-
-
-def _short(value: float | None) -> str:
-    return "-" if value is None else three_digits(value)

@@ -1,12 +1,12 @@
 """What ``hfc design`` and ``hfc score`` say first: can it be used?"""
 
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from textwrap import fill
 
 import numpy as np
 
-from hfc_design.core.console import plain_table, room, show_whole
+from hfc_design.core.console import room, show_rows
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.core.wording import percent, three_digits
@@ -37,13 +37,15 @@ def show_usable(found: Json | None) -> None:
     if found is None:
         print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
         return
-    print(fill(f"{QUESTION} {found['answer']}", room()))
+    _say(f"{QUESTION} {found['answer']}")
     if missed := missed_told(found.get("missed", {}), len(found["motions"])):
-        print(fill(missed, room()))
+        _say(missed)
     if own := found.get("why_not"):
         print(f"{why_not.TITLE}:")
         about = [why_not.ABOUT] if own["changes"] else []
-        _show_table(why_not.HEADS, why_not.rows(own), (*own["lines"], *about))
+        if own["changes"]:
+            show_rows(why_not.HEADS, why_not.rows(own))
+        _say(*own["lines"], *about)
     if not found["usable"]:
         print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
@@ -51,14 +53,11 @@ def show_usable(found: Json | None) -> None:
         (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
     )
     command = found["units"][chatter]
-    table = plain_table()
-    table.add_column("motion", no_wrap=True)
     one, _, two = TITLES[tracking].partition(" ")  # over two columns
-    heads = ["pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
+    heads = ["motion", "pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
     for what in ("chatter", "peak"):
         heads += [f"| {what}\nmedian\n[{command}]", f"\nlargest\n[{command}]"]
-    for head in [*heads, "| at limit\nlargest\n[% time]"]:
-        table.add_column(head, justify="right")
+    rows = []
     for name, one in found["motions"].items():
         told = one["measures"]
         cells = [
@@ -68,23 +67,16 @@ def show_usable(found: Json | None) -> None:
             (100, told["limit_share"]["largest"]),
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
-        table.add_row(name + mark, *(measured(x, factor, three_digits, "-") for factor, x in cells))
-    show_whole(table)
-    if found.get("stress"):
-        own = found["stress"]
-        _show_table(STRESS_HEADS, stress_rows(own), (*broken(own), STRESS_ABOUT))
-    for one in _below(found):
-        print(fill(one, room()))
+        told = (measured(x, factor, three_digits, "-") for factor, x in cells)
+        rows.append([name + mark, *told])
+    show_rows([*heads, "| at limit\nlargest\n[% time]"], rows)
+    if own := found.get("stress"):
+        show_rows(STRESS_HEADS, stress_rows(own))
+        _say(*broken(own), STRESS_ABOUT)
+    _say(*_below(found))
 
 
-def _show_table(heads: Iterable[str], each: Iterable[list[str]], lines: Iterable[str]) -> None:
-    table = plain_table()
-    for k, head in enumerate(heads):
-        table.add_column(head, justify="right" if k else "left", no_wrap=True)
-    for row in each:
-        table.add_row(*row)
-    if table.rows:
-        show_whole(table)
+def _say(*lines: str) -> None:
     for line in lines:
         print(fill(line, room()))
 
