@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.batch.outcome import VERDICTS
 from hfc_design.batch.plan import SCENARIO
-from hfc_design.batch.runs import Run
+from hfc_design.batch.runs import VERDICTS, Run
 from hfc_design.core.numbers import Floats
 from hfc_design.core.shown import line
 from hfc_design.files.cells import LABEL, SEED

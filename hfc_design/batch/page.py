@@ -9,14 +9,13 @@ from urllib.parse import quote
 import numpy as np
 
 from hfc_design.batch import comparisons as compared
-from hfc_design.batch import structure_tables
+from hfc_design.batch import structures
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
 from hfc_design.batch.metric_table import metrics
-from hfc_design.batch.outcome import MARGINS, text
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
-from hfc_design.batch.runs import Run, listed
+from hfc_design.batch.runs import MARGINS, Run, listed, text
 from hfc_design.batch.sentences import broken, key_of, sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.files.cells import LABEL, SEED
@@ -78,8 +77,8 @@ def page(
         meant=measured.meanings,
         measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
         key=" ".join(filter(None, [key_of(groups[:GROUPS]), measured.fitness])),
-        winner_head=structure_tables.HEAD,
-        winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
+        winner_head=structures.HEAD,
+        winner_rows=[structures.row(one) for one in winners[:GROUPS]],
         winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rich.text import Text
 
-from hfc_design.batch import structure_tables
+from hfc_design.batch import structures
 from hfc_design.batch.groups import ANSWERS, Group
 from hfc_design.batch.page import group_row
 from hfc_design.batch.sentences import broken, sentence
@@ -30,7 +30,7 @@ def tell(page: Path, found: Findings | None) -> None:
             terminal().print()
         if len(tasks) > TASKS:
             terminal().print(f"{len(tasks) - TASKS} more tasks are in groups.csv\n")
-        structure_tables.tell(found.winners)
+        structures.tell(found.winners)
     print(page)
 
 
