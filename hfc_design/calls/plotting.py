@@ -70,12 +70,12 @@ def plot(
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.batch.converging import of_findings
     from hfc_design.identify.plots import replayed
-    from hfc_design.report import batch_plots, plots, searches, usable_plots
+    from hfc_design.report import batch_plots, plots, searches
     from hfc_design.report.comparison.plots import machines
 
     titled: dict[type, Callable[[Any, str], Figure]] = {
         Evaluation: plots.motion,
-        Usable: usable_plots.distributions,
+        Usable: batch_plots.distributions,
         Robustness: batch_plots.distributions,
     }
     others: dict[type, Callable[[Any], Figure]] = {

@@ -3,13 +3,16 @@
 import json
 import sys
 import time
-from pathlib import Path
 
+import numpy as np
+
+from hfc_design.cli.usable_table import QUESTION, WARNING
 from hfc_design.core.console import ProgressBar, show_rows
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told
@@ -22,14 +25,12 @@ def score_spread(
     as_json: bool,
     samples: int = 1000,
     seed: int = 0,
-    plot: Path | None = None,
-) -> None:
+) -> Robustness:
     """``hfc score --spread``: one design on many machines.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
-    from hfc_design.cli.usable_table import QUESTION, WARNING, answer, missed_on_average
 
     def progress(done: int, total: int) -> None:
         bar.show(description="simulating", completed=done, total=total)
@@ -43,19 +44,37 @@ def score_spread(
     if as_json:
         print(json.dumps(numbers))
     else:
-        print(f"{QUESTION} {answer(found)}")
-        if missed := missed_on_average(scenario, found):
+        print(f"{QUESTION} {_answer(found)}")
+        if missed := _missed(scenario, found):
             print(missed)
         _show(found, numbers)
     if not found.usable:
         print(WARNING, file=sys.stderr)
-    if plot is not None:
-        from hfc_design.pictures.files import save
-        from hfc_design.report.batch_plots import distributions
+    return found
 
-        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
-        if not as_json:
-            print(plot)
+
+def _answer(found: Robustness) -> str:
+    """The same line for one motion on the machines of ``--spread``."""
+    share, (low, high) = float(found.stable.mean()), found.interval
+    machines = f"of {len(found.stable)} machines within +-{100 * found.spread:g} %"
+    if not (found.usable or share):
+        return f"no: not one {machines} is stable"
+    told = f"{100 * share:.4g} % {machines} are stable ({100 * low:.3g} to {100 * high:.3g} %)"
+    if found.usable:
+        return f"yes: {told}"
+    return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
+
+
+def _missed(scenario: Scenario, found: Robustness) -> str:
+    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
+
+    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
+    """
+    values = found.values["fitness"][found.stable]
+    asked = isinstance(scenario.fitness, TolerancesSettings)
+    if not (asked and len(values) and np.median(values) < 1.0):
+        return ""
+    return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
 
 
 def _show(found: Robustness, numbers: Json) -> None:

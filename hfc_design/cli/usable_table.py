@@ -4,14 +4,9 @@ import sys
 from collections.abc import Collection
 from textwrap import fill
 
-import numpy as np
-
 from hfc_design.core.console import room, show_rows
 from hfc_design.core.numbers import Json
-from hfc_design.core.statistics import share_interval
 from hfc_design.core.wording import percent, three_digits
-from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation import why_not
 from hfc_design.simulation.in_use import (
     ON_THIS_MODEL,
@@ -25,7 +20,6 @@ from hfc_design.simulation.in_use import (
     missed_told,
     stress_rows,
 )
-from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
@@ -87,33 +81,6 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
     if not unsettled or "unsettled" in asked:
         return ""
     return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
-
-
-def answer(found: Robustness) -> str:
-    """The same line for one motion on the machines of ``--spread``."""
-    share, count = float(found.stable.mean()), len(found.stable)
-    low, high = share_interval(int(found.stable.sum()), count)
-    machines = (
-        f"{100 * share:.4g} % of {count} machines within +-{100 * found.spread:g} % are stable"
-    )
-    told = f"{machines} ({100 * low:.3g} to {100 * high:.3g} %)"
-    if found.usable:
-        return f"yes: {told}"
-    if not share:
-        return f"no: not one of {count} machines within +-{100 * found.spread:g} % is stable"
-    return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
-
-
-def missed_on_average(scenario: Scenario, found: Robustness) -> str:
-    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
-
-    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
-    """
-    values = found.values["fitness"][found.stable]
-    asked = isinstance(scenario.fitness, TolerancesSettings)
-    if not (asked and len(values) and np.median(values) < 1.0):
-        return ""
-    return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
 
 
 def _three(value: float | None) -> str:

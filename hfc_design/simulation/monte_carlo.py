@@ -11,7 +11,7 @@ from hfc_design.core.arguments import share, wanted, whole
 from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
-from hfc_design.core.statistics import share_interval
+from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
@@ -74,6 +74,11 @@ class Robustness(NamedTuple):
         """Whether the nominal machine is stable, and nearly all of the others are."""
         return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
+    @property
+    def interval(self) -> Interval:
+        """Where the share of stable machines lies among all that there could be."""
+        return share_interval(int(self.stable.sum()), len(self.stable))
+
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
         found = self.values[key][self.stable]
@@ -96,7 +101,7 @@ class Robustness(NamedTuple):
             "samples": len(self.stable),
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
-            "stable_interval": [*share_interval(int(self.stable.sum()), len(self.stable))],
+            "stable_interval": [*self.interval],
             "nominal_stable": self.nominal_stable,
             "reasons": self.reasons,
             "nominal_reasons": list(self.nominal_reasons),
