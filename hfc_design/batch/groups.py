@@ -1,7 +1,7 @@
 """Runs that differ in nothing but the seed belong together: their scores and metrics."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from hfc_design.batch.runs import VERDICTS, Run
 from hfc_design.core.numbers import Floats
 from hfc_design.core.shown import line
 from hfc_design.files.cells import LABEL, SEED
+from hfc_design.pictures.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
 
 #: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
@@ -71,6 +72,15 @@ class Group(NamedTuple):
         told = [run.use for run in self.finished if run.use.verdict]
         best = (sum(one.verdict == x for one in told) / max(len(told), 1) for x in VERDICTS[:2])
         return *best, float(np.median([one.share or 0.0 for one in told] or [0.0]))
+
+    def row(self, keys: Iterable[str] = ()) -> list[str]:
+        """As tables have it: number, settings, runs, median, quartiles, best, how usable."""
+        own, count, total = (self.settings[key] for key in keys), len(self.finished), len(self.runs)
+        row = [str(self.number), *own, str(total) if count == total else f"{count} of {total}"]
+        if not self.finished:
+            return [*row, "–", "–", "–"]
+        low, median, high = map(score, self.quartiles)
+        return [*row, median, f"{low} to {high}", score(self.scores.max()), *self.answers]
 
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""

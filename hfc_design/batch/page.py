@@ -10,13 +10,12 @@ import numpy as np
 
 from hfc_design.batch import comparisons as compared
 from hfc_design.batch import structures
-from hfc_design.batch.comparisons import Comparison
+from hfc_design.batch.comparisons import Comparison, broken, key_of, sentence
 from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
 from hfc_design.batch.metric_table import metrics
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import MARGINS, Run, listed, text
-from hfc_design.batch.sentences import broken, key_of, sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.files.cells import LABEL, SEED
 from hfc_design.pictures.numbers import score
@@ -100,7 +99,7 @@ def _group_table(groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Any]
     answers = ANSWERS if any(group.answers for group in shown) else []
     return {
         "group_head": ["group", *keys, "runs", "median", "quartiles", "best", *answers],
-        "group_rows": [group_row(group, keys) for group in shown],
+        "group_rows": [group.row(keys) for group in shown],
         "group_best": _best(shown, len(keys)),
         "groups": len(groups),
     }
@@ -142,18 +141,6 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         "convergence": convergence,
         "outcomes": outcomes,
     }
-
-
-def group_row(group: Group, keys: Sequence[str]) -> list[str]:
-    """A group as tables show it: number, settings, runs, median, quartiles, best, how usable."""
-    own = (group.settings[key] for key in keys)
-    count, total = len(group.finished), len(group.runs)
-    row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
-    if not group.finished:
-        return [*row, "–", "–", "–"]
-    low, median, high = group.quartiles
-    row += [score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
-    return row + group.answers
 
 
 def _best(groups: Sequence[Group], keys: int) -> list[list[int]]:

@@ -14,8 +14,7 @@ from hfc_design.batch.page import page
 from hfc_design.batch.published import Reproduced
 from hfc_design.batch.runs import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below, text
 from hfc_design.batch.structures import STRUCTURES
-from hfc_design.batch.summary import Findings, findings
-from hfc_design.batch.told import tell
+from hfc_design.batch.summary import Findings, findings, tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.cells import PLAN

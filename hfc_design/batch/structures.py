@@ -82,14 +82,12 @@ def winners(groups: Sequence[Group]) -> list[Winner]:
             if run.searched and run.structure:
                 members[run.structure].append((value, run))
         searches = sum(map(len, members.values()))
-        own = [_winner(group, structure, inside, searches) for structure, inside in members.items()]
+        own = []
+        for structure, inside in members.items():
+            scores, runs = zip(*sorted(inside, key=lambda pair: -pair[0]), strict=True)
+            own.append(Winner(group, structure, list(runs), np.array(scores), searches))
         found += sorted(own, key=lambda one: (-len(one.runs), -one.best, one.structure))
     return found
-
-
-def _winner(group: Group, structure: str, inside: list[tuple[float, Run]], searches: int) -> Winner:
-    scores, runs = zip(*sorted(inside, key=lambda pair: -pair[0]), strict=True)
-    return Winner(group, structure, list(runs), np.array(scores), searches)
 
 
 def row(one: Winner) -> list[str]:
@@ -110,7 +108,7 @@ def csv_rows(found: Iterable[Winner]) -> Iterable[list[object]]:
         yield [*which, *shares, one.best, one.median, one.runs[0].path]
 
 
-def tell(found: Sequence[Winner]) -> None:
+def tell_structures(found: Sequence[Winner]) -> None:
     """Print the first structures of each group, if there are any."""
     groups: dict[int, list[Winner]] = {}
     for one in found:

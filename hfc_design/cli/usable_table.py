@@ -7,18 +7,17 @@ from textwrap import fill
 from hfc_design.core.console import room, show_rows
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent, three_digits
-from hfc_design.simulation import why_not
 from hfc_design.simulation.in_use import (
     ON_THIS_MODEL,
-    STRESS_ABOUT,
-    STRESS_HEADS,
     TITLES,
-    broken,
+    WHY,
+    Told,
     gain_told,
     measured,
     merit_told,
     missed_told,
-    stress_rows,
+    stress_table,
+    why_table,
 )
 
 QUESTION = "Can I use it?"
@@ -35,11 +34,8 @@ def show_usable(found: Json | None) -> None:
     if missed := missed_told(found.get("missed", {}), len(found["motions"])):
         _say(missed)
     if own := found.get("why_not"):
-        print(f"{why_not.TITLE}:")
-        about = [why_not.ABOUT] if own["changes"] else []
-        if own["changes"]:
-            show_rows(why_not.HEADS, why_not.rows(own))
-        _say(*own["lines"], *about)
+        print(f"{WHY}:")
+        _show(why_table(own))
     if not found["usable"]:
         print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
@@ -65,9 +61,14 @@ def show_usable(found: Json | None) -> None:
         rows.append([name + mark, *told])
     show_rows([*heads, "| at limit\nlargest\n[% time]"], rows)
     if own := found.get("stress"):
-        show_rows(STRESS_HEADS, stress_rows(own))
-        _say(*broken(own), STRESS_ABOUT)
+        _show(stress_table(own))
     _say(*_below(found))
+
+
+def _show(table: Told) -> None:
+    if table.rows:
+        show_rows(table.heads, table.rows)
+    _say(*filter(None, (*table.lines, table.about)))
 
 
 def _say(*lines: str) -> None:
@@ -81,10 +82,6 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
     if not unsettled or "unsettled" in asked:
         return ""
     return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
-
-
-def _three(value: float | None) -> str:
-    return "without end" if value is None else three_digits(value)
 
 
 def _below(found: Json) -> list[str]:
@@ -103,7 +100,11 @@ def _below(found: Json) -> list[str]:
     else:
         lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
     if worst := (found.get("margins") or {}).get("worst"):
-        each = (f"{name} {_three(one['value'])} ({one['at']})" for name, one in worst.items())
+        sizes = {
+            name: "without end" if one["value"] is None else three_digits(one["value"])
+            for name, one in worst.items()
+        }
+        each = (f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
         lines.append(f"margins of the nominal loop: {', '.join(each)}; hfc stability tells all")
     if found["precision"] is not None:
         changes = f"numerics: merit changes by {percent(found['precision'])} in float64"

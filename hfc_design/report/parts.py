@@ -20,22 +20,19 @@ from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
-from hfc_design.simulation import why_not
 from hfc_design.simulation.evaluating import meanings
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluation import Evaluation, score_rows
 from hfc_design.simulation.in_use import (
-    STRESS_ABOUT,
-    STRESS_HEADS,
     TITLES,
-    broken,
+    WHY,
     gain_told,
     measured,
     merit_told,
     missed_told,
-    stress_rows,
+    stress_table,
+    why_table,
 )
 from hfc_design.simulation.loop_margins import loop_margins
-from hfc_design.simulation.score_tables import score_rows
 from hfc_design.simulation.settling import EXPLAINED, reasons_told
 
 #: This many structures are listed.
@@ -76,7 +73,10 @@ def in_use(found: Json) -> Json:
     """What the page needs of the numbers of ``usable``."""
     each = found["motions"].items()
     sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
-    told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]
+    told = []  # factor and unit in which the medians of a measure are read, one for all motions
+    for unit, measures in zip(found["units"].values(), sizes, strict=False):
+        medians = (abs(x) for one in measures if (x := one["median"]))
+        told.append(readable(unit, min(medians, default=1.0)))
     factors = [*(factor for factor, _ in told), 1.0]
     tracking = next(iter(found["units"]))
     titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
@@ -93,20 +93,10 @@ def in_use(found: Json) -> Json:
         "chaos_told": merit_told(found),
         **{f"{key}_told": percent(found[key] or 0.0) for key in ("precision", "substeps")},
         "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
-        "stress_heads": STRESS_HEADS,
-        "stress_rows": stress_rows(found.get("stress", [])),
-        "stress_broken": broken(found.get("stress", [])),
-        "stress_about": STRESS_ABOUT,
-        "why_not": relaxed and relaxed | {"rows": why_not.rows(relaxed)},
-        "why_heads": why_not.HEADS,
-        "why_title": why_not.TITLE,
-        "why_about": why_not.ABOUT,
+        "stress": stress_table(found["stress"]) if found.get("stress") else None,
+        "why_not": relaxed and why_table(relaxed),
+        "why_title": WHY,
     }
-
-
-def _shown_in(unit: str, measures: Sequence[Json]) -> tuple[float, str]:
-    """Factor and unit in which the medians of a measure are read, one for all motions."""
-    return readable(unit, min((abs(x) for one in measures if (x := one["median"])), default=1.0))
 
 
 def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:

@@ -122,11 +122,11 @@ class Bout(NamedTuple):
     def lost(self) -> Iterator[str]:
         """Why designs do not keep machines stable, a line each."""
         for name, one in self.found.items():
-            told = [f"nominal machine {' and '.join(one.nominal_reasons)}"] * (
-                not one.nominal_stable
-            )
+            told = []
+            if not one.nominal_stable:
+                told.append(f"nominal machine {' and '.join(one.nominal_reasons)}")
             if one.reasons:
-                told += [f"of {len(one.stable)} others {reasons_told(one.reasons)}"]
+                told.append(f"of {len(one.stable)} others {reasons_told(one.reasons)}")
             if told:
                 yield f"{name} in {self.name}, not stable: {'; '.join(told)}"
 
@@ -317,7 +317,8 @@ def _bout(
             progress(f"{name} in {motion.name}", done + min(chunk, machines))
 
         found[name] = robustness(design, motion, *draw, more, tolerances)
-    sides = {name: _side(x) for name, x in found.items()}
+    each = ("stable", "nominal_stable", "nominal", "values", "ranges")
+    sides = {name: Side(*(getattr(x, key) for key in each)) for name, x in found.items()}
     return Bout(motion.name, motion, sides, found, next(iter(found.values())).meanings)
 
 
@@ -342,10 +343,6 @@ def _other_machines(
         return
     told = spread_told(own.spread, own.tolerances)
     yield f"other machines than those of [robust] of {scenario.name}, which are within {told}"
-
-
-def _side(found: Robustness) -> Side:
-    return Side(found.stable, found.nominal_stable, found.nominal, found.values, found.ranges)
 
 
 def _together(bouts: Sequence[Bout]) -> list[Bout]:
@@ -389,19 +386,16 @@ def _differences(bouts: Sequence[Bout]) -> list[Difference]:
 
 def _difference(bout: Bout, key: str, first: str, second: str) -> Difference:
     one, other = bout.sides[first], bout.sides[second]
-    a, b = one.costs(key), other.costs(key)
+    mine, theirs, a, b = one.stable, other.stable, one.costs(key), other.costs(key)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Two without a number, that never settle say, are equal, as are two but for rounding.
         both = np.where((a == b) | np.isclose(a, b, SAME, 0.0), 0.0, np.log(a) - np.log(b))
-    alone = np.where(one.stable, -np.inf, np.inf)
-    logarithms = np.where(one.stable & other.stable, both, alone)[one.stable | other.stable]
-    stable = (
-        int((one.stable & other.stable).sum()),
-        int((one.stable & ~other.stable).sum()),
-        int((~one.stable & other.stable).sum()),
-        int((~one.stable & ~other.stable).sum()),
-    )
+    alone = np.where(mine, -np.inf, np.inf)
+    logarithms = np.where(mine & theirs, both, alone)[mine | theirs]
+    apart = (mine & theirs, mine & ~theirs, ~mine & theirs, ~mine & ~theirs)
+    in_both, first_only, second_only, neither = (int(mask.sum()) for mask in apart)
     better, worse = int((logarithms < 0).sum()), int((logarithms > 0).sum())
     share, tested = share_interval(better, len(a)), paired(logarithms)
+    stable = (in_both, first_only, second_only, neither)
     pair = (bout.name, key, first, second)
     return Difference(*pair, *stable, better, worse, share, *tested, p_holm=tested.p)

@@ -3,7 +3,7 @@
 Pages, terminal and READMEs are made from ``Usable.numbers``; what they say of it stands below it.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -32,11 +32,16 @@ TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
-#: Heads of ``stress_rows``, and what stands below.
-STRESS_HEADS = ("stress", "holds on [%]", "merit [times]")
+#: What stands below ``stress_table`` and ``why_table``.
 STRESS_ABOUT = (
     "stress: one at a time on machines that hold without it, in all motions required of them; "
     "merit: of the median machine, times that without it"
+)
+WHY = "What would give a yes, each alone"
+WHY_ABOUT = (
+    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
+    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
+    "machines lie within; stress has to hold then, too"
 )
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
@@ -288,10 +293,31 @@ def missed_told(found: Json, motions: int = 2) -> str:
     return f"targets missed, value divided by target{worst}: {', '.join(told)}" if told else ""
 
 
-def stress_rows(found: Iterable[Json]) -> list[list[str]]:
-    """A row for each stress, as tables have it."""
+class Told(NamedTuple):
+    """A table of what is beside an answer, as a terminal and a page have it."""
+
+    heads: tuple[str, ...]
+    rows: list[list[str]]
+    lines: list[str]  # below it
+    about: str  # what its columns are; "" without rows
+
+
+def why_table(found: Json) -> Told:
+    """Of ``why_not``: a row for each change."""
+    heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
+    keys = ("key", "now", "needed", "lost")
+    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
+    rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
+    return Told(heads, rows, found["lines"], WHY_ABOUT if rows else "")
+
+
+def stress_table(found: Sequence[Json]) -> Told:
+    """A row for each stress, a line for each that breaks the design, the first first."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in found)
-    return [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
+    rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
+    held = ((told, f"; it holds with {part}" if part else "") for told, part in _broken(found))
+    lines = [f"breaks: {told}{part}" for told, part in held]
+    return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
 def breaking(found: Iterable[Json]) -> str:
@@ -299,12 +325,6 @@ def breaking(found: Iterable[Json]) -> str:
     first, *more = [told for told, _ in _broken(found)] or [""]
     others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
     return first + (others if more else "")
-
-
-def broken(found: Iterable[Json]) -> list[str]:
-    """A line for each stress that breaks the design, the first first."""
-    each = ((told, f"; it holds with {held}" if held else "") for told, held in _broken(found))
-    return [f"breaks: {told}{held}" for told, held in each]
 
 
 def _broken(found: Iterable[Json]) -> list[tuple[str, str]]:

@@ -1,7 +1,7 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import jax
@@ -141,20 +141,20 @@ def robustness(
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
-    found = list(_motions(design, scenario, machines, progress, min(CHUNK, machines.size)))
-    refined = sum(one.diverged for one, _ in found)
-    for where in finer(scenario):
-        again = np.flatnonzero([one.diverged for one, _ in found])
-        if not len(again):
+    found: dict[int, tuple[Evaluation, Judged]] = {}
+    waiting, at_once, refined = np.arange(machines.size), min(CHUNK, machines.size), 0
+    for where in chain([scenario], finer(scenario)):
+
+        def more(done: int, total: int, before: int = len(found)) -> None:
+            progress(before + done, before + total)
+
+        motions = _motions(design, where, machines.take(waiting), more, at_once)
+        found |= zip(waiting.tolist(), motions, strict=True)
+        waiting, at_once = np.flatnonzero([one.diverged for one, _ in found.values()]), FEW
+        if not len(waiting):
             break
-
-        def more(done: int, total: int) -> None:
-            progress(len(found) + done, len(found) + total)
-
-        motions = _motions(design, where, machines.take(again), more, FEW)
-        for k, one in zip(again, motions, strict=True):
-            found[k] = one
-    evaluations, judged = zip(*found, strict=True)
+        refined = refined or len(waiting)
+    evaluations, judged = zip(*found.values(), strict=True)
     measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
     lost = failed | np.array([[one.diverged] for one in evaluations])
     why = {told: mask[:, 0] for told, mask in faults(measured, lost, [scenario]).items()}

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller, Stepped, View
-from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp, storable
+from hfc_design.core.numbers import Floats, Gains, Json, Memory, Scalar, Xp, storable
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation.closed_loop import Loop
@@ -95,7 +95,9 @@ Each = Mapping[str, Repeats]
 def repeats_of(judged: Judged) -> dict[str, Repeats]:
     """Of individuals that differ by ``FACTORS``, (FACTORS,) each."""
     values = {"fitness": np.asarray(judged.values)[:, 0], "merit": np.asarray(judged.merit)}
-    return {key: Repeats(_sound(x, np.asarray(judged.failed))) for key, x in values.items()}
+    failed = np.asarray(judged.failed)
+    each = {key: np.where(failed | ~np.isfinite(x), -np.inf, x) for key, x in values.items()}
+    return {key: Repeats(x) for key, x in each.items()}
 
 
 def together(each: Sequence[Each], weights: Floats) -> dict[str, Repeats]:
@@ -119,10 +121,6 @@ def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
     """(n,) of (n, motions) of a scenario, by its weights."""
     weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
     return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
-
-
-def _sound(values: Floats, failed: Mask) -> Floats:
-    return np.where(failed | ~np.isfinite(values), -np.inf, values)
 
 
 def range_told(found: Json) -> str:

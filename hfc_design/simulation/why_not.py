@@ -50,20 +50,6 @@ UP, DOWN, TINY = 1.005, 0.995, 1e-300
 
 #: Key of the scenario, its value now, for a yes, machines that fail by it, share that pass without.
 Change: TypeAlias = tuple[str, str, str | None, int | None, float]
-TITLE = "What would give a yes, each alone"
-HEADS = ("change", "now", "for a yes", "lost by it", "pass without [%]")
-ABOUT = (
-    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
-    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
-    "machines lie within; stress has to hold then, too"
-)
-
-
-def rows(found: Json) -> list[list[str]]:
-    """A row for each change of ``why_not``, as tables have it."""
-    keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
-    return [[*row, f"{100 * without:.3g}"] for row, without in each]
 
 
 def why_not(
