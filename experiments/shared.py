@@ -20,8 +20,7 @@ from hfc_design.batch.runs import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 from hfc_design.simulation.repeats import range_told
 
 Floats = NDArray[np.float64]

@@ -21,7 +21,7 @@ from hfc_design.files.cells import LABEL, SEED
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
-from hfc_design.report.comparison.tables import best
+from hfc_design.report.comparison.tables import best, p_text
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -163,11 +163,7 @@ def _comparison_row(item: Comparison) -> list[str]:
         verdict = f"{item.first.number} is higher" if item.holm <= compared.ALPHA else "not shown"
     pair = f"{item.first.number} and {item.second.number}"
     counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
-    return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
-
-
-def _p(value: float) -> str:
-    return "< 0.0001" if value < 1e-4 else f"{value:.2g}"
+    return [pair, counts, f"{item.a12:.2f}", p_text(item.p), p_text(item.holm), verdict]
 
 
 def _run_rows(

@@ -11,7 +11,7 @@ from hfc_design.core.records import UserError
 from hfc_design.identify.result import Identified
 from hfc_design.runs.run import Result
 from hfc_design.simulation.comparison import Comparison
-from hfc_design.simulation.evaluation import EVALUATED, Evaluation
+from hfc_design.simulation.evaluating import EVALUATED, Evaluation
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.loop_report import LoopMargins

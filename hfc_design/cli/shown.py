@@ -14,8 +14,7 @@ from hfc_design.core.console import ProgressBar, busy, room, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation, motion_rows, notes, score_rows
+from hfc_design.simulation.evaluating import Evaluation, evaluate, motion_rows, notes, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.runs.laps import Lap

@@ -34,8 +34,7 @@ from hfc_design.report.parts import (
 from hfc_design.report.verdict import Evaluations, baselines, measure, summary
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
-from hfc_design.simulation.evaluating import evaluate, meanings
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"

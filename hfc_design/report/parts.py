@@ -20,8 +20,7 @@ from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
-from hfc_design.simulation.evaluating import meanings
-from hfc_design.simulation.evaluation import Evaluation, score_rows
+from hfc_design.simulation.evaluating import Evaluation, meanings, score_rows
 from hfc_design.simulation.in_use import (
     TITLES,
     WHY,

@@ -9,7 +9,7 @@ from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.pictures.numbers import score
 from hfc_design.report.comparison.tables import short
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 from hfc_design.simulation.repeats import range_told
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs

@@ -20,8 +20,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.evaluating import evaluate, evaluations, meanings
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
 from hfc_design.simulation.in_use import ENOUGH
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.measured_in_use import tolerated_metrics
@@ -209,15 +208,12 @@ def _motions(
         judged = population.scores(measured, some, [samples], one, np.float64)
         (each,) = evaluations([scenario], loop, some, gains)
         for k, found in enumerate(islice(each, count - start), start):
-            kept = found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found)
+            kept = found._replace(time=np.empty(0), axes=(), contour=None)
+            if k == 0:  # with copies: as it comes, it is a part of that of all that step together
+                own = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in found.axes)
+                kept = found._replace(axes=tuple(own))
             yield kept, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)
-
-
-def _own(evaluation: Evaluation) -> Evaluation:
-    """With a motion of its own: as it comes, it is a part of that of all that step together."""
-    axes = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes)
-    return evaluation._replace(axes=tuple(axes))
 
 
 def check_draw(
