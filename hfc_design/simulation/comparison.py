@@ -22,8 +22,8 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine, own_machine
+from hfc_design.simulation.in_use import tolerated_metrics
 from hfc_design.simulation.machines import NONE
-from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told

@@ -21,9 +21,8 @@ from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
-from hfc_design.simulation.in_use import ENOUGH
+from hfc_design.simulation.in_use import ENOUGH, tolerated_metrics
 from hfc_design.simulation.machines import NONE, drawn
-from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import STABILITY, faults, measuring
 

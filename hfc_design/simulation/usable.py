@@ -23,10 +23,18 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.in_use import LARGEST_TRIED, NO, TRIED, Usable
+from hfc_design.simulation.in_use import (
+    LARGEST_TRIED,
+    NO,
+    TRIED,
+    Usable,
+    in_motion,
+    loop_in_use,
+    not_kept,
+    units,
+)
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
-from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
 from hfc_design.simulation.monte_carlo import FEW, check_draw
 from hfc_design.simulation.population import Machines, standing
 from hfc_design.simulation.repeats import FACTORS, Repeats, louder, of_all_motions

@@ -26,8 +26,7 @@ from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES
-from hfc_design.simulation.in_use import ENOUGH
-from hfc_design.simulation.measured_in_use import bounds_of, not_kept
+from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import counted
 from hfc_design.stability.sliding import Slides
