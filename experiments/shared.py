@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
 from hfc_design.batch.folder import told as noted
 from hfc_design.batch.plan import LABEL, Published, matches
-from hfc_design.batch.published import Reproduced, figure_row, reproduced
 from hfc_design.batch.runs import Run, batches_below, runs_below
+from hfc_design.batch.summary import Reproduced, figure_row, reproduced
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run

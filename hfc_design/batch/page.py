@@ -14,9 +14,8 @@ from hfc_design.batch import structures
 from hfc_design.batch.comparisons import Comparison, broken, key_of, sentence
 from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
 from hfc_design.batch.plan import OWN_KEYS
-from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import MARGINS, Run, listed, text
-from hfc_design.batch.summary import Findings
+from hfc_design.batch.summary import Findings, Reproduced, figure_row, ratios
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.files.cells import LABEL, SEED
@@ -25,7 +24,7 @@ from hfc_design.pictures.numbers import digits, metric, score
 from hfc_design.pictures.section import Drawing, Rows
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
 from hfc_design.report.comparison.tables import NONE, best, p_text, titled
-from hfc_design.report.verdict import fitness_told
+from hfc_design.report.parts import fitness_told
 from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings

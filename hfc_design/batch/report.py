@@ -11,10 +11,9 @@ from hfc_design.batch import folder, structures
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import Group
 from hfc_design.batch.page import page
-from hfc_design.batch.published import Reproduced
 from hfc_design.batch.runs import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below, text
 from hfc_design.batch.structures import STRUCTURES
-from hfc_design.batch.summary import Findings, findings, tell
+from hfc_design.batch.summary import Findings, Reproduced, findings, tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.cells import PLAN

@@ -68,7 +68,7 @@ def plot(
 
 
 def _drawn(found: Any, title: str) -> "Figure":
-    from hfc_design.batch.converging import of_findings
+    from hfc_design.batch.summary import of_findings
     from hfc_design.identify.plots import replayed
     from hfc_design.report import batch_plots, plots, searches
     from hfc_design.report.comparison.plots import machines
@@ -100,7 +100,7 @@ def _drawn(found: Any, title: str) -> "Figure":
 
 def _overlaid(found: Mapping[str, Any], title: str) -> "Figure":
     """Several of one kind over one another."""
-    from hfc_design.batch.converging import of_findings
+    from hfc_design.batch.summary import of_findings
     from hfc_design.report import overlaid, searches
 
     kinds = {type(one) for one in found.values()}

@@ -109,7 +109,7 @@ def plot(
 
     _check(names, what)
     if what == CONVERGENCE:
-        from hfc_design.batch.converging import convergence
+        from hfc_design.batch.summary import convergence
 
         figure = convergence([Path(name) for name in names])
     elif what == MOTION:

@@ -141,7 +141,7 @@ def score_one(
     if usable := bool(scenario.robust or (scenario.motions and spread is not None)):
         found = score_usable(design, scenario, spread, as_json, **given)
     elif spread is not None:
-        from hfc_design.cli.spread_table import score_spread
+        from hfc_design.cli.usable_table import score_spread
 
         found = score_spread(design, scenario, spread, as_json, **given)
     if found is not None and plot is not None:

@@ -257,7 +257,7 @@ def evaluations(
     On a single machine ``gains`` may be those of ``louder``.
     """
     samples = [motion.samples() for motion in motions]
-    found = population.motions_and_memories(loop, machines, samples, gains, machines.size)
+    found = population.trajectories(loop, machines, samples, gains, machines.size)
     for motion, happens, moved in zip(motions, samples, found, strict=True):
         yield _evaluations(motion, loop, machines, happens, *moved)
 
