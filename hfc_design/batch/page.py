@@ -10,9 +10,8 @@ from urllib.parse import quote
 import numpy as np
 
 from hfc_design.batch import comparisons as compared
-from hfc_design.batch import structures
 from hfc_design.batch.comparisons import Comparison, broken, key_of, sentence
-from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
+from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, WINNER_HEAD, Group
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.runs import MARGINS, Run, listed, text
 from hfc_design.batch.summary import Findings, Reproduced, figure_row, ratios
@@ -86,8 +85,8 @@ def page(
         meant=measured.meanings,
         measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
         key=" ".join(filter(None, [key_of(groups[:GROUPS]), measured.fitness])),
-        winner_head=structures.HEAD,
-        winner_rows=[structures.row(one) for one in winners[:GROUPS]],
+        winner_head=WINNER_HEAD,
+        winner_rows=[one.row for one in winners[:GROUPS]],
         winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,

@@ -7,12 +7,11 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from hfc_design.batch import folder, structures
+from hfc_design.batch import folder
 from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.groups import Group
+from hfc_design.batch.groups import STRUCTURES, Group, structure_rows, trees_of
 from hfc_design.batch.page import page
 from hfc_design.batch.runs import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below, text
-from hfc_design.batch.structures import STRUCTURES
 from hfc_design.batch.summary import Findings, Reproduced, findings, tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
@@ -63,7 +62,7 @@ def report(
         found = findings(path, runs)
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
-        trees = structures.trees(path, found.winners)
+        trees = trees_of(path, found.winners)
         content = page(path, filter(None, told), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
@@ -100,7 +99,7 @@ def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
     if found.figures:
         rows[PUBLISHED] = [Reproduced._fields, *found.figures]
     if found.winners:
-        rows[STRUCTURES] = structures.csv_rows(found.winners)
+        rows[STRUCTURES] = structure_rows(found.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:

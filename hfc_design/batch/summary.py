@@ -12,10 +12,9 @@ from rich.text import Text
 
 from hfc_design.batch import folder
 from hfc_design.batch.comparisons import Comparison, broken, compared, sentence
-from hfc_design.batch.groups import ANSWERS, Group, grouped
+from hfc_design.batch.groups import ANSWERS, Group, Winner, grouped, tell_structures, winners
 from hfc_design.batch.plan import Published, matches
 from hfc_design.batch.runs import Run, batches_below, runs_below
-from hfc_design.batch.structures import Winner, tell_structures, winners
 from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError, harmless
