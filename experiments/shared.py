@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
 from hfc_design.batch.folder import told as noted
 from hfc_design.batch.plan import LABEL, Published, matches
-from hfc_design.batch.published import Reproduced, figure_row, reproduced
 from hfc_design.batch.runs import Run, batches_below, runs_below
+from hfc_design.batch.summary import Reproduced, figure_row, reproduced
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 from hfc_design.simulation.repeats import range_told
 
 Floats = NDArray[np.float64]

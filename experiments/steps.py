@@ -22,8 +22,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.reversals import GLITCH_TIME, undisturbed
 from hfc_design.motion.samples import MAX_SUBSTEPS
 from hfc_design.runs.run import finished_run
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 FINER = (1, 4, 16)
 WINDOWS = (0.8, GLITCH_TIME, 1.5, 2.0)  # [s]

@@ -46,11 +46,9 @@ from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
-from hfc_design.simulation.comparing import compare
-from hfc_design.simulation.comparison import Comparison
+from hfc_design.simulation.comparison import Comparison, compare
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
-from hfc_design.simulation.evaluating import evaluate, learned_in
-from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
+from hfc_design.simulation.evaluating import Evaluation, evaluate, learned_in, trajectory_csv
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught

@@ -17,7 +17,7 @@ from sledge import CONTROLLER, MODULE, SCENARIO
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.files.pairing import load_design
-from hfc_design.report import verdict
+from hfc_design.report import parts
 
 #: Fixtures of single rooms, for whatever tier.
 pytest_plugins = ["report_fixtures", "comparison_fixtures", "batch_fixtures"]
@@ -80,8 +80,8 @@ def published():
 @pytest.fixture
 def no_baselines(monkeypatch):
     """Commands compare a run with no published design: each would have to be compiled too."""
-    for plant in list(verdict.BASELINES):  # the same table for whoever has imported it
-        monkeypatch.delitem(verdict.BASELINES, plant)
+    for plant in list(parts.BASELINES):  # the same table for whoever has imported it
+        monkeypatch.delitem(parts.BASELINES, plant)
 
 
 @pytest.fixture

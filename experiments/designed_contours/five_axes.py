@@ -17,8 +17,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.pictures.files import save
 from hfc_design.report.comparison.plots import machines as drawn
-from hfc_design.simulation.comparing import compare
-from hfc_design.simulation.comparison import Comparison
+from hfc_design.simulation.comparison import Comparison, compare
 
 HERE = Path(__file__).parent
 DESIGNED = "designed"

@@ -15,8 +15,7 @@ from hfc_design.core.statistics import paired
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.comparing import compare
-from hfc_design.simulation.comparison import Side
+from hfc_design.simulation.comparison import Side, compare
 
 HERE = Path(__file__).parent
 #: What is compared: metric -> what a table calls it.

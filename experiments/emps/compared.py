@@ -10,8 +10,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.comparing import compare
-from hfc_design.simulation.comparison import Comparison
+from hfc_design.simulation.comparison import Comparison, compare
 
 HERE = Path(__file__).parent
 SEARCH = HERE / "search.toml"

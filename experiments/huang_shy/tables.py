@@ -10,8 +10,7 @@ from experiments.shared import Batch, Floats, calculated, markdown
 from experiments.steps import Ranged
 from hfc_design.files.pairing import load_design
 from hfc_design.motion.reversals import after_reversals, undisturbed
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 LAPS = 8  # of laps.toml
 #: Figure, label, axis, and what is printed of it away from its reversals and in them [mm].

@@ -11,7 +11,7 @@ from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.core.records import ZR
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.figure import OTHER, OWN, framed
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 CONTOUR = "contour error [BLU]"
 AXIAL = "axial error X [BLU]"

@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 from experiments.lin_lee_1999 import pictures
 from experiments.lin_lee_1999.pictures import SEVEN, SIX, Case
 from experiments.shared import HEAD, Batch, markdown
-from hfc_design.batch.groups import grouped
-from hfc_design.batch.structure_tables import row
-from hfc_design.batch.structures import winners
+from hfc_design.batch.groups import grouped, winners
 from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.pictures.files import small_address
@@ -73,7 +71,7 @@ def motions(batch: Batch, case: Case) -> str:
 def structures(batch: Batch) -> str:
     """Which hierarchies the searches ended with."""
     found = winners(grouped(batch.runs))
-    rows = [[one.group.label.partition(": ")[2], row(one)[0], *row(one)[2:]] for one in found]
+    rows = [[one.group.label.partition(": ")[2], one.row[0], *one.row[2:]] for one in found]
     return markdown(("search", "structure", "runs", "share [%]", "best", "median"), rows)
 
 

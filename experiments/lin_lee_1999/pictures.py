@@ -14,7 +14,7 @@ from hfc_design.report import searches
 from hfc_design.report.designs import picture
 from hfc_design.report.overlaid import motions
 from hfc_design.runs.run import finished_run
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 
 class Case(NamedTuple):

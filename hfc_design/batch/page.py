@@ -1,29 +1,32 @@
 """The page of many runs: what came out first, every single run last."""
 
+import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 import numpy as np
 
 from hfc_design.batch import comparisons as compared
-from hfc_design.batch import structure_tables
-from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
-from hfc_design.batch.metric_table import metrics
-from hfc_design.batch.outcome import MARGINS, text
+from hfc_design.batch.comparisons import Comparison, broken, key_of, sentence
+from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, WINNER_HEAD, Group
 from hfc_design.batch.plan import OWN_KEYS
-from hfc_design.batch.published import Reproduced, figure_row, ratios
-from hfc_design.batch.runs import Run, listed
-from hfc_design.batch.sentences import broken, key_of, sentence
-from hfc_design.batch.summary import Findings
+from hfc_design.batch.runs import MARGINS, Run, listed, text
+from hfc_design.batch.summary import Findings, Reproduced, figure_row, ratios
+from hfc_design.core.plugins import uses
+from hfc_design.core.records import UserError, in_a_line
 from hfc_design.files.cells import LABEL, SEED
-from hfc_design.pictures.numbers import score
-from hfc_design.pictures.section import Drawing
+from hfc_design.files.scenario import Scenario
+from hfc_design.pictures.numbers import digits, metric, score
+from hfc_design.pictures.section import Drawing, Rows
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
-from hfc_design.report.comparison.tables import best
+from hfc_design.report.comparison.tables import NONE, best, p_text, titled
+from hfc_design.report.parts import fitness_told
+from hfc_design.runs.run import DESIGN, opened_run, provenance
+from hfc_design.simulation.comparison import SCORES
+from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -32,6 +35,10 @@ TASKS, DRAWN = 6, 10
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
+CAPTION = (
+    "Median of each metric over the finished runs of a group, which differ in nothing but the "
+    "seed, as far as they have it; the columns are the groups. The best of each task stands out."
+)
 
 
 def page(
@@ -78,8 +85,8 @@ def page(
         meant=measured.meanings,
         measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
         key=" ".join(filter(None, [key_of(groups[:GROUPS]), measured.fitness])),
-        winner_head=structure_tables.HEAD,
-        winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
+        winner_head=WINNER_HEAD,
+        winner_rows=[one.row for one in winners[:GROUPS]],
         winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,
@@ -101,7 +108,7 @@ def _group_table(groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Any]
     answers = ANSWERS if any(group.answers for group in shown) else []
     return {
         "group_head": ["group", *keys, "runs", "median", "quartiles", "best", *answers],
-        "group_rows": [group_row(group, keys) for group in shown],
+        "group_rows": [group.row(keys) for group in shown],
         "group_best": _best(shown, len(keys)),
         "groups": len(groups),
     }
@@ -145,18 +152,6 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
     }
 
 
-def group_row(group: Group, keys: Sequence[str]) -> list[str]:
-    """A group as tables show it: number, settings, runs, median, quartiles, best, how usable."""
-    own = (group.settings[key] for key in keys)
-    count, total = len(group.finished), len(group.runs)
-    row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
-    if not group.finished:
-        return [*row, "–", "–", "–"]
-    low, median, high = group.quartiles
-    row += [score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
-    return row + group.answers
-
-
 def _best(groups: Sequence[Group], keys: int) -> list[list[int]]:
     """Places of the highest median and of the best run of each task that has several groups."""
     values = [(group.median, group.scores.max(initial=-np.inf)) for group in groups]
@@ -177,11 +172,7 @@ def _comparison_row(item: Comparison) -> list[str]:
         verdict = f"{item.first.number} is higher" if item.holm <= compared.ALPHA else "not shown"
     pair = f"{item.first.number} and {item.second.number}"
     counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
-    return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
-
-
-def _p(value: float) -> str:
-    return "< 0.0001" if value < 1e-4 else f"{value:.2g}"
+    return [pair, counts, f"{item.a12:.2f}", p_text(item.p), p_text(item.holm), verdict]
 
 
 def _run_rows(
@@ -205,3 +196,72 @@ def _score(run: Run, key: str) -> str:
         return range_told(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged
     return value if isinstance(value, str) else score(-np.inf if value is None else value)
+
+
+class Metrics(NamedTuple):
+    """What a page shows of the metrics."""
+
+    head: list[str]
+    rows: Rows
+    best: list[list[int]]  # places of the best in each row
+    meanings: list[tuple[str, str]]  # names, and meanings with their units
+    fitness: str  # what it is, a sentence; "" if nothing is to be said
+    caption: str = CAPTION
+
+
+def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
+    """Medians of the metrics of groups of runs below ``path``."""
+    found = [group.metrics() for group in groups]
+    shown = {group.key for group in groups}  # of which the page has a table already
+    keys = dict.fromkeys(key for item in found for key in item if {key} != shown)
+    scenarios = _scenarios(path, groups, list(keys))
+    known = {key: text for one in scenarios.values() for key, text in meanings(one).items()}
+    told = {key: known.get(key, key if key in SCORES else "") for key in keys}
+    rows, places = [], []
+    for key in keys:
+        values = [item[key][1] if key in item else None for item in found]
+        name, factor = titled(key, told[key], values)
+        write = score if key in SCORES else digits
+        cells = [NONE if x is None else write(factor * x) for x in values]
+        rows.append([name, *cells])
+        places.append(_best_metric(groups, key, values))
+    meant = [(metric(key, text)[0], text) for key, text in told.items() if "[" in text]
+    head = ["metric", *(str(group.number) for group in groups)]
+    return Metrics(head, rows, places, meant, _fitness(groups, scenarios))
+
+
+def _best_metric(groups: Sequence[Group], key: str, values: Sequence[float | None]) -> list[int]:
+    """Of each task with several groups; merits compare where all runs had the same one."""
+    found = []
+    for task in dict.fromkeys(group.task for group in groups):
+        own = [k for k, group in enumerate(groups) if group.task == task]
+        if key == MERIT and any(groups[k].key != MERIT for k in own):
+            continue
+        sizes = [values[k] for k in own]
+        if key not in SCORES:
+            sizes = [None if x is None else abs(x) for x in sizes]
+        found += [own[k] + 1 for k in best(sizes, -1 if key in SCORES else 1) if len(own) > 1]
+    return found
+
+
+def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:
+    """By the tasks, as far as a run still says; where ``keys`` stay without units it is told."""
+    found: dict[str, Scenario] = {}
+    for group in {group.task: group for group in groups if group.finished}.values():
+        place = path / group.finished[0].path
+        try:
+            found[group.task] = opened_run(place)
+        except (UserError, ValueError) as error:
+            if not {key for one in found.values() for key in meanings(one)} >= {*keys}:
+                needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
+                told = f"give{needed}" if needed else in_a_line(str(error))
+                head = f"hfc: warning: the metrics of {group.task} stand there without units"
+                print(in_a_line(f"{head}: {told}"), file=sys.stderr)
+    return found
+
+
+def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:
+    """What the fitness is that groups are compared by; "" if not the same for all, or unknown."""
+    tasks = {group.task for group in groups if group.finished and group.key == FITNESS}
+    told = {fitness_told(scenarios[task]) if task in scenarios else "" for task in tasks}
+    return f"{told.pop()}." if len(told) == 1 and told != {""} else ""

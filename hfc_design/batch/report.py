@@ -7,16 +7,12 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from hfc_design.batch import folder, structure_tables
+from hfc_design.batch import folder
 from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.groups import Group
-from hfc_design.batch.outcome import JUDGED_BY, MARGINS, text
+from hfc_design.batch.groups import STRUCTURES, Group, structure_rows, trees_of
 from hfc_design.batch.page import page
-from hfc_design.batch.published import Reproduced
-from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
-from hfc_design.batch.structure_tables import STRUCTURES
-from hfc_design.batch.summary import Findings, findings
-from hfc_design.batch.told import tell
+from hfc_design.batch.runs import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below, text
+from hfc_design.batch.summary import Findings, Reproduced, findings, tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.cells import PLAN
@@ -66,7 +62,7 @@ def report(
         found = findings(path, runs)
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
-        trees = structure_tables.trees(path, found.winners)
+        trees = trees_of(path, found.winners)
         content = page(path, filter(None, told), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
@@ -103,7 +99,7 @@ def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
     if found.figures:
         rows[PUBLISHED] = [Reproduced._fields, *found.figures]
     if found.winners:
-        rows[STRUCTURES] = structure_tables.csv_rows(found.winners)
+        rows[STRUCTURES] = structure_rows(found.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:

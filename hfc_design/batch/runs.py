@@ -1,29 +1,54 @@
 """The runs below a folder, as far as they have come: settings, scores, histories.
 
 Only what a summary needs is read; whatever is damaged is told beside the run and stops nothing.
+Raw: a design is not read as one, since that of a run made with another version counts as well.
 """
 
+import json
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from hfc_design.batch import folder
-from hfc_design.batch.outcome import VERDICTS, Ended, Use, ended, history, text, use
 from hfc_design.batch.plan import SCENARIO
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, in_a_line
-from hfc_design.core.texts import content, decoded, toml_of
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, toml_of
 from hfc_design.files.cells import PLAN, SEED, names
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY, USABLE
+from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES
 
+JUDGED_BY = "judged_by"
+#: Answers to whether a design can be used, the best first.
+VERDICTS = (YES, ON_THIS_MODEL, NO)
+#: Margins of a loop, of each of which ``usable.json`` has the worst.
+MARGINS = ("sensitivity", "gain_margin", "phase_margin_deg", "delay_margin_samples")
 State = folder.State | Literal["unreadable"]
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
+
+
+class Use(NamedTuple):
+    """What a run says of whether its design can be used; empty where nobody has asked."""
+
+    verdict: str = ""  # one of ``VERDICTS``
+    share: float | None = None  # of unseen machines that pass
+    margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
+    answer: str = ""
+
+    def told(self, margins: Iterable[str]) -> list[str]:
+        """Verdict, share [%] and these margins as tables show them."""
+        numbers = [self.share and 100 * self.share, *(self.margins.get(key) for key in margins)]
+        return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
 
 
 class Run(NamedTuple):
@@ -154,27 +179,116 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 
 
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
-    end, best, searched = Ended({}, "", {}, ""), np.empty(0), not (path / GIVEN).exists()
-    answer = Use()
+    run = Run(_below(path, top), settings, state, reason, page=(path / REPORT).exists())
+    run = run._replace(searched=not (path / GIVEN).exists())
     if state == "finished":
-        try:
-            end = ended(path)
-        except ValueError as error:
-            state, reason = "unreadable", _told(DESIGN, error)
-        try:
-            answer = use(path)
-        except ValueError as error:
-            reason = f"{reason}; {_told(USABLE, error)}".removeprefix("; ")
-    if (path / HISTORY).exists() or (state == "finished" and searched):
-        try:
-            best = history(path)
-        except ValueError as error:
-            reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
-    if state in ("running", "broken off") and not reason:
-        reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
-    page = (path / REPORT).exists()
-    how = (end.judged_by, end.ranges, end.structure, answer)
-    return Run(_below(path, top), settings, state, reason, end.score, best, page, searched, *how)
+        run = _with(_with(run, path, DESIGN, _ended), path, USABLE, _use)
+    if (path / HISTORY).exists() or (run.state == "finished" and run.searched):
+        run = _with(run, path, HISTORY, _history)
+    if state in ("running", "broken off") and not run.reason:
+        done = f"after {len(run.best)} generations" if len(run.best) else ""
+        run = run._replace(reason=done or "before the first checkpoint")
+    return run
+
+
+def _with(run: Run, path: Path, file: str, read: Callable[[Path], Json]) -> Run:
+    """With what a file in its folder says, or what is wrong with that."""
+    try:
+        return run._replace(**read(path))
+    except ValueError as error:
+        told = _told(file, error)
+    if file == DESIGN:
+        return run._replace(state="unreadable", reason=told)
+    return run._replace(reason=f"{run.reason}; {told}".removeprefix("; "))
+
+
+def _ended(path: Path) -> Json:
+    """How the run in a folder ended: fields of ``Run``.
+
+    Raises:
+        ValueError: the file is no design with a score.
+    """
+    design = json_of(decoded(content(path / DESIGN)))
+    score = design.get("score") if isinstance(design, dict) else None
+    if not isinstance(score, dict):
+        raise ValueError("has no score")
+    judged_by, ranges = score.pop(JUDGED_BY, ""), _ranges(score)
+    score.pop("usable", None)  # ``_use`` has more of it
+    found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
+    if found.get("fitness") is None and score.get("fitness", "") is not None:
+        raise ValueError("has no fitness that is a number")  # null: the design diverged
+    lowest = {key: one["lowest"] for key, one in ranges.items()}
+    structure = _structure(design.get("controller"))
+    own = {"judged_by": text(judged_by), "ranges": ranges, "structure": structure}
+    return {"score": {"fitness": None} | found | lowest} | own
+
+
+def _use(path: Path) -> Json:
+    """What it says of whether its design can be used.
+
+    Raises:
+        ValueError: the file is damaged.
+    """
+    if not (path / USABLE).exists():
+        return {}
+    found = json_of(decoded(content(path / USABLE)))
+    if not isinstance(found, dict) or not isinstance(found.get("usable"), bool):
+        raise ValueError("has no answer")
+    verdict = found.get("verdict", YES if found["usable"] else NO)
+    if verdict not in VERDICTS:
+        raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
+    margins = {}
+    for key in MARGINS:
+        with suppress(KeyError, TypeError):  # an earlier version has none
+            margins[key] = float(found["margins"]["worst"][key]["value"])  # null: without an end
+    told = verdict, _number(found.get("share")), margins, text(found.get("answer", ""))
+    return {"use": Use(*told)}
+
+
+def _structure(controller: object) -> str:
+    if not isinstance(controller, dict):
+        return ""
+    name = str(controller.get("kind"))
+    with suppress(UserError, ValueError), own_code(", its structure", ("controller", name)):
+        kind = KINDS.get(name)
+        return kind.structure(kind.record.model_validate(controller))
+    return ""
+
+
+def _ranges(score: Json) -> dict[str, Json]:
+    """Takes what it says of chaos out of a score: key -> the ends of its range."""
+    score.pop("chaotic", None)
+    told = score.pop("repeats", None)
+    each = told.items() if isinstance(told, dict) else ()
+    return {
+        key: {end: _number(one.get(end)) for end in ("lowest", "highest")}
+        for key, one in each
+        if key in ("fitness", "merit") and isinstance(one, dict)
+    }
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, (int, float)) and isfinite(value) else None
+
+
+def _history(path: Path) -> Json:
+    """Best merit so far.
+
+    Raises:
+        ValueError: a row is damaged or missing.
+    """
+    lines = decoded(content(path / HISTORY, LARGEST_TABLE)).splitlines()
+    names, *rows = (line.split(",") for line in lines or [""])
+    if not rows or "best" not in names:
+        raise ValueError("has no column best or no generation")
+    numbers = np.empty(len(rows))
+    for k, row in enumerate(rows):
+        if len(row) != len(names) or row[0] != str(k):
+            raise ValueError(f"row {k + 2} is damaged")
+        numbers[k] = float(row[names.index("best")])
+    if np.isinf(numbers).any():
+        raise ValueError("a score is no number")
+    return {"best": numbers}
 
 
 def _told(file: str, error: ValueError) -> str:
@@ -189,3 +303,9 @@ def listed(counts: Mapping[Any, int]) -> str:
 
 def _below(path: Path, top: Path) -> str:
     return text(path.relative_to(top).as_posix())
+
+
+def text(value: object) -> str:
+    """A setting as a reader sees it."""
+    told = value if isinstance(value, str) else json.dumps(value, default=str)
+    return told.encode(errors="replace").decode()

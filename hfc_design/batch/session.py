@@ -16,7 +16,6 @@ from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.runs import listed
 from hfc_design.batch.work import Outcome, Place, begin, run_cells
 from hfc_design.core.console import ProgressBar, terminal
-from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, harmless
 from hfc_design.files.cells import PLAN, names, shared
 from hfc_design.search.loop import Search
@@ -100,7 +99,8 @@ def _show(cells: Iterable[tuple[str, str, str]]) -> None:
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
     same, told = shared(cell.settings for cell in cells), _names(cells)
-    print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
+    alike = harmless(", ".join(f"{key}={value}" for key, value in same.items()))
+    print(f"{len(cells)} cells in {out}" + (f", all with {alike}" if same else ""))
     _show((told[name], state, name) for name, state in states.items())
     if len(cells) > LISTED:
         print(f"and {len(cells) - LISTED} more")
@@ -140,10 +140,6 @@ def _program(cell: Cell) -> str:
     found = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
     found["search"].pop("generations", None)
     return json.dumps([found, cell.design is None], default=str)
-
-
-def _told(settings: Json) -> str:
-    return harmless(", ".join(f"{key}={value}" for key, value in settings.items()))
 
 
 class Watch(ProgressBar):

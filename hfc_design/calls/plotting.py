@@ -11,7 +11,7 @@ from hfc_design.core.records import UserError
 from hfc_design.identify.result import Identified
 from hfc_design.runs.run import Result
 from hfc_design.simulation.comparison import Comparison
-from hfc_design.simulation.evaluation import EVALUATED, Evaluation
+from hfc_design.simulation.evaluating import EVALUATED, Evaluation
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.report import LoopMargins, StableGains
@@ -67,14 +67,14 @@ def plot(
 
 
 def _drawn(found: Any, title: str) -> "Figure":
-    from hfc_design.batch.converging import of_findings
+    from hfc_design.batch.summary import of_findings
     from hfc_design.identify.page import replayed
-    from hfc_design.report import batch_plots, plots, searches, usable_plots
+    from hfc_design.report import batch_plots, plots, searches
     from hfc_design.report.comparison.plots import machines
 
     titled: dict[type, Callable[[Any, str], Figure]] = {
         Evaluation: plots.motion,
-        Usable: usable_plots.distributions,
+        Usable: batch_plots.distributions,
         Robustness: batch_plots.distributions,
     }
     others: dict[type, Callable[[Any], Figure]] = {
@@ -99,7 +99,7 @@ def _drawn(found: Any, title: str) -> "Figure":
 
 def _overlaid(found: Mapping[str, Any], title: str) -> "Figure":
     """Several of one kind over one another."""
-    from hfc_design.batch.converging import of_findings
+    from hfc_design.batch.summary import of_findings
     from hfc_design.report import overlaid, searches
 
     kinds = {type(one) for one in found.values()}

@@ -27,7 +27,7 @@ def attainable(
     machine: a certified lower bound, and what the best voltage does that was found with everything
     known beforehand.
     """
-    from hfc_design.core.console import plain_table, show_whole
+    from hfc_design.core.console import show_rows
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
     from hfc_design.runs.attained import (
@@ -53,10 +53,7 @@ def attainable(
     own = any("sum_error" in one for one in found["motions"].values())
     shown = HEADS if own else HEADS[:2]
     caption = f"sum |e| over all samples [rad]{left_out(found)}"
-    table = plain_table(caption=caption, caption_justify="left")
-    table.add_column("motion", no_wrap=True)
-    for head in shown:
-        table.add_column(head.replace(" ", "\n"), justify="right")
-    for row in attained_rows(found):
-        table.add_row(*(cell.replace("–", "-") for cell in row[: 1 + len(shown)]))
-    show_whole(table)
+    heads = ["motion", *(head.replace(" ", "\n") for head in shown)]
+    rows = attained_rows(found)
+    cells = [[cell.replace("–", "-") for cell in row[: len(heads)]] for row in rows]
+    show_rows(heads, cells, caption=caption, caption_justify="left")

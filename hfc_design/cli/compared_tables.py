@@ -5,12 +5,12 @@ from math import ceil
 
 from rich.text import Text
 
-from hfc_design.core.console import ProgressBar, plain_table, show_whole, terminal
+from hfc_design.core.console import ProgressBar, plain_table, show_rows, terminal
 from hfc_design.report.comparison.tables import called, difference_row, failures, lines
 from hfc_design.simulation.comparison import Bout, Comparison, spread_told
 
 #: Heads of what a terminal has room for of a difference.
-HEAD = ("median ratio", "better on", "p\n(Holm)", "both\nstable")
+HEAD = ("", "median ratio", "better on", "p\n(Holm)", "both\nstable")
 #: Room for names of metrics and machines, and for a design.
 NAMES, NARROWEST = 34, 14
 #: A line is printed so often where there is no bar [s].
@@ -43,14 +43,12 @@ def show(found: Comparison) -> None:
         keys = bout.compared()
         for key in (keys[0], *(key for key in keys if "_change" in key)):
             told = f"{bout.name}, {called(bout, key)}: {first} over"
-            table = plain_table(title=told, title_style="")
-            table.add_column("", overflow="fold")
-            for name in HEAD:
-                table.add_column(name, justify="right", no_wrap=True)
-            for one in found.of(bout.name, key):
-                if one.first == first:
-                    table.add_row(one.second, *difference_row(one)[: len(HEAD)])
-            show_whole(table)
+            rows = (
+                [one.second, *difference_row(one)[: len(HEAD) - 1]]
+                for one in found.of(bout.name, key)
+                if one.first == first
+            )
+            show_rows(HEAD, rows, title=told, title_style="")
             console.print()
     for text in (*failures(found), *found.notes):
         console.print(text, style="", soft_wrap=True)

@@ -93,7 +93,7 @@ def compare(
     from hfc_design.files.together import labelled
     from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
-    from hfc_design.simulation.comparing import compare
+    from hfc_design.simulation.comparison import compare
 
     if out is not None:
         paper = papers(out, "")

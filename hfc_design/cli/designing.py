@@ -82,7 +82,7 @@ def design(
     from hfc_design.core.records import in_a_line
     from hfc_design.files.doubts import doubts
     from hfc_design.report.page import write_page
-    from hfc_design.report.verdict import baselines
+    from hfc_design.report.parts import baselines
     from hfc_design.runs import run
     from hfc_design.runs.polishing import polish_told
 

@@ -98,18 +98,13 @@ def identify(
 
 
 def _show(found: "Identified") -> None:
-    from hfc_design.core.console import plain_table, show_whole
+    from hfc_design.core.console import show_rows
     from hfc_design.identify import result
 
     parameters = result.HEADS, result.parameter_rows(found), result.interval_line(found)
     checks = result.CHECKED, result.check_rows(found), ""
     for heads, rows, below in (parameters, checks):
-        table = plain_table()
-        for k, head in enumerate(heads):
-            table.add_column(head, justify="left" if k < 2 else "right", no_wrap=k == 0)
-        for row in rows:
-            table.add_row(*(_plain(cell) for cell in row))
-        show_whole(table, 2)
+        show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
     for line in (result.agreeing_line(found), *result.untold_lines(found), *found.notes):
         click.echo(line)

@@ -2,7 +2,7 @@
 
 from textwrap import fill
 
-from hfc_design.core.console import plain_table, room, show_whole
+from hfc_design.core.console import room, show_rows
 from hfc_design.files.machine import ALL_PLANTS
 from plants import Drive, machine_of
 
@@ -33,10 +33,6 @@ def show_plants() -> None:
 def _show(drive: Drive) -> None:
     told = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
     print(fill(f"signals: {told}", room(), subsequent_indent="  ", break_on_hyphens=False))
-    table = plain_table()
-    table.add_column("parameter", no_wrap=True)
-    table.add_column("default", justify="right")
-    table.add_column("unit")
-    for name, value in drive.parameters()._asdict().items():
-        table.add_row(f"{name}  ", f"{value:g}  ", drive.parameter_units.get(name, ""))
-    show_whole(table)
+    own, units = drive.parameters()._asdict(), drive.parameter_units
+    rows = ([f"{name}  ", f"{value:g}  ", units.get(name, "")] for name, value in own.items())
+    show_rows(("parameter", "default", "unit"), rows, left=(0, 2))

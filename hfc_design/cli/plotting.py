@@ -109,7 +109,7 @@ def plot(
 
     _check(names, what)
     if what == CONVERGENCE:
-        from hfc_design.batch.converging import convergence
+        from hfc_design.batch.summary import convergence
 
         figure = convergence([Path(name) for name in names])
     elif what == MOTION:
@@ -148,8 +148,7 @@ def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | N
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
     from hfc_design.report.overlaid import motions
-    from hfc_design.simulation.evaluating import evaluate
-    from hfc_design.simulation.score_tables import notes
+    from hfc_design.simulation.evaluating import evaluate, notes
 
     designs = labelled(names)
     first = next(iter(designs.values()))

@@ -77,7 +77,7 @@ def report(
 def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     """Write the pages of a folder, and tell what they say of many runs."""
     from hfc_design.batch.report import report
-    from hfc_design.batch.told import tell
+    from hfc_design.batch.summary import tell
 
     told: list[Any] = []
     try:

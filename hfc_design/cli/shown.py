@@ -14,14 +14,14 @@ from hfc_design.core.console import ProgressBar, busy, room, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.score_tables import motion_rows, notes, score_rows
+from hfc_design.simulation.evaluating import Evaluation, evaluate, motion_rows, notes, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.runs.laps import Lap
     from hfc_design.search.loop import Search
     from hfc_design.search.polish import Polished
+    from hfc_design.simulation.in_use import Usable
+    from hfc_design.simulation.monte_carlo import Robustness
 
 
 def free_folder(name: str) -> Path:
@@ -125,21 +125,33 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
 
 
 def score_one(
-    design: Design, scenario: Scenario, spread: float | None, as_json: bool, **given: Any
+    design: Design,
+    scenario: Scenario,
+    spread: float | None,
+    as_json: bool,
+    plot: Path | None = None,
+    **given: Any,
 ) -> None:
     """``hfc score`` on one scenario: can it be used, where tolerances are told, then how good.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
-    if scenario.robust or (scenario.motions and spread is not None):
-        score_usable(design, scenario, spread, as_json, **given)
-        if as_json:
-            return
+    found: Usable | Robustness | None = None
+    if usable := bool(scenario.robust or (scenario.motions and spread is not None)):
+        found = score_usable(design, scenario, spread, as_json, **given)
     elif spread is not None:
-        from hfc_design.cli.spread_table import score_spread
+        from hfc_design.cli.usable_table import score_spread
 
-        score_spread(design, scenario, spread, as_json, **given)
+        found = score_spread(design, scenario, spread, as_json, **given)
+    if found is not None and plot is not None:
+        from hfc_design.pictures.files import save
+        from hfc_design.report.batch_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+        if not as_json:
+            print(plot)
+    if found is not None and (as_json or not usable):
         return
     evaluation = evaluate(design, scenario)
     if not as_json:
@@ -165,8 +177,7 @@ def score_usable(
     as_json: bool,
     samples: int | None = None,
     seed: int | None = None,
-    plot: Path | None = None,
-) -> None:
+) -> "Usable":
     """Whether a design can be used in every motion of a scenario.
 
     Raises:
@@ -188,10 +199,4 @@ def score_usable(
     else:
         print(f"{design.name} on {scenario.name}")
         show_usable(found.numbers())
-    if plot is not None:
-        from hfc_design.pictures.files import save
-        from hfc_design.report.usable_plots import distributions
-
-        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
-        if not as_json:
-            print(plot)
+    return found

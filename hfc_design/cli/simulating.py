@@ -112,9 +112,7 @@ def simulate(
     """
     from hfc_design.core.console import room
     from hfc_design.runtime import Machine
-    from hfc_design.simulation.evaluating import evaluate
-    from hfc_design.simulation.evaluation import trajectory_csv
-    from hfc_design.simulation.score_tables import notes
+    from hfc_design.simulation.evaluating import evaluate, notes, trajectory_csv
 
     whole = where
     if motion is not None or where.motions:

@@ -70,22 +70,16 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
 
 def show_front(front: "Front") -> None:
     """Some points of a front on stdout."""
-    from hfc_design.core.console import plain_table, show_whole
+    from hfc_design.core.console import show_rows
     from hfc_design.report.trade_off import EMPTY, table
 
     if not len(front.merit):
         click.echo(EMPTY)
         return
     head, rows = table(front)
-    shown = plain_table(
-        title=f"trade-off: {len(rows)} of the {len(front.merit)} points of front.csv",
-        title_style="",
-    )
-    for name in head:
-        shown.add_column(name, justify="right" if name else "left", no_wrap=True)
-    for row in rows:
-        shown.add_row(*row)
-    show_whole(shown)
+    title = f"trade-off: {len(rows)} of the {len(front.merit)} points of front.csv"
+    left = [k for k, name in enumerate(head) if not name]
+    show_rows(head, rows, left=left, title=title, title_style="")
 
 
 @click.command(short_help="Write the design of a point of a front, or the best of a batch.")

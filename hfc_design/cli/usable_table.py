@@ -1,23 +1,37 @@
-"""What ``hfc design`` and ``hfc score`` say first: can it be used?"""
+"""What ``hfc design`` and ``hfc score`` say first: can it be used?
 
+And of one motion on machines of a ``--spread``: how its metrics are spread.
+"""
+
+import json
 import sys
-from collections.abc import Collection, Iterable
+import time
+from collections.abc import Collection
 from textwrap import fill
 
 import numpy as np
 
-from hfc_design.core.console import plain_table, room, show_whole
+from hfc_design.core.console import ProgressBar, room, show_rows
 from hfc_design.core.numbers import Json
-from hfc_design.core.statistics import share_interval
-from hfc_design.core.wording import percent
+from hfc_design.core.wording import percent, three_digits
+from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
-from hfc_design.simulation import why_not
-from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import TITLES, measured, merit_told
-from hfc_design.simulation.missed import missed_told, three_digits
-from hfc_design.simulation.monte_carlo import Robustness
-from hfc_design.simulation.stressed import ABOUT, HEADS, ON_THIS_MODEL, broken, rows
+from hfc_design.simulation.in_use import (
+    ON_THIS_MODEL,
+    TITLES,
+    WHY,
+    Told,
+    gain_told,
+    measured,
+    merit_told,
+    missed_told,
+    stress_table,
+    why_table,
+)
+from hfc_design.simulation.monte_carlo import Robustness, robustness
+from hfc_design.simulation.repeats import chaos_told
+from hfc_design.simulation.settling import reasons_told
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
@@ -29,13 +43,12 @@ def show_usable(found: Json | None) -> None:
     if found is None:
         print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
         return
-    print(fill(f"{QUESTION} {found['answer']}", room()))
+    _say(f"{QUESTION} {found['answer']}")
     if missed := missed_told(found.get("missed", {}), len(found["motions"])):
-        print(fill(missed, room()))
+        _say(missed)
     if own := found.get("why_not"):
-        print(f"{why_not.TITLE}:")
-        about = [why_not.ABOUT] if own["changes"] else []
-        _show_table(why_not.HEADS, why_not.rows(own), (*own["lines"], *about))
+        print(f"{WHY}:")
+        _show(why_table(own))
     if not found["usable"]:
         print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
@@ -43,14 +56,11 @@ def show_usable(found: Json | None) -> None:
         (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
     )
     command = found["units"][chatter]
-    table = plain_table()
-    table.add_column("motion", no_wrap=True)
     one, _, two = TITLES[tracking].partition(" ")  # over two columns
-    heads = ["pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
+    heads = ["motion", "pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
     for what in ("chatter", "peak"):
         heads += [f"| {what}\nmedian\n[{command}]", f"\nlargest\n[{command}]"]
-    for head in [*heads, "| at limit\nlargest\n[% time]"]:
-        table.add_column(head, justify="right")
+    rows = []
     for name, one in found["motions"].items():
         told = one["measures"]
         cells = [
@@ -60,23 +70,21 @@ def show_usable(found: Json | None) -> None:
             (100, told["limit_share"]["largest"]),
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
-        table.add_row(name + mark, *(measured(x, factor, three_digits, "-") for factor, x in cells))
-    show_whole(table)
-    if found.get("stress"):
-        own = found["stress"]
-        _show_table(HEADS, rows(own), (*broken(own), ABOUT))
-    for one in _below(found):
-        print(fill(one, room()))
+        told = (measured(x, factor, three_digits, "-") for factor, x in cells)
+        rows.append([name + mark, *told])
+    show_rows([*heads, "| at limit\nlargest\n[% time]"], rows)
+    if own := found.get("stress"):
+        _show(stress_table(own))
+    _say(*_below(found))
 
 
-def _show_table(heads: Iterable[str], each: Iterable[list[str]], lines: Iterable[str]) -> None:
-    table = plain_table()
-    for k, head in enumerate(heads):
-        table.add_column(head, justify="right" if k else "left", no_wrap=True)
-    for row in each:
-        table.add_row(*row)
+def _show(table: Told) -> None:
     if table.rows:
-        show_whole(table)
+        show_rows(table.heads, table.rows)
+    _say(*filter(None, (*table.lines, table.about)))
+
+
+def _say(*lines: str) -> None:
     for line in lines:
         print(fill(line, room()))
 
@@ -87,37 +95,6 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
     if not unsettled or "unsettled" in asked:
         return ""
     return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
-
-
-def answer(found: Robustness) -> str:
-    """The same line for one motion on the machines of ``--spread``."""
-    share, count = float(found.stable.mean()), len(found.stable)
-    low, high = share_interval(int(found.stable.sum()), count)
-    machines = (
-        f"{100 * share:.4g} % of {count} machines within +-{100 * found.spread:g} % are stable"
-    )
-    told = f"{machines} ({100 * low:.3g} to {100 * high:.3g} %)"
-    if found.usable:
-        return f"yes: {told}"
-    if not share:
-        return f"no: not one of {count} machines within +-{100 * found.spread:g} % is stable"
-    return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
-
-
-def missed_on_average(scenario: Scenario, found: Robustness) -> str:
-    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
-
-    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
-    """
-    values = found.values["fitness"][found.stable]
-    asked = isinstance(scenario.fitness, TolerancesSettings)
-    if not (asked and len(values) and np.median(values) < 1.0):
-        return ""
-    return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
-
-
-def _three(value: float | None) -> str:
-    return "without end" if value is None else three_digits(value)
 
 
 def _below(found: Json) -> list[str]:
@@ -136,7 +113,11 @@ def _below(found: Json) -> list[str]:
     else:
         lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
     if worst := (found.get("margins") or {}).get("worst"):
-        each = (f"{name} {_three(one['value'])} ({one['at']})" for name, one in worst.items())
+        sizes = {
+            name: "without end" if one["value"] is None else three_digits(one["value"])
+            for name, one in worst.items()
+        }
+        each = (f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
         lines.append(f"margins of the nominal loop: {', '.join(each)}; hfc stability tells all")
     if found["precision"] is not None:
         changes = f"numerics: merit changes by {percent(found['precision'])} in float64"
@@ -148,3 +129,94 @@ def _below(found: Json) -> list[str]:
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
         lines.append("* required on the nominal machine only")
     return lines
+
+
+def score_spread(
+    design: Design,
+    scenario: Scenario,
+    spread: float,
+    as_json: bool,
+    samples: int = 1000,
+    seed: int = 0,
+) -> Robustness:
+    """``hfc score --spread``: one design on many machines.
+
+    Raises:
+        UserError: a value is not allowed, or design and scenario do not fit.
+    """
+
+    def progress(done: int, total: int) -> None:
+        bar.show(description="simulating", completed=done, total=total)
+
+    begun = time.monotonic()
+    with ProgressBar("compiling", samples + 1, "machines") as bar:
+        found = robustness(design, scenario, spread, samples, seed, progress)
+    print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
+    own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
+    numbers = own | found.numbers()
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        print(f"{QUESTION} {_answer(found)}")
+        if missed := _missed(scenario, found):
+            print(missed)
+        _show_spread(found, numbers)
+    if not found.usable:
+        print(WARNING, file=sys.stderr)
+    return found
+
+
+def _answer(found: Robustness) -> str:
+    """The same line for one motion on the machines of ``--spread``."""
+    share, (low, high) = float(found.stable.mean()), found.interval
+    machines = f"of {len(found.stable)} machines within +-{100 * found.spread:g} %"
+    if not (found.usable or share):
+        return f"no: not one {machines} is stable"
+    told = f"{100 * share:.4g} % {machines} are stable ({100 * low:.3g} to {100 * high:.3g} %)"
+    if found.usable:
+        return f"yes: {told}"
+    return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
+
+
+def _missed(scenario: Scenario, found: Robustness) -> str:
+    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
+
+    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
+    """
+    values = found.values["fitness"][found.stable]
+    asked = isinstance(scenario.fitness, TolerancesSettings)
+    if not (asked and len(values) and np.median(values) < 1.0):
+        return ""
+    return f"targets missed, value divided by target: {1.0 / np.median(values):.3g} on average"
+
+
+def _show_spread(found: Robustness, numbers: Json) -> None:
+    """Quantiles of each metric over the machines; ``numbers`` name design and scenario too."""
+    chaotic = [key for key in found.ranges if key in numbers["metrics"]]
+    lost = f"of the others {reasons_told(found.reasons)}\n" if found.reasons else ""
+    heads = ("metric", "nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count")
+    rows = []
+    for key, values in numbers["metrics"].items():
+        nominal, *quantiles = ("-" if x is None else three_digits(x) for x in values.values())
+        rows.append([key, "chaotic" if key in chaotic else nominal, *quantiles])
+    show_rows(
+        heads,
+        rows,
+        title=f"{numbers['design']} on {numbers['scenario']}, "
+        f"parameters +-{100 * numbers['spread']:g} %",
+        title_style="",
+        caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
+        f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
+        f"{lost}quantiles of the stable ones that have the metric; merit is "
+        f"{numbers['judged_by']}\n"
+        f"{_refused(numbers['refused_draws'])}"
+        f"simulated again with shorter steps: {numbers['refined']}"
+        + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
+        caption_justify="left",
+    )
+
+
+def _refused(draws: int) -> str:
+    """What became of machines that were drawn and cannot be, a line; "" without any."""
+    told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    return told if draws else ""

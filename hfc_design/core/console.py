@@ -1,6 +1,7 @@
 """The terminal: text is shown as it is, since brackets hold units and are no markup."""
 
 import sys
+from collections.abc import Container, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from copy import copy
 from typing import Any, Self
@@ -119,6 +120,22 @@ class ProgressBar:
 def plain_table(**options: Any) -> Table:
     """A table whose columns a space separates, so that eight of them fit into 80 characters."""
     return Table(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
+
+
+def show_rows(
+    heads: Iterable[str],
+    rows: Iterable[Iterable[str | Text]],
+    kept: int = 1,
+    left: Container[int] = (0,),
+    **options: Any,
+) -> None:
+    """Print rows as ``show_whole`` does; columns hold numbers but for the ``left`` ones."""
+    table = plain_table(**options)
+    for k, head in enumerate(heads):
+        table.add_column(head, justify="left" if k in left else "right")
+    for row in rows:
+        table.add_row(*row)
+    show_whole(table, kept)
 
 
 def show_whole(table: Table, kept: int = 1) -> None:

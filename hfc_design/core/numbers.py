@@ -130,6 +130,17 @@ def finite(value: Plain) -> bool:
         return True
 
 
+def storable(value: Any) -> Any:
+    """What a file can hold of numbers, in rows and tables too: None for one that is not finite."""
+    if isinstance(value, Mapping):
+        return {key: storable(one) for key, one in value.items()}
+    if isinstance(value, tuple | list):
+        return [storable(one) for one in value]
+    if not isinstance(value, float):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
 def passed(moments: Floats, now: Floats) -> Indices:
     """How many of rising ``moments`` (n,) each of ``now`` has come to, but for its last bits."""
     return np.searchsorted(moments, now + SAME * np.abs(now), side="right")

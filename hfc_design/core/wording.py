@@ -108,6 +108,11 @@ def percent(share: float) -> str:
     return f"{100 * share:.2g} %" if not 0.0 < share < 1e-5 else "less than 0.001 %"
 
 
+def three_digits(value: float) -> str:
+    """Of a number as tables have it, up to a million without an exponent."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
+
+
 def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     """``there is a, b, c`` with what may have been meant in front."""
     names = [*known]

@@ -22,8 +22,10 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
+from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import titled
 from hfc_design.report.searches import COLOURS, LINE, colour, list_above
+from hfc_design.simulation.in_use import TITLES, Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Width of a picture with long labels [in].
@@ -32,6 +34,8 @@ COLUMNS, PANEL = 2, 1.2  # panels of distributions side by side; height of each 
 TITLE = 30  # letters of a line above such a panel
 #: Ratios of less than this, either way, count as close.
 CLOSE = 1.1
+#: Share of the machines that a panel shows: a few that run away would make the others a line.
+SHOWN = 0.99
 
 
 def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
@@ -96,12 +100,15 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     return figure
 
 
-def distributions(found: Robustness, title: str) -> Figure:
-    """Of each metric, the share of stable machines up to a value, and the nominal one's value.
+def distributions(found: Robustness | Usable, title: str) -> Figure:
+    """The share of the machines up to a value, and the nominal one's value, dashed.
 
-    The band reaches from the 5 % to the 95 % quantile. A metric that is the same on every machine
-    is left out.
+    Of each metric of the stable machines, with a band from the 5 % to the 95 % quantile; one that
+    is the same on every machine is left out. Of what can be used a row for each motion and a column
+    for each measure, with machines that do not pass among them.
     """
+    if isinstance(found, Usable):
+        return _in_motions(found, title)
     drawn = [key for key in found.values if np.unique(found.spread_of(key)).size > 1]
     rows = max(-(-len(drawn) // COLUMNS), 1)
     share = f"{100 * found.stable.mean():.4g} % stable"
@@ -114,7 +121,13 @@ def distributions(found: Robustness, title: str) -> Figure:
         rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.8, "wspace": 0.12}
     )
     for axes, key in zip(panels.flat, drawn, strict=False):
-        _machines(axes, found, key)
+        values = found.spread_of(key)
+        called, factor = titled(key, found.meanings[key], np.quantile(values, QUANTILES).tolist())
+        only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
+        low, *_, high = np.quantile(drawable(factor * values), QUANTILES)
+        axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
+        _machines(axes, factor * values, factor * found.nominal[key], 8)
+        axes.set_title(fill(plain(called) + only, TITLE), fontsize=9, parse_math=False)
     for axes in panels.flat[len(drawn) :]:
         axes.set_visible(False)
     for axes in panels[:, 0]:
@@ -126,20 +139,47 @@ def distributions(found: Robustness, title: str) -> Figure:
     return figure
 
 
-def _machines(axes: Axes, found: Robustness, key: str) -> None:
-    """A metric of the stable machines, called as in tables."""
-    values = found.spread_of(key)
-    called, factor = titled(key, found.meanings[key], np.quantile(values, QUANTILES).tolist())
-    only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
-    values = drawable(factor * values)
-    low, *_, high = np.quantile(values, QUANTILES)
-    axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
-    axes.ecdf(values, color=OWN, lw=1.6, label="machines")
-    if np.isfinite(nominal := found.nominal[key]):
+def _in_motions(found: Usable, title: str) -> Figure:
+    """A row for each motion, a column for each measure."""
+    rows, columns = len(found.motions), len(found.units)
+    share = f"{100 * found.good.mean():.4g} % pass"
+    machines = f"{len(found.good)} machines within ±{100 * found.spread:g} %: {share}"
+    heading = [*filter(None, [title]), machines, "share of them up to a value"]
+    top = 0.5 + 0.18 * len(heading)
+    height = 1.15 * rows + top + 0.65
+    figure = framed(height, top=top, left=0.8, right=0.15, bottom=0.65)
+    shape = {"hspace": 0.75, "wspace": 0.15}
+    grid = figure.subplots(rows, columns, sharey=True, squeeze=False, gridspec_kw=shape)
+    for row, motion in zip(grid, found.motions, strict=True):
+        for axes, (name, own) in zip(row, found.units.items(), strict=True):
+            values = motion.told[name][np.isfinite(motion.told[name])]
+            most = float(np.quantile(values, SHOWN)) if len(values) else 0.0
+            factor, unit = readable(own, most)
+            nominal = motion.nominal[name]
+            _machines(axes, factor * values, factor * nominal, 7)
+            most = max(most, nominal) if np.isfinite(nominal) else most
+            axes.set_xlim(0.0, float(drawable(1.05 * factor * most)) or 1.0)
+            axes.set_title(f"[{unit}]", fontsize=8, loc="right")
+        row[0].set_ylabel(
+            f"{plain(motion.name, 12)}\n{100 * motion.good.mean():.3g} % pass", fontsize=8
+        )
+    for axes, name in zip(grid[0], found.units, strict=True):
+        called = TITLES.get(name, name.replace("_", " "))
+        axes.set_title(f"{called}\n{axes.get_title('right')}", fontsize=8, loc="right")
+    figure.suptitle("\n".join(heading), fontsize=10, y=1 - 0.08 / height)
+    handles = grid[0, 0].get_legend_handles_labels()
+    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="lower center")
+    return figure
+
+
+def _machines(axes: Axes, values: Floats, nominal: float, size: float) -> None:
+    """The share of machines up to each of their values, and that of the nominal one."""
+    if len(values):
+        axes.ecdf(drawable(values), color=OWN, lw=1.6, label="machines")
+    if np.isfinite(nominal):
         told: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
-        axes.axvline(float(drawable(factor * nominal)), **told)
+        axes.axvline(float(drawable(nominal)), **told)
     gridded(axes)
-    axes.set_title(fill(plain(called) + only, TITLE), fontsize=9, parse_math=False)
-    axes.tick_params(labelsize=8)
+    axes.tick_params(labelsize=size)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
     axes.set_yticks([0.0, 0.5, 1.0])

@@ -4,7 +4,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.pictures.numbers import readable
-from hfc_design.simulation.evaluation import AxisMotion, Evaluation
+from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 #: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0

@@ -23,7 +23,7 @@ from hfc_design.pictures.figure import (
 )
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.report.searches import COLOURS, stroke
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 Evaluations = Mapping[str, Evaluation]
 #: So many panels stand one below the other.

@@ -15,7 +15,7 @@ from hfc_design.pictures.figure import above, finish, framed, plain
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.report.plots import SMALL, curves, skipped
 from hfc_design.report.searches import stroke
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 Evaluations = Mapping[str, Evaluation]
 #: Height of a line of the legend, and of the title below it [in].

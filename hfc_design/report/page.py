@@ -23,19 +23,21 @@ from hfc_design.report import REPORT, Page, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper
 from hfc_design.report.parts import (
+    Evaluations,
+    baselines,
     best_structures,
     everything,
     first_metrics,
     how_near,
+    measure,
     metric_rows,
     sections,
+    summary,
     whether_used,
 )
-from hfc_design.report.verdict import Evaluations, baselines, measure, summary
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
-from hfc_design.simulation.evaluating import evaluate, meanings
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"

@@ -12,7 +12,7 @@ from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OWN, above, finish, framed
 from hfc_design.report.contours import contour
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
-from hfc_design.simulation.evaluation import AxisMotion, Evaluation
+from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 Scale = tuple[float, str]  # factor and unit
 Curve = tuple[str, Floats, Floats | None]  # label, values, the reference of a position

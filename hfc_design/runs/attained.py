@@ -12,8 +12,7 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.beside import AttainableFile, beside
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 #: In a run folder: what ``attained`` gives.
 ATTAINABLE = "attainable.json"

@@ -11,8 +11,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import design_of, with_score
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.loop import Search
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16

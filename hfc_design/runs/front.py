@@ -17,7 +17,7 @@ from hfc_design.objectives.traded import Traded
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.fronts import dominated, knee, scaled
 from hfc_design.search.loop import Search
-from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.in_use import ENOUGH
 from plants import in_a_name
 
 FRONT = "front.csv"

@@ -12,7 +12,7 @@ from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 
 def genome_of(scenario: Scenario) -> Genome:

@@ -11,9 +11,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.front import Front
 from hfc_design.search.loop import Search
-from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.in_use import Usable
-from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES
+from hfc_design.simulation.evaluating import Evaluation
+from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Usable
 from hfc_design.simulation.usable import usable
 
 #: In the score of a design that a later lap has found: which.

@@ -19,8 +19,7 @@ from hfc_design.runs.polish_task import PolishTask
 from hfc_design.runs.stored import SPARE, belongs
 from hfc_design.search.by_numbers import coordinates
 from hfc_design.search.polish import Polished, polish
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 CHECKPOINT = "polish.npz"
 #: Seconds between checkpoints.

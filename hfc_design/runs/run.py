@@ -28,8 +28,7 @@ from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"

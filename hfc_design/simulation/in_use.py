@@ -1,22 +1,38 @@
-"""What can be said about using a design: in each motion, in a line, as plain numbers."""
+"""What can be said about using a design: in each motion, under stress, in a line, as plain numbers.
 
-from collections.abc import Callable, Mapping
+Pages, terminal and READMEs are made from ``Usable.numbers``; what they say of it stands below it.
+What is measured for it and what is read from that stand last, together, because both go by the
+places of the values.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Json, Mask
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
-from hfc_design.simulation.missed import missed, missed_told
-from hfc_design.simulation.monte_carlo import ENOUGH
-from hfc_design.simulation.one_motion import InMotion, plain
+from hfc_design.core.wording import three_digits
+from hfc_design.files.design import Design
+from hfc_design.files.doubts import LEAST_SAMPLES
+from hfc_design.files.pairing import controller_of
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.constraints import Constraint, constraints_on
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
+from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.repeats import Repeats, chaos_told
-from hfc_design.simulation.settling import several
-from hfc_design.simulation.stressed import NO, ON_THIS_MODEL, YES, Stressed, breaking
+from hfc_design.simulation.settling import STABILITY, counted, faults
 from hfc_design.stability.report import LoopMargins
+from plants import in_a_name
 
+#: How an answer begins, the best first.
+YES, ON_THIS_MODEL, NO = "yes", "on this model only", "no"
+#: A design whose machines are not all right in this share at least is not called usable.
+ENOUGH = 0.99
 #: What motions that never rest may not show.
 UNSTABLE = (
     "the loop is unstable at rest or at speed (see hfc stability; a motion that holds that would "
@@ -28,9 +44,80 @@ TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
+#: What stands below ``stress_table`` and ``why_table``.
+STRESS_ABOUT = (
+    "stress: one at a time on machines that hold without it, in all motions required of them; "
+    "merit: of the median machine, times that without it"
+)
+WHY = "What would give a yes, each alone"
+WHY_ABOUT = (
+    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
+    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
+    "machines lie within; stress has to hold then, too"
+)
+#: Factors on the whole command that are tried at once, the largest of them, and the smallest.
+TRIED, LARGEST_TRIED = 32, 16.0
+SMALLEST_TRIED = LARGEST_TRIED ** (1.0 / TRIED - 1.0)
 NOTHING: Mapping[str, float] = MappingProxyType({})
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9
+
+
+class InMotion(NamedTuple):
+    """What many machines do in one motion; the nominal one is not among them."""
+
+    name: str
+    good: Mask  # (machines,) stable, and within every constraint
+    reasons: dict[str, int]  # why some are not -> how many
+    told: dict[str, Floats]  # measure -> (machines,)
+    nominal: dict[str, float]
+    nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
+    bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
+    tolerances: dict[str, tuple[float, Floats]]  # the same of what the scenario's fitness tolerates
+    everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
+
+    def numbers(self) -> Json:
+        """As plain data; None where there is no number."""
+        each = self.told.items()
+        bounds, tolerances = (
+            {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in own.items()}
+            for own in (self.bounds, self.tolerances)
+        )
+        return {
+            "share": float(self.good.mean()),
+            "reasons": self.reasons,
+            "nominal": list(self.nominal_reasons),
+            "asked_of": "all" if self.everywhere else "nominal",
+            "measures": {name: _numbers(self.nominal[name], column) for name, column in each},
+            "constraints": bounds,
+            "tolerances": tolerances,
+        }
+
+
+def _numbers(nominal: float, values: Floats) -> Json:
+    finite = values[np.isfinite(values)]
+    quantiles = np.quantile(finite, [0.5, 0.95, 1.0]).tolist() if len(finite) else [None] * 3
+    names = ("nominal", "median", "q95", "largest")
+    return dict(zip(names, (storable(nominal), *quantiles), strict=True))
+
+
+class Stressed(NamedTuple):
+    """One stress on some machines, in all motions."""
+
+    name: str  # in words, with its whole size
+    holds: bool
+    share: float  # of the machines that hold without it
+    merit: float  # of the median machine, times that without it; 0: it fails
+    #: Where it breaks: the least size that was tried and does, as a share of the whole and in
+    #: words, and what happens then. Nothing of one that holds.
+    part: float = 1.0
+    breaks: str = ""
+    why: str = ""
+    held: str = ""  # the largest part before that which was tried, in words
+
+    def numbers(self) -> Json:
+        """As plain data."""
+        return storable(self._asdict())
 
 
 class Usable(NamedTuple):
@@ -126,26 +213,20 @@ class Usable(NamedTuple):
     def answer(self) -> str:
         """Yes, on this model only, or no, and why, in a line."""
         share, count = float(self.good.mean()), len(self.good)
-        machines = f"{_percent(share)} of {count} unseen machines within +-{100 * self.spread:g} %"
-        passes = "pass every motion" if len(self.motions) > 1 else "pass"
-        passes += " required of them" if len(self._everywhere) < len(self.motions) else ""
+        passing = f"{100 * share:.4g} % of {count} unseen machines within +-{100 * self.spread:g} %"
+        passing += " pass every motion" if len(self.motions) > 1 else " pass"
+        passing += " required of them" if len(self._everywhere) < len(self.motions) else ""
         if self.verdict != NO:
-            broken = breaking(self.stress)
-            return f"{self.verdict}: {machines} {passes}" + (broken and f"; {broken}")
-        if self.loop_stable is False and not self._nominal:
-            return f"no: {UNSTABLE}; {machines} {passes}"
-        if why := self._nominal:
-            return f"no: the nominal machine {why}; {machines} {passes}"
-        if short := self.short_of:
-            return f"no: {', '.join(short)}; {machines} {passes}"
+            broken = breaking([one.numbers() for one in self.stress])
+            return f"{self.verdict}: {passing}" + (broken and f"; {broken}")
+        why = self._nominal and f"the nominal machine {self._nominal}"
+        why = why or (UNSTABLE if self.loop_stable is False else ", ".join(self.short_of))
+        if why:
+            return f"no: {why}; {passing}"
         worst = min(self._everywhere, key=lambda one: float(one.good.mean()))
-        reason = max(worst.reasons, key=lambda why: worst.reasons[why])
-        lost = f"{worst.reasons[reason]} {several(reason)}"
-        if worst.reasons[reason] == 1:
-            lost = f"1 {reason}"
-        if not share:
-            return f"no: none of {count} unseen machines passes; {lost} in {worst.name}"
-        return f"no: only {machines} {passes}; {lost} in {worst.name}"
+        reason, many = max(worst.reasons.items(), key=lambda item: item[1])
+        told = f"only {passing}" if share else f"none of {count} unseen machines passes"
+        return f"no: {told}; {counted(many, reason)} in {worst.name}"
 
     def numbers(self) -> Json:
         """Everything as plain data; None where there is no number."""
@@ -162,10 +243,10 @@ class Usable(NamedTuple):
             "interval": [low, high],
             "loop_stable": self.loop_stable,
             "margins": self.margins and self.margins.numbers(),
-            "gain": None if self.gain is None else [*self.gain],
-            "precision": plain(self.precision),
-            "substeps": None if self.substeps is None else plain(self.substeps),
-            "merit": plain(float(self.repeats.values[0])),
+            "gain": self.gain and [*self.gain],
+            "precision": storable(self.precision),
+            "substeps": storable(self.substeps),
+            "merit": storable(float(self.repeats.values[0])),
             "repeats": self.repeats.numbers(),
             "chaotic": self.repeats.chaotic,
             "why_not": self.why_not,
@@ -190,5 +271,176 @@ def merit_told(found: Json) -> str:
     return chaos_told("merit", found["repeats"]) if found.get("chaotic") else ""
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.4g} %"
+def gain_told(gain: tuple[float, float]) -> str:
+    """Factors on the command between which a machine passes; beyond the ends none was tried."""
+    low, high = (f"{factor:.3g}" for factor in gain)
+    low = f"at most {low}" if gain[0] <= SMALLEST_TRIED * (1.0 + 1e-9) else low
+    high = f"at least {high}" if gain[1] >= LARGEST_TRIED * (1.0 - 1e-9) else high
+    return f"with the command multiplied by {low} to {high}"
+
+
+def missed(motions: Json) -> Json:
+    """Measure -> ``times`` its tolerance, more than once, and the ``motion`` where it is most.
+
+    ``motions`` are those of ``Usable.numbers``. It is of the median machine, in a motion that is
+    asked of the nominal one alone of that.
+    """
+    found: Json = {}
+    for motion, one in motions.items():
+        which = "nominal" if one["asked_of"] == "nominal" else "median"
+        for name, told in one["tolerances"].items():
+            times = (told[which] or 0.0) / told["allowed"]  # None: nothing finite, which is no yes
+            if times > found.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
+                found[name] = {"times": times, "motion": motion}
+    return found
+
+
+def missed_told(found: Json, motions: int = 2) -> str:
+    """The same as a line, "" where nothing is missed; of a single motion without its name."""
+    told = [
+        f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
+        for name, one in found.items()
+    ]
+    worst = " in the worst motion" if motions > 1 else ""
+    return f"targets missed, value divided by target{worst}: {', '.join(told)}" if told else ""
+
+
+class Told(NamedTuple):
+    """A table of what is beside an answer, as a terminal and a page have it."""
+
+    heads: tuple[str, ...]
+    rows: list[list[str]]
+    lines: list[str]  # below it
+    about: str  # what its columns are; "" without rows
+
+
+def why_table(found: Json) -> Told:
+    """Of ``why_not``: a row for each change."""
+    heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
+    keys = ("key", "now", "needed", "lost")
+    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
+    rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
+    return Told(heads, rows, found["lines"], WHY_ABOUT if rows else "")
+
+
+def stress_table(found: Sequence[Json]) -> Told:
+    """A row for each stress, a line for each that breaks the design, the first first."""
+    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in found)
+    rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
+    held = ((told, f"; it holds with {part}" if part else "") for told, part in _broken(found))
+    lines = [f"breaks: {told}{part}" for told, part in held]
+    return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
+
+
+def breaking(found: Iterable[Json]) -> str:
+    """What breaks a design at the smallest part of its size, how many others do; "": nothing."""
+    first, *more = [told for told, _ in _broken(found)] or [""]
+    others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
+    return first + (others if more else "")
+
+
+def _broken(found: Iterable[Json]) -> list[tuple[str, str]]:
+    """With what the design breaks and how, and the largest part before that it holds."""
+    each = sorted((one for one in found if not one["holds"]), key=lambda one: float(one["part"]))
+    return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
+
+
+def loop_in_use(
+    design: Design, scenario: Scenario, later: float | None = None
+) -> tuple[Loop, Gains]:
+    """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
+    controller, gains = controller_of(design, scenario)
+    loop = closed_loop(scenario, controller, later)
+    own = tuple(one.measure for group in _measured(scenario) for one in group)
+    return loop._replace(judge=loop.judge._replace(measured=own)), gains
+
+
+def _measured(scenario: Scenario) -> list[list[Constraint]]:
+    """Tolerances, constraints, what is told, and ``STABILITY``: the order of the values."""
+    bounds = list(constraints_on(scenario.constraints, scenario.units))
+    free = ([Constraint(one, np.inf) for one in some] for some in (_told(scenario), STABILITY))
+    return [_tolerances(scenario), bounds, *free]
+
+
+def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
+    """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
+    values, groups = np.asarray(judged.values), _measured(scenario)
+    columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
+    return [{one.measure.name: (one, next(columns)) for one in group} for group in groups]
+
+
+def units(scenario: Scenario) -> dict[str, str]:
+    """In which each measure is told."""
+    return {one.name: _unit(one, scenario) for one in _told(scenario)}
+
+
+def _told(scenario: Scenario) -> tuple[Measure, ...]:
+    tracking = "estimated_rms_contour_error" if scenario.follows_path else "settled_rms_error"
+    return tuple(MEASURES[name] for name in (tracking, "chatter", "peak_command"))
+
+
+def _unit(one: Measure, scenario: Scenario) -> str:
+    return scenario.units.signals.get(one.unit, one.unit)
+
+
+def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
+    """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
+    failed = np.asarray(judged.failed)
+    found = faults(np.asarray(judged.values), failed, scenario.each_motion())
+    for name, (bound, values) in bounds_of(scenario, judged).items():
+        found[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
+    return found
+
+
+def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
+    """Constraint -> itself, and (individuals, motions) what is measured."""
+    return _values(scenario, judged)[1]
+
+
+def _tolerances(scenario: Scenario) -> list[Constraint]:
+    """What the scenario's fitness tolerates of single measures; nothing of another fitness."""
+    own = scenario.fitness.on(scenario.units)
+    if not isinstance(own, TolerancesSettings):
+        return []
+    return [Constraint(one, most) for one, most, _ in tolerated(own)]
+
+
+def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
+    """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
+    found = {}
+    for one, _ in _tolerances(scenario):
+        unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))
+        key = one.name if unit == "1" else f"{one.name}_{in_a_name(unit)}"
+        found[key] = one, f"{one.meaning} [{unit}]"
+    return found
+
+
+def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
+    """What the machines do in motion ``k``; the nominal one is the first that was judged."""
+    reasons = {why: mask[:, k] for why, mask in not_kept(scenario, judged).items()}
+    tolerances, bounds, told, last = (
+        {name: (own.most, values[:, k]) for name, (own, values) in part.items()}
+        for part in _values(scenario, judged)
+    )
+    over = {}
+    for name, (bound, _) in bounds_of(scenario, judged).items():
+        most, values = bounds[name]
+        unit = _unit(bound.measure, scenario)
+        over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {most:.3g})"
+    bad = np.logical_or.reduce([*reasons.values()])
+    why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]
+    if (steps := motion.simulation.steps) < LEAST_SAMPLES:
+        needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
+        why_not.append(f"cannot be told to settle ({needed})")
+    told["limit_share"] = last["limit_share"]
+    return InMotion(
+        motion.name.rpartition(".")[2] if scenario.motions else motion.name,
+        ~bad[1:],
+        {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},
+        {name: column[1:] for name, (_, column) in told.items()},
+        {name: float(column[0]) for name, (_, column) in told.items()},
+        tuple(why_not),
+        bounds,
+        tolerances,
+        not scenario.nominal_only[k],
+    )

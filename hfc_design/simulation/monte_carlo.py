@@ -1,17 +1,17 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from hfc_design.core.arguments import share, wanted, whole
-from hfc_design.core.numbers import SAME, Floats, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
-from hfc_design.core.statistics import share_interval
+from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
@@ -20,10 +20,9 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.evaluating import evaluate, evaluations, meanings
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
+from hfc_design.simulation.in_use import ENOUGH, tolerated_metrics
 from hfc_design.simulation.machines import NONE, drawn
-from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import STABILITY, faults, measuring
 
@@ -37,8 +36,6 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
-#: A design whose machines are not all right in this share at least is not called usable.
-ENOUGH = 0.99
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -75,6 +72,11 @@ class Robustness(NamedTuple):
         """Whether the nominal machine is stable, and nearly all of the others are."""
         return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
+    @property
+    def interval(self) -> Interval:
+        """Where the share of stable machines lies among all that there could be."""
+        return share_interval(int(self.stable.sum()), len(self.stable))
+
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
         found = self.values[key][self.stable]
@@ -91,14 +93,13 @@ class Robustness(NamedTuple):
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
             found = {"nominal": nominal, **{f"q{100 * q:02.0f}": value for q, value in quantiles}}
-            plain = {name: value if np.isfinite(value) else None for name, value in found.items()}
-            metrics[key] = {**plain, "count": len(self.spread_of(key))}
+            metrics[key] = storable(found) | {"count": len(self.spread_of(key))}
         return {
             "spread": self.spread,
             "samples": len(self.stable),
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
-            "stable_interval": [*share_interval(int(self.stable.sum()), len(self.stable))],
+            "stable_interval": [*self.interval],
             "nominal_stable": self.nominal_stable,
             "reasons": self.reasons,
             "nominal_reasons": list(self.nominal_reasons),
@@ -138,20 +139,20 @@ def robustness(
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
-    found = list(_motions(design, scenario, machines, progress, min(CHUNK, machines.size)))
-    refined = sum(one.diverged for one, _ in found)
-    for where in finer(scenario):
-        again = np.flatnonzero([one.diverged for one, _ in found])
-        if not len(again):
+    found: dict[int, tuple[Evaluation, Judged]] = {}
+    waiting, at_once, refined = np.arange(machines.size), min(CHUNK, machines.size), 0
+    for where in chain([scenario], finer(scenario)):
+
+        def more(done: int, total: int, before: int = len(found)) -> None:
+            progress(before + done, before + total)
+
+        motions = _motions(design, where, machines.take(waiting), more, at_once)
+        found |= zip(waiting.tolist(), motions, strict=True)
+        waiting, at_once = np.flatnonzero([one.diverged for one, _ in found.values()]), FEW
+        if not len(waiting):
             break
-
-        def more(done: int, total: int) -> None:
-            progress(len(found) + done, len(found) + total)
-
-        motions = _motions(design, where, machines.take(again), more, FEW)
-        for k, one in zip(again, motions, strict=True):
-            found[k] = one
-    evaluations, judged = zip(*found, strict=True)
+        refined = refined or len(waiting)
+    evaluations, judged = zip(*found.values(), strict=True)
     measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
     lost = failed | np.array([[one.diverged] for one in evaluations])
     why = {told: mask[:, 0] for told, mask in faults(measured, lost, [scenario]).items()}
@@ -206,15 +207,12 @@ def _motions(
         judged = population.scores(measured, some, [samples], one, np.float64)
         (each,) = evaluations([scenario], loop, some, gains)
         for k, found in enumerate(islice(each, count - start), start):
-            kept = found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found)
+            kept = found._replace(time=np.empty(0), axes=(), contour=None)
+            if k == 0:  # with copies: as it comes, it is a part of that of all that step together
+                own = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in found.axes)
+                kept = found._replace(axes=tuple(own))
             yield kept, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)
-
-
-def _own(evaluation: Evaluation) -> Evaluation:
-    """With a motion of its own: as it comes, it is a part of that of all that step together."""
-    axes = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes)
-    return evaluation._replace(axes=tuple(axes))
 
 
 def check_draw(

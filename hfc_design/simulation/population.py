@@ -182,8 +182,9 @@ def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
 def trajectory(
     loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
 ) -> tuple[Judged, Motions]:
-    """As ``trajectories`` of one motion."""
-    return trajectories(loop, machines, [samples], gains, recorded)[0]
+    """As ``trajectories`` of one motion, without memories."""
+    judged, moved, _ = trajectories(loop, machines, [samples], gains, recorded)[0]
+    return judged, moved
 
 
 def trajectories(
@@ -192,23 +193,8 @@ def trajectories(
     motions: Sequence[Samples],
     gains: Gains,
     recorded: int | None = None,
-) -> list[tuple[Judged, Motions]]:
-    """Of each motion what the judge says, and how every axis and individual moves.
-
-    See ``motions_and_memories``.
-    """
-    found = motions_and_memories(loop, machines, motions, gains, recorded)
-    return [(judged, moved) for judged, moved, _ in found]
-
-
-def motions_and_memories(
-    loop: Loop,
-    machines: Machines,
-    motions: Sequence[Samples],
-    gains: Gains,
-    recorded: int | None = None,
 ) -> list[tuple[Judged, Motions, Memory]]:
-    """As ``trajectories``, and what each controller remembers in the end.
+    """Of each motion what the judge says, how all move, and what controllers remember in the end.
 
     In float64 as numpy; all on the only one of ``machines``, or each on a machine of its own. With
     ``recorded`` all are judged, and the motions are those of the first so many. One program
@@ -247,7 +233,7 @@ def largest_signals(
     drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
     fixed = drive.coefficients(machines.told[0])
     each = trajectories(loop, nominal, motions, gains)
-    for samples, (_, moved) in zip(motions, each, strict=True):
+    for samples, (_, moved, _) in zip(motions, each, strict=True):
         own = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
         seen = axis_signals(drive, fixed, drive.measured(fixed, own.state), samples.axes[0])
         for name, values in seen.items():

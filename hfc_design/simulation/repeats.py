@@ -11,7 +11,8 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller, Stepped, View
-from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp
+from hfc_design.core.numbers import Floats, Gains, Json, Memory, Scalar, Xp, storable
+from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation.closed_loop import Loop
 
@@ -84,8 +85,7 @@ class Repeats(NamedTuple):
         # Not interpolated: between one that failed and one that did not there is nothing.
         median = float(np.quantile(self.values, 0.5, method="lower"))
         ends = {"lowest": self.lowest, "median": median, "highest": self.highest}
-        plain = {key: x if np.isfinite(x) else None for key, x in ends.items()}
-        return {**plain, "count": len(self.values)}
+        return storable(ends) | {"count": len(self.values)}
 
 
 #: Of an evaluation: of its fitness and its merit.
@@ -95,7 +95,9 @@ Each = Mapping[str, Repeats]
 def repeats_of(judged: Judged) -> dict[str, Repeats]:
     """Of individuals that differ by ``FACTORS``, (FACTORS,) each."""
     values = {"fitness": np.asarray(judged.values)[:, 0], "merit": np.asarray(judged.merit)}
-    return {key: Repeats(_sound(x, np.asarray(judged.failed))) for key, x in values.items()}
+    failed = np.asarray(judged.failed)
+    each = {key: np.where(failed | ~np.isfinite(x), -np.inf, x) for key, x in values.items()}
+    return {key: Repeats(x) for key, x in each.items()}
 
 
 def together(each: Sequence[Each], weights: Floats) -> dict[str, Repeats]:
@@ -115,8 +117,10 @@ def averaged(merits: Floats, weights: Floats) -> Floats:
     return np.where(worst > 0.0, found, np.where(worst == -np.inf, -np.inf, 0.0))
 
 
-def _sound(values: Floats, failed: Mask) -> Floats:
-    return np.where(failed | ~np.isfinite(values), -np.inf, values)
+def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
+    """(n,) of (n, motions) of a scenario, by its weights."""
+    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
+    return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
 
 
 def range_told(found: Json) -> str:

@@ -72,13 +72,14 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
 def reasons_told(reasons: Mapping[str, int]) -> str:
     """How many machines there are for each reason, the most frequent first; "" of none."""
     found = sorted(reasons.items(), key=lambda item: -item[1])
-    return ", ".join(f"{count} {why if count == 1 else several(why)}" for why, count in found)
+    return ", ".join(counted(count, why) for why, count in found)
 
 
-def several(reason: str) -> str:
-    """What one machine does, as several do it."""
+def counted(count: int, reason: str) -> str:
+    """So many machines that do what one does for a ``reason``."""
     verb, blank, rest = reason.partition(" ")
-    return ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
+    several = ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
+    return f"{count} {reason if count == 1 else several}"
 
 
 def _largest_reference(motion: Scenario) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import three_digits
 from hfc_design.files.machine import Axis
 from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
@@ -24,11 +25,10 @@ from hfc_design.objectives.measures import in_units
 from hfc_design.objectives.metrics import late_samples
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.missed import three_digits
+from hfc_design.simulation.in_use import Stressed
 from hfc_design.simulation.population import Machines, standing
-from hfc_design.simulation.repeats import averaged
+from hfc_design.simulation.repeats import of_all_motions
 from hfc_design.simulation.settling import faults
-from hfc_design.simulation.stressed import Stressed
 from hfc_design.stability.nominal import nominal
 from plants.around import plain
 
@@ -41,8 +41,13 @@ HELD = 0.1
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
-#: What a size does: around every axis, by a factor on friction, to the samples of a motion.
-Applied = tuple[dict[str, Any], float, Callable[[Samples], Samples] | None]
+
+class Applied(NamedTuple):
+    """What a size does."""
+
+    around: dict[str, Any] = {}  # fields of what stands around every axis
+    friction: float = 1.0  # factor
+    samples: Callable[[Samples], Samples] | None = None  # of a motion
 
 
 class Case(NamedTuple):
@@ -76,86 +81,63 @@ def stressed(
     ``loop`` has room around its drives, ``found`` (machines, motions) is what the ``machines`` do
     without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
     """
-    own = scenario.stress
-    count = min(own.machines, machines.size)
+    count = min(scenario.stress.machines, machines.size)
     some = machines.take(np.arange(count))
     without = Judged(*(part[:count] for part in found))
-    each = _asked(scenario, crossover)
+    each = [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
-    whole = [_held(scenario, without, one) for one in judged]
-    broken = [k for k, (held, _) in enumerate(whole) if not _enough(held, own.share)]
+    holding = _holding(scenario, without)
+    broken = [k for k, one in enumerate(judged) if not _enough(scenario, holding(one)[0])]
     tried = [(each[k], float(part)) for k in broken for part in PARTS]
-    less = _judged(scenario, loop, some, gains, tried)
-    parts = {k: less[n * len(PARTS) : (n + 1) * len(PARTS)] for n, k in enumerate(broken)}
+    less = iter(_judged(scenario, loop, some, gains, tried))
     told = []
-    for k, (case, one) in enumerate(zip(each, judged, strict=True)):
-        held, _ = whole[k]
-        row = Stressed(
-            case.told(1.0),
-            k not in parts,
-            float(held.mean()) if len(held) else 1.0,
-            _worth(scenario, one) / _worth(scenario, without) if k not in parts else 0.0,
-        )
-        told.append(
-            row if k not in parts else _breaking(scenario, without, row, case, parts[k], one)
-        )
+    for k, (case, whole) in enumerate(zip(each, judged, strict=True)):
+        held, _ = holding(whole)
+        worth = 0.0 if k in broken else _worth(scenario, whole) / _worth(scenario, without)
+        share = float(held.mean()) if len(held) else 1.0
+        row = Stressed(case.told(1.0), k not in broken, share, worth)
+        parts = [(part, next(less)) for part in PARTS] if k in broken else []
+        for part, one in (*parts, (1.0, whole)):
+            held, why = holding(one)
+            if not _enough(scenario, held):
+                row = row._replace(part=float(part), breaks=case.told(float(part)), why=why)
+                break
+            if parts:
+                row = row._replace(held=case.told(float(part)))
+        told.append(row)
     return tuple(told)
 
 
-def _asked(scenario: Scenario, crossover: float | None) -> list[Case]:
-    """Those with a size."""
-    return [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
-
-
-def _breaking(
-    scenario: Scenario,
-    without: Judged,
-    row: Stressed,
-    case: Case,
-    parts: Sequence[Judged],
-    whole: Judged,
-) -> Stressed:
-    """With the least part that breaks the design."""
-    before = ""
-    for part, one in zip((*PARTS, 1.0), (*parts, whole), strict=True):
-        held, why = _held(scenario, without, one)
-        told = case.told(float(part))
-        if not _enough(held, scenario.stress.share):
-            return row._replace(part=float(part), breaks=told, why=why, held=before)
-        before = told
-    return row
-
-
-def _enough(held: Mask, share: float) -> bool:
+def _enough(scenario: Scenario, held: Mask) -> bool:
     """Whether the nominal machine holds, the first, and so many of the others."""
-    return bool(not len(held) or (held[0] and held.mean() >= share))
+    return bool(not len(held) or (held[0] and held.mean() >= scenario.stress.share))
 
 
-def _held(scenario: Scenario, without: Judged, found: Judged) -> tuple[Mask, str]:
+def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
     """Of the machines that hold without stress which hold, and what most others do and where."""
-    motions = scenario.each_motion()
+    motions, asked = scenario.each_motion(), ~np.array(scenario.nominal_only)
 
     def lost(one: Judged) -> dict[str, Mask]:
         values = np.concatenate([without.values[:1], one.values])
         failed = np.concatenate([without.failed[:1], one.failed])
-        masks = faults(values, failed, motions)
-        asked = ~np.array(scenario.nominal_only)
-        return {why: mask[1:] & asked for why, mask in masks.items()}
+        return {why: mask[1:] & asked for why, mask in faults(values, failed, motions).items()}
 
-    held = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
-    reasons = {why: mask[held] for why, mask in lost(found).items()}
-    holds = ~np.logical_or.reduce([*reasons.values()]).any(axis=1)
-    why = max(reasons, key=lambda name: reasons[name].any(axis=1).sum())
-    where = int(reasons[why].sum(axis=0).argmax())
-    name = f" in {scenario.motions[where].name}" if scenario.motions else ""
-    return holds, why + name
+    before = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
+
+    def holding(found: Judged) -> tuple[Mask, str]:
+        reasons = {why: mask[before] for why, mask in lost(found).items()}
+        holds = ~np.logical_or.reduce([*reasons.values()]).any(axis=1)
+        why = max(reasons, key=lambda name: reasons[name].any(axis=1).sum())
+        where = int(reasons[why].sum(axis=0).argmax())
+        return holds, why + (f" in {scenario.motions[where].name}" if scenario.motions else "")
+
+    return holding
 
 
 def _worth(scenario: Scenario, found: Judged) -> float:
     """Merit of the median machine, all motions together."""
-    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
     merits = np.where(found.failed, -np.inf, found.merit)
-    return float(np.median(averaged(merits, weights)))
+    return float(np.median(of_all_motions(scenario, merits)))
 
 
 def longest(scenario: Scenario) -> int:
@@ -173,22 +155,19 @@ def _judged(
 ) -> list[Judged]:
     """(machines, motions) of each part of a stress; those of the same motions together."""
     plainly = [motion.samples() for motion in scenario.each_motion()]
-    steps = longest(scenario)
     found: dict[int, Judged] = {}
-    alike: list[Any] = []
-    apart: list[Any] = []
+    groups: dict[int, list[tuple[int, Machines, Applied]]] = {}
     for k, (case, part) in enumerate(tried):
-        changes, friction, other = case.applied(case.of(part))
-        one = standing(_rubbing(scenario, machines, friction), scenario, loop, changes)
-        (apart if other else alike).append((k, one, other))
-    groups = [(alike, plainly)] if alike else []
-    groups += [([own], [*map(own[2], plainly)]) for own in apart]
-    for group, motions in groups:
-        every = [one.true for _, one, _ in group]
-        true = jax.tree.map(lambda *leaves: np.concatenate(leaves), *every)
-        many = Machines(machines.told, true)
-        dtype = scenario.run.precision
-        judged = population.scores(loop, many, motions, gains, dtype, AT_ONCE, steps)
+        own = case.applied(case.of(part))
+        one = standing(_rubbing(scenario, machines, own.friction), scenario, loop, own.around)
+        groups.setdefault(k if own.samples else -1, []).append((k, one, own))
+    for group in groups.values():
+        change = group[0][2].samples
+        motions = [*map(change, plainly)] if change else plainly
+        true = jax.tree.map(lambda *x: np.concatenate(x), *(one.true for _, one, _ in group))
+        many, dtype = Machines(machines.told, true), scenario.run.precision
+        about = (gains, dtype, AT_ONCE, longest(scenario))
+        judged = population.scores(loop, many, motions, *about)
         for n, (k, *_) in enumerate(group):
             here = slice(n * machines.size, (n + 1) * machines.size)
             found[k] = Judged(*(np.array(part[0, here]) for part in judged))
@@ -220,36 +199,29 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         x.noise or any(y.noise for y in x.readings.values()) for x in sensors
     )
     rubbing = any(friction_of(axis.drive) for axis in axes)
-    more = partial(_around, "delay_samples")
-    yield Case("a delay {} samples longer", own.delay_samples * ("delay_samples" not in also), more)
-    slower = partial(_around, "lag_s", scale=every)
-    yield Case("a current loop {} samples slower", own.lag_samples, slower)
-    louder = partial(_around, "noise")
-    yield Case("{} times the noise", own.noise if noisy else 1.0, louder, factor=True)
+    later = own.delay_samples * ("delay_samples" not in also)
+    yield Case("a delay {} samples longer", later, _around("delay_samples"))
+    yield Case("a current loop {} samples slower", own.lag_samples, _around("lag_s", every))
+    yield Case("{} times the noise", own.noise if noisy else 1.0, _around("noise"), factor=True)
     for size in (own.friction, 1.0 / own.friction):
-        words, all_of_it = "{} times the friction", size if rubbing else 1.0
-        yield Case(words, all_of_it, _rubbed, factor=True)
+        rubbed = partial(Applied, {})
+        yield Case("{} times the friction", size if rubbing else 1.0, rubbed, factor=True)
     yield from _modes(scenario, crossover)
-    gap = partial(_around, "backlash", scale=steps)
-    yield Case("a gap of {} encoder steps", own.backlash_steps * steps.any(), gap)
-    words = "samples up to {} % early or late"
-    yield Case(words, own.jitter, partial(_around, "jitter"), 100.0)
+    gap = own.backlash_steps * steps.any()
+    yield Case("a gap of {} encoder steps", gap, _around("backlash", steps))
+    yield Case("samples up to {} % early or late", own.jitter, _around("jitter"), 100.0)
     yield from _loads(scenario, "load" not in also)
-    begun = partial(_other, partial(_started, scenario))
+    begun = _other(partial(_started, scenario))
     yield Case("a start {} % of the way off", own.start, begun, 100.0)
-    yield Case("{} s at rest behind the motion", own.rest_s, partial(_other, _resting))
+    yield Case("{} s at rest behind the motion", own.rest_s, _other(_resting))
 
 
-def _around(key: str, size: float, scale: Any = 1.0) -> Applied:
-    return {key: size * scale}, 1.0, None
+def _around(key: str, scale: Any = 1.0) -> Callable[[float], Applied]:
+    return lambda size: Applied({key: size * scale})
 
 
-def _rubbed(size: float) -> Applied:
-    return {}, size, None
-
-
-def _other(change: Callable[..., Samples], size: float) -> Applied:
-    return {}, 1.0, partial(change, size=size)
+def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
+    return lambda size: Applied(samples=partial(change, size=size))
 
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
@@ -257,8 +229,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     own, highest = scenario.stress, 0.25 / scenario.simulation.sample_time_s
 
     def mode(hz: float, share: Callable[[float], float], size: float) -> Applied:
-        found = {"mode_hz": hz, "mode_damping": own.mode_damping, "mode_share": share(size)}
-        return found, 1.0, None
+        return Applied({"mode_hz": hz, "mode_damping": own.mode_damping, "mode_share": share(size)})
 
     def frequencies(lowest: float | None) -> list[float]:
         found = lowest is not None and lowest < highest
@@ -280,15 +251,18 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     """No load, one either way, a step of one."""
     motions = [motion.samples() for motion in scenario.each_motion()]
     loaded = any(np.any(axis.loads) for one in motions for axis in one.axes)
-    without = partial(_other, _loaded)
-    yield Case("{} % less of the load", float(loaded), without, 100.0)
+
+    def less(samples: Samples, size: float) -> Samples:
+        return _pushed(samples, lambda loads, k: (1.0 - size) * loads)
+
+    yield Case("{} % less of the load", float(loaded), _other(less), 100.0)
     sizes = np.array(loads(scenario))
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
     words = f"a load of {{}} {unit} more"
     for sign in (1.0, -1.0) if constant else ():
-        yield Case(words, sign * largest, partial(_around, "load", scale=shares))
-    step = partial(_other, partial(_stepped, shares=shares.tolist()))
+        yield Case(words, sign * largest, _around("load", shares))
+    step = _other(partial(_stepped, shares=shares.tolist()))
     yield Case(f"a load step of {{}} {unit}", largest, step)
 
 
@@ -311,11 +285,6 @@ def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
     except UserError:  # it cannot be linearised
         return 0.0
     return HELD * most / abs(model.load.command) if np.isfinite(most) else 0.0
-
-
-def _loaded(samples: Samples, size: float) -> Samples:
-    """With a share of the load less."""
-    return _pushed(samples, lambda loads, k: (1.0 - size) * loads)
 
 
 def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:

@@ -5,7 +5,8 @@ the nominal machine with its whole command times many factors, in float64; the n
 four times the substeps.
 """
 
-from functools import partial
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,28 +15,30 @@ from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import (
-    controller_of,
-    load_design,
-    machine,
-    with_converter,
-)
+from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.gain_range import gain_range
-from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.in_use import (
+    LARGEST_TRIED,
+    NO,
+    TRIED,
+    Usable,
+    in_motion,
+    loop_in_use,
+    not_kept,
+    units,
+)
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
-from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
 from hfc_design.simulation.monte_carlo import FEW, check_draw
 from hfc_design.simulation.population import Machines, standing
-from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
+from hfc_design.simulation.repeats import FACTORS, Repeats, louder, of_all_motions
 from hfc_design.simulation.stress import AT_ONCE, longest, stressed
-from hfc_design.simulation.stressed import NO
 from hfc_design.simulation.why_not import why_not
 from hfc_design.stability.report import LoopMargins
 
@@ -74,8 +77,8 @@ def usable(
     key = "robust.spread" if spread is None else "--spread"
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     under = scenario.robust is not None or "stress" in scenario.model_fields_set
-    later = scenario.stress.delay_samples if under else None
-    judged, standing_in = _on_machines(design, scenario, some, later)
+    own = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)
+    judged = own.on_machines(design, some)
     nominal = some.take(np.zeros(1, int))
     exact, gain, repeats = _gain(design, scenario, nominal)
     once = merit(scenario, exact.merit)
@@ -93,13 +96,12 @@ def usable(
         asked=scenario.margins,
     )
     if found.verdict == NO:
-        again = partial(_again, scenario, standing_in, later)
         steady = found.loop_stable is not False
-        return found._replace(why_not=why_not(scenario, robust, some, judged, again, steady))
+        return found._replace(why_not=why_not(scenario, robust, some, judged, own.judged, steady))
     if not under:
         return found
     crossover = found.margins and found.margins.crossover
-    return found._replace(stress=stressed(scenario, *standing_in, some, judged, crossover))
+    return found._replace(stress=stressed(scenario, own.loop, own.gains, some, judged, crossover))
 
 
 def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
@@ -112,62 +114,53 @@ def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMarg
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:
     """Of the first of (individuals, motions) merits, of all motions together."""
-    return float(_merits(scenario, np.asarray(merits)[:1])[0])
+    return float(of_all_motions(scenario, np.asarray(merits)[:1])[0])
 
 
-def _merits(scenario: Scenario, merits: Floats) -> Floats:
-    """(individuals,) of (individuals, motions)."""
-    weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
-    if merits.shape[1] == 1:
-        return merits[:, 0]
-    return averaged(merits, weights)
+class _InUse(NamedTuple):
+    """A loop of which is measured what tells whether it can be used, in the scenario's motions."""
 
+    scenario: Scenario
+    later: float | None  # room for a command that comes later by that; None: no stress
+    loop: Loop
+    gains: Gains
+    samples: list[Samples]
 
-def _on_machines(
-    design: Design, scenario: Scenario, machines: Machines, later: float | None
-) -> tuple[Judged, tuple[Loop, Gains]]:
-    """(machines, motions) of each, and the loop, with room for a command ``later`` by that.
+    @classmethod
+    def of(cls, design: Design, scenario: Scenario, later: float | None = None) -> "_InUse":
+        samples = [motion.samples() for motion in scenario.each_motion()]
+        return cls(scenario, later, *loop_in_use(design, scenario, later), samples)
 
-    What diverges is simulated again in finer steps.
-    """
-    loop, gains = loop_in_use(design, scenario, later)
-    about = (gains, scenario.run.precision)
-    judged = _again(scenario, (loop, gains), later, machines)
-    for where in finer(scenario):
-        again = np.flatnonzero(judged.failed.any(axis=1))
-        if not len(again):
-            break
-        some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
-        finely, _ = loop_in_use(design, where)
-        each = [motion.samples() for motion in where.each_motion()]
-        found = population.scores(finely, standing(some, where, finely), each, *about)
-        for part, new in zip(judged, found, strict=True):
-            part[again] = new[0, : len(again)]
-    return judged, (loop, gains)
+    def judged(self, machines: Machines) -> Judged:
+        """(machines, motions) of each, in one program with all stresses if there are any."""
+        shared = () if self.later is None else (AT_ONCE, longest(self.scenario))
+        many, dtype = standing(machines, self.scenario, self.loop), self.scenario.run.precision
+        found = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
+        return Judged(*(np.array(part[0]) for part in found))
 
-
-def _again(
-    scenario: Scenario, standing_in: tuple[Loop, Gains], later: float | None, machines: Machines
-) -> Judged:
-    """(machines, motions) of each, in one program with all stresses if there are any."""
-    loop, gains = standing_in
-    samples = [motion.samples() for motion in scenario.each_motion()]
-    shared = () if later is None else (AT_ONCE, longest(scenario))
-    many, dtype = standing(machines, scenario, loop), scenario.run.precision
-    found = population.scores(loop, many, samples, gains, dtype, *shared)
-    return Judged(*(np.array(part[0]) for part in found))
+    def on_machines(self, design: Design, machines: Machines) -> Judged:
+        """The same; what diverges is simulated again in finer steps."""
+        judged = self.judged(machines)
+        for where in finer(self.scenario):
+            again = np.flatnonzero(judged.failed.any(axis=1))
+            if not len(again):
+                break
+            some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
+            found = _InUse.of(design, where).judged(some)
+            for part, new in zip(judged, found, strict=True):
+                part[again] = new[: len(again)]
+        return judged
 
 
 def _gain(
     design: Design, scenario: Scenario, nominal: Machines
 ) -> tuple[Judged, tuple[float, float] | None, Repeats]:
     """The nominal machine in float64, the factors between which it passes, repeats."""
-    once, gains = loop_in_use(design, scenario)
-    samples = [motion.samples() for motion in scenario.each_motion()]
+    own = _InUse.of(design, scenario)
 
     def judged(factors: Floats) -> Judged:
-        loop, many = louder(once, gains, factors)
-        found = population.scores(loop, nominal, samples, many, np.float64)
+        loop, many = louder(own.loop, own.gains, factors)
+        found = population.scores(loop, nominal, own.samples, many, np.float64)
         return Judged(*(part[:, 0] for part in found))
 
     def kept(factors: Floats) -> Mask:
@@ -177,7 +170,7 @@ def _gain(
 
     found = judged(FACTORS)
     ranks = np.where(found.failed, -np.inf, found.merit)
-    return found, gain_range(kept), Repeats(_merits(scenario, ranks))
+    return found, gain_range(kept), Repeats(of_all_motions(scenario, ranks))
 
 
 def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float) -> float | None:
@@ -185,8 +178,8 @@ def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float
     if where is None:
         return None
     controller, gains = controller_of(design, where)
-    loop = closed_loop(where, controller)
     samples = [motion.samples() for motion in where.each_motion()]
+    loop = closed_loop(where, controller)
     found = population.scores(loop, nominal, samples, gains, np.float64)
     return _change(merit(where, found.merit[0]), once)
 
@@ -194,3 +187,28 @@ def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float
 def _change(one: float, other: float) -> float:
     with np.errstate(all="ignore"):
         return float(abs(np.float64(one) / other - 1.0))
+
+
+def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:
+    """The factors between which the machine passes; ``kept`` judges 1 and others at once.
+
+    None: not with the factor of 1, the first of what it returns. The scan is geometric, from
+    ``SMALLEST_TRIED`` to ``LARGEST_TRIED``, and one of its steps is divided once more.
+    """
+    up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)[1:]
+    good = kept(np.append(up, 1.0 / up[:-1]))
+    if not good[0]:
+        return None
+    ends = []
+    for ratios, well in ((up, good[1 : TRIED + 1]), (1.0 / up[:-1], good[TRIED + 1 :])):
+        lost = int(np.argmin(well)) if not well.all() else len(well)
+        ends.append((np.append(1.0, ratios)[lost], ratios[min(lost, len(ratios) - 1)]))
+    (high, beyond), (low, below) = ends
+    fine = np.append(
+        np.geomspace(high, beyond, TRIED + 2)[1:-1], np.geomspace(low, below, TRIED + 1)[1:-1]
+    )
+    good = kept(fine)
+    upper, lower = good[1 : TRIED + 1], good[TRIED + 1 :]
+    most = np.append(high, fine[:TRIED])[int(np.append(upper, False).argmin())]
+    least = np.append(low, fine[TRIED:])[int(np.append(lower, False).argmin())]
+    return float(least), float(most)

@@ -18,17 +18,16 @@ from hfc_design.core.numbers import Floats, Json, Mask, Parameters
 from hfc_design.core.quantities import WRITTEN
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm
+from hfc_design.core.wording import three_digits
 from hfc_design.files.robust import AROUND, RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES
-from hfc_design.simulation.measured_in_use import bounds_of, not_kept
-from hfc_design.simulation.missed import three_digits
-from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import several
+from hfc_design.simulation.settling import counted
 from hfc_design.stability.nominal import nominal
 from plants import Drive
 
@@ -49,20 +48,6 @@ UP, DOWN, TINY = 1.005, 0.995, 1e-300
 
 #: Key of the scenario, its value now, for a yes, machines that fail by it, share that pass without.
 Change: TypeAlias = tuple[str, str, str | None, int | None, float]
-TITLE = "What would give a yes, each alone"
-HEADS = ("change", "now", "for a yes", "lost by it", "pass without [%]")
-ABOUT = (
-    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
-    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
-    "machines lie within; stress has to hold then, too"
-)
-
-
-def rows(found: Json) -> list[list[str]]:
-    """A row for each change of ``why_not``, as tables have it."""
-    keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
-    return [[*row, f"{100 * without:.3g}"] for row, without in each]
 
 
 def why_not(
@@ -254,7 +239,7 @@ def _alike(
             ends.append(f"{'high' if more[n] > 0 else 'low'} {names[n]} ({size})")
         where = f" in {scenario.motions[k].name}" if scenario.motions else ""
         alike = f", mostly with {', '.join(ends)}" if ends else ""
-        yield f"{bad.sum()} {why if bad.sum() == 1 else several(why)}{where}{alike}"
+        yield f"{counted(bad.sum(), why)}{where}{alike}"
 
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:

@@ -9,7 +9,7 @@ SOFTER = "jee-koren-2004-soft"
 def compared(designs, motions, machines):
     """Comparison of designs in motions, by name: of so many seconds."""
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.simulation.comparing import compare
+    from hfc_design.simulation.comparison import compare
 
     scenarios = [load_scenario(x, {"simulation.duration_s": s}) for x, s in motions.items()]
     return compare(designs, scenarios, 0.2, machines)

@@ -15,7 +15,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report import page, verdict
+from hfc_design.report import page, parts
 from hfc_design.runs.run import Result, new_run
 from hfc_design.simulation.evaluating import evaluate
 
@@ -103,7 +103,7 @@ def lone_page(folder):
     (folder / FILE).write_text(design_json(load_design(NAME)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "usable", unknown)
-        patch.delitem(verdict.BASELINES, "c-axis")
+        patch.delitem(parts.BASELINES, "c-axis")
         command = ["report", str(folder / FILE), *SINE, "--out", str(folder / "mine.html")]
         command += ["--figures", "svg", "--width", "8cm", "--latex"]
         done = CliRunner().invoke(main, command)

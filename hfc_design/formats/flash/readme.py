@@ -16,8 +16,7 @@ from hfc_design.formats import saving
 from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.flash.vectors import Vectors, unused
 from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
-from hfc_design.simulation.missed import missed_told
-from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.in_use import ENOUGH, missed_told
 
 
 class Signal(NamedTuple):

@@ -1,13 +1,12 @@
 """What a comparison says in words and numbers, for the terminal and for the page alike."""
 
 from collections.abc import Callable, Iterator, Sequence
-from math import isfinite, isnan, nan
+from math import isfinite, isnan
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
-from hfc_design.core.statistics import Interval
+from hfc_design.core.numbers import Floats, storable
 from hfc_design.pictures.numbers import digits, metric, readable
 from hfc_design.simulation.comparison import (
     HALF,
@@ -51,10 +50,11 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     """
     sides = list(bout.sides.values())
     shares = [float(side.stable.mean()) for side in sides]
+    intervals = [side.interval for side in sides]
     percent = [short(100 * share) for share in shares]
     found = [
         Line("stable machines [%]", "all", percent, best(shares, -1)),
-        Line("", "interval", [_percent(side.interval) for side in sides], []),
+        Line("", "interval", [between(100 * low, 100 * high) for low, high in intervals], []),
     ]
     keys = bout.compared()
     if every:
@@ -104,11 +104,6 @@ def short(value: float) -> str:
 def between(low: float, high: float, write: Callable[[float], str] = short) -> str:
     """An interval."""
     return f"{write(low)}–{write(high)}"
-
-
-def _percent(share: Interval) -> str:
-    low, high = share
-    return between(100 * low, 100 * high)
 
 
 def _cell(value: float | None, factor: float, side: Side, what: str, key: str) -> str:
@@ -185,8 +180,8 @@ def rows(comparison: Comparison) -> list[list[object]]:
                 for key in keys
             ]
             for k, truth in enumerate(stable):
-                numbers = (_number(column, k) for column in (*columns, *own))
-                found.append([name, bout.name, k, int(truth), *numbers])
+                numbers = (None if x is None else float(x[k]) for x in (*columns, *own))
+                found.append([name, bout.name, k, int(truth), *storable([*numbers])])
     return found
 
 
@@ -200,8 +195,3 @@ def _parameters(bout: Bout) -> dict[str, Floats]:
         for axis, record in each
         for key, column in record._asdict().items()
     }
-
-
-def _number(column: Floats | None, k: int) -> float | None:
-    value = nan if column is None else float(column[k])
-    return value if isfinite(value) else None

@@ -11,7 +11,7 @@ from hfc_design.pictures.figure import drawable
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.drawn import drawn_samples
 from hfc_design.simulation.comparison import Bout
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluating import Evaluation
 
 #: A curve has the lowest and the highest value of each of at most so many slices of time.
 SLICES = 600

@@ -2,7 +2,7 @@
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report import verdict
+from hfc_design.report import parts
 from hfc_design.simulation.evaluating import evaluate
 
 
@@ -13,6 +13,6 @@ def test_a_contour_error_of_zero_or_no_number_is_told():
     key = next(iter(found.metrics))
     for value, told in ((0.0, "a contour error of 0 BLU"), (None, "a contour error of inf BLU")):
         own = found._replace(metrics=found.metrics | {key: value})
-        text = verdict.summary(scenario, own, {name: found})
+        text = parts.summary(scenario, own, {name: found})
         assert told in text
         assert "times as large" not in text

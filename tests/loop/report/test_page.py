@@ -12,7 +12,7 @@ from hfc_design.core.records import RunError
 from hfc_design.pictures.files import image
 from hfc_design.report import plots
 from hfc_design.report.errors import errors
-from hfc_design.report.verdict import summary
+from hfc_design.report.parts import summary
 
 
 def test_it_tells_fitness_rivals_and_structures(report):

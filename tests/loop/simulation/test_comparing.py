@@ -8,7 +8,7 @@ from wording import refused
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.simulation.comparing import EVERY, _together, compare
+from hfc_design.simulation.comparison import EVERY, _together, compare
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
 

@@ -8,7 +8,7 @@ from sledge import hfc as command
 
 import hfc_design.api as hfc
 from hfc_design.files.design import design_json
-from hfc_design.simulation.score_tables import notes
+from hfc_design.simulation.evaluating import notes
 
 #: Where classical Runge-Kutta steps stop being stable for a real decay, rate times step.
 LIMIT = 2.785

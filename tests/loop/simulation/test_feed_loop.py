@@ -6,8 +6,7 @@ from wording import refused
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.score_tables import notes
+from hfc_design.simulation.evaluating import evaluate, notes
 
 CIRCLE = "feed-drive-circle"
 

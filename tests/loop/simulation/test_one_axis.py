@@ -18,8 +18,7 @@ from hfc_design.motion.samples import Simulation
 from hfc_design.pictures.files import image
 from hfc_design.report import plots
 from hfc_design.report.errors import errors
-from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.evaluation import trajectory_csv
+from hfc_design.simulation.evaluating import evaluate, trajectory_csv
 
 COLUMNS = "time_s reference_BLU position_BLU error_BLU velocity_BLU_s command_unit load_unit"
 

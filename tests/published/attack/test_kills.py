@@ -26,9 +26,9 @@ DRIVER = """
 import sys
 import hfc_design.batch.session, hfc_design.report.page
 from hfc_design.cli import main
-from hfc_design.report import verdict
+from hfc_design.report import parts
 from hfc_design.runs import run
-verdict.BASELINES.clear()
+parts.BASELINES.clear()
 run.CHECKPOINT_EVERY = 0.0
 print("begun", flush=True)
 main(sys.argv[1:])

@@ -37,7 +37,7 @@ def test_motions_that_are_recorded_together_are_those_of_each_alone():
     together = population.trajectories(*parts, motions, gains, 2)
     assert compiled.trajectories._cache_size() == before + 1
     assert len({len(samples.time) for samples in motions}) > 1  # of several lengths
-    for samples, (judged, (motion,)) in zip(motions, together, strict=True):
+    for samples, (judged, (motion,), _) in zip(motions, together, strict=True):
         alone, (own,) = population.trajectory(*parts, samples, gains, 2)
         assert motion.error.shape == (len(samples.time), 2)
         assert judged.merit.shape == (3,)

@@ -23,8 +23,8 @@ OPTIONS = [text for line in SMALL.split("\n") if line for text in ("--set", line
 #: The program, whose pages have no rivals: those would have to be compiled.
 ALONE = """
 from hfc_design.cli import main
-from hfc_design.report import verdict
-verdict.BASELINES.clear()
+from hfc_design.report import parts
+parts.BASELINES.clear()
 main()
 """
 GRID = f"[set]\n{SMALL}[grid]\nrun.seed = [0, 1]\n"

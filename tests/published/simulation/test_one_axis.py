@@ -2,7 +2,7 @@
 
 from one_axis import SCENARIO, printed
 
-from hfc_design.report.verdict import BASELINES, Baseline
+from hfc_design.report.parts import BASELINES, Baseline
 
 
 def test_a_run_designs_for_one_axis_and_reports_in_its_units(tmp_path, monkeypatch):

@@ -4,9 +4,8 @@ import pytest
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluating import evaluate, notes, score_rows
 from hfc_design.simulation.repeats import FACTORS
-from hfc_design.simulation.score_tables import notes, score_rows
 
 CIRCLE = "feed-drive-circle"
 

@@ -6,7 +6,7 @@ import pytest
 from wording import refused
 
 from hfc_design.core.records import RunError
-from hfc_design.report.in_use import in_use
+from hfc_design.report.parts import in_use
 from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
 

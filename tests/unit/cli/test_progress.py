@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hfc_design.cli.shown import Watch
-from hfc_design.cli.spread_table import _refused
+from hfc_design.cli.usable_table import _refused
 from hfc_design.files.named_scenario import load_scenario
 
 

@@ -11,8 +11,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES
 from hfc_design.objectives.metrics import Window, settled_samples, slides
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.simulation.measured_in_use import not_kept
-from hfc_design.simulation.missed import missed
+from hfc_design.simulation.in_use import missed, not_kept
 from hfc_design.simulation.settling import faults
 
 

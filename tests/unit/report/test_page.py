@@ -3,9 +3,7 @@
 from report_pages import USED, told
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.report.in_use import in_use
-from hfc_design.report.parts import everything
-from hfc_design.report.verdict import baselines
+from hfc_design.report.parts import baselines, everything, in_use
 
 
 def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():

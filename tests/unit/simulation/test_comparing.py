@@ -7,8 +7,7 @@ from wording import refused
 
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.simulation.comparing import _differences, compare
-from hfc_design.simulation.comparison import Bout, Side
+from hfc_design.simulation.comparison import Bout, Side, _differences, compare
 
 ERROR = "rms_error_rad"
 TWO = ["pd-only", "lin-lee-1999-table-1"]

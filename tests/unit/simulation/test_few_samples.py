@@ -5,7 +5,7 @@ import pytest
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation.measured_in_use import in_motion, units
+from hfc_design.simulation.in_use import in_motion, units
 from hfc_design.simulation.settling import STABILITY
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hfc_design.simulation.gain_range import gain_range, gain_told
+from hfc_design.simulation.in_use import gain_told
+from hfc_design.simulation.usable import gain_range
 
 
 @pytest.mark.parametrize(

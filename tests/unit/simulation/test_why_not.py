@@ -7,10 +7,10 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
+from hfc_design.simulation.in_use import Stressed, stress_table, why_table
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.stressed import Stressed, broken
-from hfc_design.simulation.why_not import deviations, least, rows, widest
+from hfc_design.simulation.why_not import deviations, least, widest
 
 COUNT = 220
 SCENARIO = load_scenario(
@@ -74,7 +74,7 @@ def test_every_change_by_hand():
     assert each["robust.spread"]["without"] == pytest.approx(180 / 220)
     assert [one["key"] for one in found["changes"]][-1] == "robust.spread"
     assert found["lines"] == []
-    assert rows(found)[-1] == ["robust.spread", "0.22", "0.0825", "10", "81.8"]
+    assert why_table(found).rows[-1] == ["robust.spread", "0.22", "0.0825", "10", "81.8"]
 
 
 def test_what_fails_is_told_with_what_it_has_in_common_and_what_the_drive_would_need(monkeypatch):
@@ -156,7 +156,7 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
 def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
     one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
     each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
-    assert broken(each) == [
+    assert stress_table(each).lines == [
         "breaks: with a delay 0.5 it oscillates; it holds with a delay 0.375",
         "breaks: with a delay 0.5 it oscillates",
     ]

@@ -24,8 +24,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.report.designs import picture
-from hfc_design.report.parts import sections
-from hfc_design.report.verdict import summary
+from hfc_design.report.parts import sections, summary
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import Evaluation
 

@@ -6,8 +6,7 @@ import pytest
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import difference_row, failures, lines
-from hfc_design.simulation.comparing import _differences
-from hfc_design.simulation.comparison import Bout, Comparison, Side
+from hfc_design.simulation.comparison import Bout, Comparison, Side, _differences
 
 ERROR = "rms_error_rad"
 TOLD = {ERROR: "root mean square of the tracking error [rad]"}
