@@ -20,6 +20,7 @@ from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
+from hfc_design.simulation.stress import among
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
 #: much of that rounding may take away.
@@ -49,7 +50,8 @@ class Judging:
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
         check_laws(design, scenario.plant.machine)
         controller, _ = controller_of(design, scenario)  # that of any individual
-        self._loop = closed_loop(scenario, controller)
+        later = scenario.stress.delay_samples if scenario.robust else None
+        self._loop = closed_loop(scenario, controller, later)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = [motion.samples() for motion in scenario.each_motion()]
         self._dtype = np.dtype(scenario.run.precision)
@@ -58,7 +60,7 @@ class Judging:
             wider = 1.0 if final else self._robust.margin
             seed = scenario.run.seed + CHOSEN * final
             own = drawn_for(scenario, self._robust.final - 1, seed, wider)
-            self._machines = simulate.standing(own, scenario, self._loop)
+            self._machines = among(own, scenario, self._loop)
         self._allowed = self._ensemble
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)

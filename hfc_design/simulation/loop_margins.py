@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.numbers import Floats, Gains, Json
+from hfc_design.core.numbers import Floats, Gains, Json, Mask
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -37,6 +37,8 @@ STANDS = 0.01
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
 #: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
+#: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
+LONG, ROUNDED = 1000, 1e-6
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
 OPEN = "the law does not answer a small error there, so that the loop is open"
 
@@ -202,18 +204,26 @@ class AskedMargins:
 
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
-        found = self.margins(gains)
-        total = np.zeros(jax.tree.leaves(gains)[0].shape[-1])
+        machines, own, known = self._near(gains)
+        found = self._margins(own, known)
+        each = [np.where(known, _growth(machines, own)[:, None], 0.0)]
         for name, limit in self._asked.items():
             value, more = found[name], ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value
-            worst = np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf).max(axis=1, initial=0.0)
-            total += 1.0 - 1.0 / (1.0 + worst.reshape(len(total), -1).max(axis=1))
-        return total
+            each.append(np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf))
+        worst = (one.max(axis=1, initial=0.0).reshape(-1, len(self._answers)) for one in each)
+        return np.asarray(sum(1.0 - 1.0 / (1.0 + one.max(axis=1)) for one in worst))
 
     def margins(self, gains: Gains) -> dict[str, Floats]:
-        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised."""
+        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised.
+
+        Of an unstable loop they say nothing.
+        """
+        return self._margins(*self._near(gains)[1:])
+
+    def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
+        """(individuals x points) machines, controllers, and whether both were found."""
         points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
@@ -221,26 +231,34 @@ class AskedMargins:
         )
         with np.errstate(all="ignore"):
             own = controlled(self._loop, self._told, every, machines)
-            found = self._margins(own, count)
-        known = (own.found & machines.found)[:, None]
-        return {name: np.where(known, each, np.nan) for name, each in found.items()}
+        return machines, own, (own.found & machines.found)[:, None]
 
-    def _margins(self, own: Controllers, count: int) -> dict[str, Floats]:
-        """(lanes, axes) of each margin."""
-        through = _responses(own, self._answers, self._angles, count)
-        whole = np.eye(through.shape[-1]) - through
-        others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
-        sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
-        sensitivity = sensitivity / np.linalg.det(whole)[..., None]
-        loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
-        gain, unity, lags = crossings(self._angles, loop)
-        found = {
-            "gain_margin": np.where(gain > 1.0, gain, np.inf),
-            "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
-            "delay_margin_samples": lags / unity,
-        }
-        least = {name: np.fmin.reduce(each, -1, initial=np.inf) for name, each in found.items()}
-        return {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+    def _margins(self, own: Controllers, known: Mask) -> dict[str, Floats]:
+        """(lanes, axes) of each margin, where it is ``known``."""
+        with np.errstate(all="ignore"):
+            through = _responses(own, self._answers, self._angles)
+            whole = np.eye(through.shape[-1]) - through
+            others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
+            sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
+            sensitivity = sensitivity / np.linalg.det(whole)[..., None]
+            loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
+            gain, unity, lags = crossings(self._angles, loop)
+            found = {
+                "gain_margin": np.where(gain > 1.0, gain, np.inf),
+                "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
+                "delay_margin_samples": lags / unity,
+            }
+            least = {name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in found.items()}
+            both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+        return {name: np.where(known, each, np.nan) for name, each in both.items()}
+
+
+def _growth(machines: Steady, own: Controllers) -> Floats:
+    """(lanes,) the share by which closed loops grow in ``LONG`` samples; 0 where they do not."""
+    moved, given = machines.a + machines.b @ own.d @ machines.c, machines.b @ own.c
+    whole = np.block([[moved, given], [own.b @ machines.c, own.a]])
+    poles = np.abs(np.linalg.eigvals(np.nan_to_num(whole))).max(axis=1)
+    return np.where(poles > 1.0 + ROUNDED, LONG * (poles - 1.0), 0.0)
 
 
 def _peaks(sizes: Floats) -> Floats:
@@ -251,10 +269,10 @@ def _peaks(sizes: Floats) -> Floats:
     return np.maximum(np.exp(top.max(axis=1)), sizes.max(axis=1))
 
 
-def _responses(own: Controllers, answers: Floats, angles: Floats, count: int) -> Floats:
+def _responses(own: Controllers, answers: Floats, angles: Floats) -> Floats:
     """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
     z, unit = np.exp(1j * angles)[:, None, None], np.eye(own.a.shape[-1])
     told = own.c.swapaxes(1, 2)[:, None].astype(complex)
     inner = np.linalg.solve(z * unit - own.a.swapaxes(1, 2)[:, None], told).swapaxes(2, 3)
     rows = own.d[:, None] + inner @ own.b[:, None]
-    return (rows.reshape(count, -1, *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)
+    return (rows.reshape(-1, len(answers), *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)

@@ -38,6 +38,8 @@ PARTS = np.arange(1, 8) / 8.0
 MODES = 4
 #: Share of the largest command that holds the load of a scenario that has none.
 HELD = 0.1
+#: Of so many machines of a search one is under stress.
+EVERY = 4
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
@@ -58,6 +60,11 @@ class Case(NamedTuple):
     applied: Callable[[float], Applied]  # of a size
     shown: float = 1.0  # factor of the size in words
     factor: bool = False  # its size is a factor, of which the half is a root
+
+    @property
+    def asked(self) -> bool:
+        """Whether it changes anything."""
+        return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
         """The size of a part of it."""
@@ -84,7 +91,7 @@ def stressed(
     count = min(scenario.stress.machines, machines.size)
     some = machines.take(np.arange(count))
     without = Judged(*(part[:count] for part in found))
-    each = [one for one in cases(scenario, crossover) if one.size != float(one.factor)]
+    each = [one for one in cases(scenario, crossover) if one.asked]
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
     holding = _holding(scenario, without)
     broken = [k for k, one in enumerate(judged) if not _enough(scenario, holding(one)[0])]
@@ -106,6 +113,30 @@ def stressed(
                 row = row._replace(held=case.told(float(part)))
         told.append(row)
     return tuple(told)
+
+
+def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
+    """The machines, of which some are under a stress, ``EVERY`` so many one, each in turn.
+
+    What needs another motion is not among them.
+    """
+    each = [one for one in cases(scenario, None) if one.asked]
+    kinds = [one for one in each if one.applied(one.size).samples is None]
+    if not kinds:
+        return standing(machines, scenario, loop)
+    turns = np.arange(machines.size)
+    places = [turns[turns % EVERY != 1]]
+    parts = [standing(machines.take(places[0]), scenario, loop).true]
+    for k, case in enumerate(kinds):
+        own = np.arange(1 + EVERY * k, machines.size, EVERY * len(kinds))
+        if len(own):
+            one = case.applied(case.size)
+            some = _rubbing(scenario, machines.take(own), one.friction)
+            places.append(own)
+            parts.append(standing(some, scenario, loop, one.around).true)
+    order = np.argsort(np.concatenate(places))
+    true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
+    return Machines(machines.told, true)
 
 
 def _enough(scenario: Scenario, held: Mask) -> bool:

@@ -165,7 +165,9 @@ class Cma(NamedTuple):
         each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
-        population = stage.members(np.repeat(stage.start[None], place.room, axis=0), tree)
+        if not place.stage:  # what begins elsewhere may end elsewhere
+            each.mean[1:] += one.step * rng.standard_normal(each.mean[1:].shape)
+        population = stage.members(each.mean, tree)
         trail = taken(population, np.zeros(TRAIL, int)) if state is None else state.trail
         hard = np.empty(0, np.int64) if state is None else state.hard
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)

@@ -21,6 +21,10 @@ SCENARIO = {
         **{"first": 2, "machines": 2, "elite": 2, "final": 12},
     },
     "constraints": {"max_error": "10 urad"},
+    "stress": {
+        **dict.fromkeys(("delay_samples", "lag_samples", "load", "backlash_steps", "jitter"), 0.0),
+        **dict.fromkeys(("noise", "friction"), 1.0),
+    },
     "search": {"preset": "cma", "population": 6, "generations": 40},
 }
 
@@ -37,7 +41,7 @@ def one(problem):
 
 def test_hard_are_those_that_break_most(problem, one, monkeypatch):
     """The error at the end of the ramp grows with the inertia: every machine breaks the limit."""
-    inertia = problem.parts.machines.true[0].spindle_inertia
+    inertia = problem.parts.machines.true[0].own.spindle_inertia
     heaviest = 1 + np.argsort(-inertia[1:])
     for count in (2, 5):
         monkeypatch.setattr(problems, "HARD", count)
