@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
 
@@ -55,7 +56,7 @@ GROUNDS = {
     for one in (
         Ground("ramp", "c-axis-ramp", {"limits.command": 250.0}, 40_000),
         Ground("cutting", "c-axis-ramp-cutting", {"limits.command": 250.0}, 40_000),
-        Ground("practical", "c-axis-practical", {}, 6_480),
+        Ground("practical", str(Path(__file__).with_name("practical.toml")), {}, 6_480),
         Ground("contour", "feed-drive-contour", {}, 8_000),
     )
 }

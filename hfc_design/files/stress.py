@@ -19,7 +19,7 @@ class StressSettings(Record):
     delay_samples: Annotated[float, Field(ge=0, le=16)] = 1.0  # longer delay [samples]
     lag_samples: NotNegative = 0.5  # slower current loop, its time constant [samples]
     noise: Factor = 2.0  # factor on the noise of the sensors; 1 leaves it out [1]
-    #: load on every axis, one way, the other, and as a step in the middle of the motion; left out:
+    #: load on every axis, one way, the other, and as a step after a third of the motion; left out:
     #: the largest constant load of a motion, or what a tenth of the largest command holds [load]
     load: Quantity | None = None
     friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]

@@ -58,6 +58,22 @@ def test_who_breaks_more_ranks_lower_and_who_keeps_all_is_left_alone():
     assert Ensemble((1.0,)).reach(judged, 4, np.array([0.0, 0.25]))[1] == -0.25
 
 
+def test_an_unstable_loop_is_broken_however_small_its_sensitivity_is():
+    """A PD that pushes the wrong way, of which exact poles say that it runs away."""
+    scenario = api.load_scenario("c-axis-ramp", {"constraints.sensitivity": 99.0})
+    design = api.load_design("pd-only")
+    controller, gains = controller_of(design, scenario)
+    asked = AskedMargins(scenario, closed_loop(scenario, controller))
+    assert asked.broken(gains) == 0.0
+    away = gains._replace(kp=-gains.kp)
+    assert (asked.margins(away)["sensitivity"] < 90.0).all()
+    assert asked.broken(away) > 0.01
+    pd = design.controller.pd.model_copy(update={"kp": -design.controller.pd.kp})
+    wrong = design.controller.model_copy(update={"pd": pd})
+    rows = loop_margins(design.model_copy(update={"controller": wrong}), scenario).rows
+    assert [row.numbers["stable"] for row in rows] == [True, False]  # at rest friction holds it
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
