@@ -180,7 +180,13 @@ class Problem(Judging):
         """What a strategy is given; a derivative only where there is one axis to follow."""
         differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
         hardest = self._hardest if self._robust else None
-        return Task(self.genome, self._linear if differs else None, hardest, self._informed)
+        linear = self._linear if differs else None
+        broken = self._unsound if self._margins and self._robust else None
+        return Task(self.genome, linear, hardest, self._informed, broken)
+
+    def _unsound(self, population: Population) -> Floats:
+        """(n,) by how much individuals break what is asked of the margins of their loops."""
+        return self._beside(self.genome.gains(population))
 
     def _hardest(self, population: Population, keeping: float) -> Integers:
         """The nominal machine and those on which most is broken, or with least to spare.

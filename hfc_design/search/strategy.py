@@ -45,6 +45,8 @@ class Task(NamedTuple):
     #: First individuals on the given trees that know the machine, of (trees, generator); None, or
     #: giving None, where nothing is known.
     informed: Callable[[Integers, np.random.Generator], Population | None] | None = None
+    #: (n,) by how much individuals break what is known without a simulation; None: nothing is.
+    broken: Callable[[Population], Floats] | None = None
 
 
 class Scored(NamedTuple):

@@ -319,7 +319,7 @@ def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
 
 
 def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:
-    """With a step of the load after a third, so that it has settled when the last quarter counts."""
+    """With a step of the load after a third, so that the last quarter finds it settled."""
     after = (np.arange(len(samples.time)) >= len(samples.time) // 3).astype(float)
     return _pushed(samples, lambda loads, k: loads + size * shares[k] * after)
 

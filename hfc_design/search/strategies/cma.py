@@ -23,6 +23,8 @@ from hfc_design.search.strategy import Probability, Range, Strategy, StrategySet
 BOUNDS = Bounds()
 #: Generations after which it is asked anew which machines are hard.
 EVERY = 20
+#: How often samples are drawn in place of those that are broken before anything is simulated.
+AGAIN = 3
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 16
 
@@ -180,12 +182,29 @@ class Cma(NamedTuple):
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)
         own = Distribution(*(leaf[island] for leaf in state.islands))
-        points = drawn(own, self.settings.population - 1, rng)
-        points = np.concatenate([points, own.mean[None]])
-        tree = np.repeat(state.population.tree[island : island + 1], len(points))
-        members = self._stage(state, place.stage).members(points, tree)
+        tree, stage = state.population.tree[island : island + 1], self._stage(state, place.stage)
+        points = np.concatenate([self._drawn(own, stage, tree, rng), own.mean[None]])
+        members = stage.members(points, np.repeat(tree, len(points)))
         hard = state.hard if len(state.hard) else None
         return state, Asked(members, points, island, place.stage, hard)
+
+    def _drawn(
+        self, own: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator
+    ) -> Floats:
+        """(n, size) samples that are not broken, or those that are least."""
+        count, broken = self.settings.population - 1, self.task.broken
+        points = drawn(own, count, rng)
+        if broken is None:
+            return points
+        off = broken(stage.members(points, np.repeat(tree, count)))
+        for _ in range(AGAIN):
+            if not off.any():
+                break
+            more = drawn(own, count, rng)
+            off = np.append(off, broken(stage.members(more, np.repeat(tree, count))))
+            best = np.argsort(off, kind="stable")[:count]
+            points, off = np.concatenate([points, more])[best], off[best]
+        return points
 
 
 def _put(leaf: Any, place: int, value: Any) -> Any:
