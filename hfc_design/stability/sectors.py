@@ -193,19 +193,26 @@ def _checked(
     return table, rounded[0], rounded[1]
 
 
-class Region(NamedTuple):
+class Rectangle(NamedTuple):
     """The sectors in the stable range that the table may not leave (JK04 eq. 12-14)."""
 
     k1_max: Scalar  # 0 <= u_1 / e <= k1_max [units/BLU]
     k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
-    #: (n, 2) K_1 rising, and the largest K_2 there: it falls with the K_1 that the table has
-    #: (JK04 fig. 4); none: k2_max alone.
-    points: Sequence[Sequence[Scalar]] = ()
 
     def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
-        """The largest K_2 at the steepest of ``slopes`` u_1 / e, on straight lines between."""
-        if not self.points:
-            return self.k2_max
+        """The largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
+        return self.k2_max
+
+
+class Curve(NamedTuple):
+    """The same with a K_2 that falls with the K_1 that the table has (JK04 fig. 4)."""
+
+    k1_max: Scalar  # [units/BLU]
+    k2_max: Scalar  # [units/BLU]
+    points: Sequence[Sequence[Scalar]]  # (n, 2) K_1 rising, and the largest K_2 there
+
+    def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
+        """The largest K_2 at the steepest of ``slopes``, on straight lines between the points."""
         k1, found = xp.once(reduce(xp.maximum, slopes)), self.points[0][1]
         for (a, b), (c, d) in pairwise(self.points):
             found = found + (d - b) * clipped(xp, (k1 - a) / (c - a), 0.0, 1.0)
@@ -223,7 +230,7 @@ def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
 
 def bounded(
     xp: Xp,
-    sectors: Region,
+    sectors: Rectangle | Curve,
     error_terms: Triangles,
     change_terms: Triangles,
     singletons: RuleTable,

@@ -22,7 +22,7 @@ from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, joints, memberships
 from hfc_design.core.numbers import Scalar, Triangles, Truth, Xp, each, total
 from hfc_design.core.records import ZR
-from hfc_design.stability.sectors import Region, bounded
+from hfc_design.stability.sectors import Curve, Rectangle, bounded
 
 #: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.
 Table: TypeAlias = Sequence[Sequence[Scalar]]
@@ -43,7 +43,7 @@ class AdaptiveGains(NamedTuple):
 
     flc: FlcGains
     rates: Rates
-    sectors: Region | None  # None: no bound, as in JK95
+    sectors: Rectangle | Curve | None  # None: no bound, as in JK95
 
 
 class AdaptiveMemory(NamedTuple):

@@ -20,7 +20,7 @@ from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, Triang
 from hfc_design.controllers.flc.rules import RulesRecord
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import TERMS, NotNegative, Positive, Record
-from hfc_design.stability.sectors import Region
+from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
 
@@ -49,9 +49,11 @@ class RangeRecord(Record):
                 raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {told}")
         return self
 
-    def sectors(self) -> Region:
+    def sectors(self) -> Rectangle | Curve:
         """As the law wants them."""
-        return Region(self.k1_max, self.k2_max, self.curve)
+        if not self.curve:
+            return Rectangle(self.k1_max, self.k2_max)
+        return Curve(self.k1_max, self.k2_max, self.curve)
 
 
 class RatesRecord(Record):

@@ -12,7 +12,7 @@ from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
-from hfc_design.stability.sectors import Region, bounded, middle, reach
+from hfc_design.stability.sectors import Rectangle, bounded, middle, reach
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -226,10 +226,10 @@ class FuzzyGenome(Genome):
         """(2,) that neighbouring centres are apart [BLU]."""
         return np.array(SMALLEST_GAP)
 
-    def sectors(self, share: Floats) -> Region:
+    def sectors(self, share: Floats) -> Rectangle:
         """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's."""
         k1 = share * self.stable.k1_bound
-        return Region(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
+        return Rectangle(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
 
 
 @cache
@@ -256,7 +256,7 @@ def terms_of_joints(joints: Floats) -> Floats:
     return np.moveaxis(np.stack([left, centres, right], axis=-1), 0, -1)
 
 
-def _in_sectors(sectors: Region, terms: tuple[Any, Any], singletons: Floats) -> Floats:
+def _in_sectors(sectors: Rectangle, terms: tuple[Any, Any], singletons: Floats) -> Floats:
     """Singletons (n, rows, columns) moved to the nearest that keep them in ``sectors`` of (n,)."""
     table: Any = np.moveaxis(singletons, 0, -1)
     error_terms, change_terms = terms

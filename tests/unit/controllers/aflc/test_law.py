@@ -17,11 +17,11 @@ from hfc_design.controllers.aflc.law import AdaptiveGains, Judge, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer, memberships
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import ZR
-from hfc_design.stability.sectors import Region, true_sectors
+from hfc_design.stability.sectors import Curve, Rectangle, true_sectors
 from hfc_design.stability.stable_range import stable_range
 
 PS, PM, PL = 4, 5, 6
-WIDE = Region(1e6, 1e6)
+WIDE = Rectangle(1e6, 1e6)
 #: Below JK04 fig. 4 for the printed drive.
 FIG_4 = (
     (2.2, 9.3),
@@ -153,7 +153,7 @@ def test_soflc_steps_of_jk95():
 def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, narrows_zero):
     of_2004 = (blamed_aflc, feed_oracle.verdict_jk04)
     blamed, verdict = of_2004 if paper == 2004 else (blamed_soflc, feed_oracle.verdict_jk95)
-    own = sectors and Region(*sectors)
+    own = sectors and (Curve if len(sectors) == 3 else Rectangle)(*sectors)
     gains = gains_of(rates, own, base, overlaps)
     plain = feed_oracle.Adaptive(
         ERROR_TERMS,
@@ -187,7 +187,7 @@ def no_gap(terms, overlap):
 @pytest.mark.parametrize(("base", "seed"), [("I", 0), ("I", 1), ("II", 0), ("III", 0)])
 def test_driven_hard_it_stays_inside(base, seed):
     k1, k2 = 1.9, 4.0
-    gains = gains_of((0.5, 0.125, 4.0), Region(k1, k2), base)
+    gains = gains_of((0.5, 0.125, 4.0), Rectangle(k1, k2), base)
     sign = np.sign(rule_singletons(base))
     grid = np.linspace(-30.0, 30.0, 241)
     fine = np.linspace(-6.0, 6.0, 193)
@@ -219,7 +219,7 @@ def test_driven_hard_it_stays_inside(base, seed):
 def test_the_order_of_the_rules_does_not_matter():
     """Mirrored errors move the mirrored terms, whose rules come in the opposite order."""
     errors = feed_oracle.errors(600, 5)
-    gains = gains_of(sectors=Region(4.5, 5.9))
+    gains = gains_of(sectors=Rectangle(4.5, 5.9))
     terms, _, table = after(errors, gains=gains)
     mirrored_terms, _, mirrored = after([-e for e in errors], gains=gains)
     np.testing.assert_allclose(np.array(mirrored), -np.array(table)[::-1, ::-1], atol=1e-9)
@@ -258,7 +258,7 @@ def test_an_error_that_leaves_zr_narrows_its_rules():
 
 def test_k2_falls_with_k1_on_straight_lines():
     """By hand: half way from (2, 9) to (4, 5) it is 7; before the first point 9, at the end 1."""
-    curve = Region(8.0, 8.5, ((2.0, 9.0), (4.0, 5.0), (8.0, 1.0)))
+    curve = Curve(8.0, 8.5, ((2.0, 9.0), (4.0, 5.0), (8.0, 1.0)))
     steepest = {1.0: 8.5, 2.5: 8.0, 3.0: 7.0, 4.0: 5.0, 5.0: 4.0, 9.0: 1.0}
     for k1, k2 in steepest.items():
         assert curve.k2(SCALARS, [0.5, k1, 0.1]) == pytest.approx(k2)
@@ -269,7 +269,7 @@ def test_driven_hard_it_stays_below_the_curve_of_fig_4():
     stable = stable_range(28.3, 0.055, 0.01)
     fine = np.linspace(0.01, 7.2, 500)
     assert (np.interp(fine, *np.transpose(FIG_4)) <= stable.k2_printed(fine)).all()
-    gains = gains_of((0.5, 0.125, 4.0), Region(7.2, 9.0, FIG_4), overlaps=(3.0, 0.5))
+    gains = gains_of((0.5, 0.125, 4.0), Curve(7.2, 9.0, FIG_4), overlaps=(3.0, 0.5))
     found = []
     for k, (_, memory) in enumerate(stepped(gains, blamed_aflc, feed_oracle.errors(1500, 10))):
         if k % 100 == 0:
