@@ -66,11 +66,13 @@ def best_of(
 def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
     """The finalist that ranks first on machines within the tolerances, in float64.
 
-    And whether it keeps every constraint on all of them; if not, nobody does.
+    And whether it keeps every constraint on those that are under no stress.
     """
-    rank = final_problem(scenario).rank_of_finalists(finalists)
+    problem = final_problem(scenario)
+    rank = problem.rank_of_finalists(finalists)
     best = int(np.argmax(rank))
-    return taken(finalists, np.array([best])), bool(rank[best] >= 0.0)
+    one = taken(finalists, np.array([best]))
+    return one, bool(rank[best] >= 0.0) or problem.is_sound(one, len(rank))
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -60,7 +60,9 @@ class Judging:
             wider = 1.0 if final else self._robust.margin
             seed = scenario.run.seed + CHOSEN * final
             own = drawn_for(scenario, self._robust.final - 1, seed, wider)
-            self._machines = among(own, scenario, self._loop)
+            self._machines, self.calm = among(own, scenario, self._loop)
+        else:
+            self.calm = np.zeros(1, int)  # the machines that are under no stress
         self._allowed = self._ensemble
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)

@@ -139,6 +139,14 @@ class Problem(Judging):
         rank[best] = found
         return rank
 
+    def is_sound(self, one: Population, finalists: int) -> bool:
+        """Whether a finalist of so many keeps every constraint where there is no stress.
+
+        In the program that ranked all of them.
+        """
+        lanes = finalists * -(-self._machines.size // 4)
+        return bool(self.rank_on(one, self.calm, lanes)[0] >= 0.0)
+
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
         return PENALTY * done**GROWING if done < 1.0 else None

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import three_digits
 from hfc_design.files.machine import Axis
@@ -115,16 +115,16 @@ def stressed(
     return tuple(told)
 
 
-def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
+def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
     """The machines, of which some are under a stress, ``EVERY`` so many one, each in turn.
 
-    What needs another motion is not among them.
+    And which are under none. What needs another motion is not among them.
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size).samples is None]
-    if not kinds:
-        return standing(machines, scenario, loop)
     turns = np.arange(machines.size)
+    if not kinds:
+        return standing(machines, scenario, loop), turns
     places = [turns[turns % EVERY != 1]]
     parts = [standing(machines.take(places[0]), scenario, loop).true]
     for k, case in enumerate(kinds):
@@ -136,7 +136,7 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> Machines:
             parts.append(standing(some, scenario, loop, one.around).true)
     order = np.argsort(np.concatenate(places))
     true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
-    return Machines(machines.told, true)
+    return Machines(machines.told, true), places[0]
 
 
 def _enough(scenario: Scenario, held: Mask) -> bool:
