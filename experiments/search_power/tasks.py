@@ -56,7 +56,7 @@ GROUNDS = {
     for one in (
         Ground("ramp", "c-axis-ramp", {"limits.command": 250.0}, 40_000),
         Ground("cutting", "c-axis-ramp-cutting", {"limits.command": 250.0}, 40_000),
-        Ground("practical", str(Path(__file__).with_name("practical.toml")), {}, 6_480),
+        Ground("practical", str(Path(__file__).parent / "results" / "practical.toml"), {}, 6_480),
         Ground("contour", "feed-drive-contour", {}, 8_000),
     )
 }

@@ -177,7 +177,8 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
     one = loop._replace(c=-loop.c / size)
 
     def answer(s: Floats) -> "Parts":
-        return (), (size * np.abs(1.0 / s - 1.0),)
+        with np.errstate(divide="ignore", invalid="ignore"):  # nothing holds it at rest
+            return (), (size * np.abs(1.0 / s - 1.0),)
 
     _, s = _looked_at(one.sensitivity(), np.concatenate(one.poles()), answer)
     (found,) = answer(s)[1]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json, Parameters
+from hfc_design.core.numbers import Floats, Json, Parameters, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
@@ -237,8 +237,8 @@ def numbers(found: Margins, every: float, compliance: tuple[float, float]) -> Js
         "disk": found.disk,
         "crossover_hz": hertz(found.crossover),
         "bandwidth_hz": hertz(found.bandwidth),
-        "compliance": compliance[0],
-        "compliance_static": compliance[1],
+        "compliance": storable(compliance[0]),
+        "compliance_static": storable(compliance[1]),
         "slowest_pole": float(abs(found.poles[0])) if found.poles else 0.0,
     }
 
