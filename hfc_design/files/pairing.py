@@ -211,7 +211,10 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
     """
     own = design.plant.name
     head = f"design {design.name} is for the plant {own} and cannot run on {here.name}"
-    made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
+    try:
+        made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
+    except ValueError:  # of a plug-in that is not here
+        raise UserError(f"{head}: no plant {own} is known here") from None
     parts, drives = design.by_axis(), dict(zip(made.axes, made.drives, strict=True))
     if "" not in parts and {*parts} != {*machine.axes}:
         told = f"axes must be {', '.join(parts)} (got {', '.join(machine.axes)})"

@@ -45,5 +45,6 @@ def test_sorting_and_searching(tmp_path):
         capture_output=True, text=True, check=True, timeout=120,
     )  # fmt: skip
     told = json.loads(re.search("<pre>(.*)</pre>", done.stdout)[1])
-    a, b, c, d, e = names  # fitness: none (not finished), 30, 200, 30, 4
+    # fitness: none (not finished), 30, 200, 30, 4
+    a, b, c, d, e = (f"preset={p}, seed={k}" for p, n in (("race", 2), ("x", 3)) for k in range(n))
     assert told == [[e, b, d, c, a], [c, b, d, e, a], [b]]
