@@ -134,7 +134,7 @@ def test_a_machine_is_written_as_its_drive_would_see_it(program, tmp_path, name)
     columns = dict(zip([c[0] for c in told["columns"]], np.transpose(values), strict=True))
     scale = {c[0]: c[1] for c in told["columns"]}
     off = columns["reference"] / scale["reference"] - columns["position"] / scale["position"]
-    assert np.abs(off).max() < 0.1 * machine.told["run"]["distance"]
+    assert np.abs(off).max() < 0.05 * machine.told["run"]["distance"]
     assert np.abs(columns["command"]).max() / scale["command"] < 7.0
 
 
