@@ -1,7 +1,8 @@
 """What a usable design has to stand that no scenario has: a delay, a mode, a load, a gap."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from hfc_design.core.quantities import Quantity
@@ -9,8 +10,19 @@ from hfc_design.core.records import NotNegative, Positive, Record
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Factor = Annotated[float, Field(ge=1, le=100)]
+#: Share of the sampling rate above which no mode is tried.
+HIGHEST = 0.25
 #: What of it robust.tolerances may have too.
 ALSO = ("delay_samples", "load", "noise")
+
+
+class Mode(Record):
+    """What a log shows of a mode that the model has not."""
+
+    hz: Positive  # frequency [Hz]
+    damping: Share = 0.02  # damping ratio [1]
+    #: what swings, as a share of what does not; -1: what is measured is what swings [1]
+    share: Annotated[float, Field(ge=-1, le=100)] = -1.0
 
 
 class StressSettings(Record):
@@ -27,9 +39,8 @@ class StressSettings(Record):
     #: what swings in it, as shares of all that moves; from twice the crossover to a quarter of the
     #: sampling rate [1]
     mode_inertia: tuple[Share, ...] = (0.1, 1.0 / 3.0)
-    #: modes between the drive and what is measured, which a log has shown [Hz]
-    far_modes_hz: tuple[Positive, ...] = ()
-    #: nothing above was excited in a log: such a mode may be there [Hz]
+    modes: tuple[Mode, ...] = ()  # which a log has shown
+    #: a log shows that there is no other mode below; above, one may be there of every kind [Hz]
     unknown_above_hz: Positive | None = None
     backlash_steps: NotNegative = 3.0  # gap before the encoder that is fed back [steps]
     start: NotNegative = 0.1  # start off the reference, of the way in the fastest second [1]
@@ -37,3 +48,11 @@ class StressSettings(Record):
     rest_s: NotNegative = 60.0  # at rest after every motion [s]
     machines: Annotated[int, Field(ge=1, le=1000)] = 32  # on which each is tried, nominal one first
     share: Share = 0.9  # of those that hold without it have to hold [1]
+
+    def modes_between(self, crossover: Any, every: float) -> tuple[Any, float]:
+        """Where a mode may be that nobody knows of [Hz].
+
+        Of loops with such a ``crossover`` [Hz], None: unknown, that are sampled ``every`` [s].
+        """
+        lowest = np.inf if crossover is None else 2.0 * crossover
+        return np.maximum(lowest, self.unknown_above_hz or 0.0), HIGHEST / every

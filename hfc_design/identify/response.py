@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
+from hfc_design.files.stress import Mode
 from hfc_design.identify.fit import NOTHING, Found
 from hfc_design.identify.replay import DAMPED, Replay
 
@@ -38,7 +39,7 @@ class Response(NamedTuple):
     model: Any  # complex
     coherence: Floats
     top: float | None  # what is above was not excited [Hz]; None: nothing was
-    mode: float | None  # that the model has not [Hz]
+    mode: Mode | None  # that the model has not
     coloured: int  # of ``LAGS`` autocorrelations of the residual, how many are none of white noise
 
     @property
@@ -102,7 +103,7 @@ def _coloured(off: Floats) -> int:
 
 def _mode(
     frequency: Floats, ratio: Any, error: Floats, counts: Floats, highest: float
-) -> float | None:
+) -> Mode | None:
     """Of the log's response over that of the model; one rigid body and one mode are left of it.
 
     Seen at the mass that swings, a mode shows below itself already.
@@ -121,12 +122,15 @@ def _mode(
     for hz, damping in product(np.geomspace(told[0], highest, MODES), DAMPINGS):
         w = 2.0 * np.pi * hz
         swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
-        tried = [(left(1.0 - swing, s * (1.0 - swing))[0], 1.0)]
+        tried = [(left(1.0 - swing, s * (1.0 - swing))[0], -1.0)]
         if hz <= told[-1]:
             squares, found = left(1.0 + 0.0 * s, s, swing)
-            tried.append((squares, abs(found[2] / found[0])))
+            tried.append((squares, found[2] / found[0]))
         for squares, share in tried:
-            if squares < least and share * np.abs(swing[counts]).max() > CHANGES:
-                least, best = squares, float(hz)
+            if squares < least and abs(share) * np.abs(swing[counts]).max() > CHANGES:
+                least, best = squares, (hz, damping, share)
     clear = left(1.0 + 0.0 * s, s)[0] - least > CLEAR * least / counts.sum()
-    return float(f"{best:.2g}") if best is not None and clear else None
+    if best is None or not clear:
+        return None
+    hz, damping, share = (float(f"{x:.2g}") for x in best)
+    return Mode(hz=hz, damping=damping, share=max(share, -1.0))

@@ -38,6 +38,11 @@ CHECKED = ["log", "replayed in", "rms before", "rms after"]
 LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not looked for, unless the scenario says it.
 OTHERS = 0.1
+#: Of a search of many individuals on few machines, and what its loops have to be.
+FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
+ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
+#: A step is so many times the error of the loop that recorded the log (rms).
+STEP = 3.0
 #: A recorded velocity is a difference over some samples if it is off that by less than a share.
 MOST_SAMPLES, SAME_RATE = 16, 1e-3
 #: Digits of a parameter in a file, and of what stands around it.
@@ -104,7 +109,7 @@ class Identified(NamedTuple):
         late = self.told.sample_time * np.array([self.found.fit.late, *known.late])
         own = self.response
         check = own and {
-            "mode_hz": own.mode,
+            "mode": own.mode and own.mode.model_dump(),
             "unknown_above_hz": own.unknown_above,
             "coloured": own.coloured / LAGS,
             "coherence": np.stack([own.frequency, own.coherence], axis=1).tolist(),
@@ -230,7 +235,7 @@ def response_lines(found: Response | None) -> list[str]:
     if found.top > ALL * found.frequency[-1]:
         lines = []
     if found.mode:
-        lines.append(f"there is a mode near {found.mode:g} Hz that this model has not")
+        lines.append(f"there is a mode near {found.mode.hz:g} Hz that this model has not")
     white = "is white" if found.coloured <= WHITE * LAGS else "is not white, the model lacks it"
     told = f"{found.coloured} of {LAGS} autocorrelations are none of white noise"
     return [*lines, f"what is left {white}: {told}"]
@@ -356,10 +361,10 @@ def scenario_text(found: Identified) -> str:
     told: Json = found.task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
     data = changed({"plant": told["plant"]} | _made(found) if made else told, machine(found))
     if seen := found.response:
-        modes = {"far_modes_hz": [seen.mode]} if seen.mode else {}
+        modes = {"modes": [seen.mode.model_dump()]} if seen.mode else {}
         above = {"unknown_above_hz": seen.unknown_above}
         data["stress"] = {**data.get("stress", {}), **modes, **above}
-    robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
+    robust = data.get("robust", {"spread": OTHERS, **FEW_MACHINES})
     # Of load, delay and lag what stress tries is wider than what a log leaves open.
     own = found.free.start._fields
     within = {name: x for name, x in tolerances(found).items() if name in own}
@@ -406,7 +411,7 @@ def _made(found: Identified) -> Json:
         },
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
         "sensors": {"velocity": "encoder", **differences(told, found.free.drive.seen[1])},
-        "motions": _motions(told, speed, acceleration, lasts, duration),
+        "motions": _motions(told, speed, acceleration, lasts, duration, error),
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
@@ -424,7 +429,8 @@ def _made(found: Identified) -> Json:
             ],
             "linear": {},
         },
-        "search": {"preset": "cma"},
+        "constraints": ASKED,
+        "search": {"preset": "cma", "population": 42, "generations": 360},
     }
     if told.step and not axis.resolution:
         data["sensors"]["encoder_resolution"] = told.step
@@ -448,9 +454,14 @@ def differences(told: Recording, rate: str) -> Json:
 
 
 def _motions(
-    told: Recording, speed: float, acceleration: float, lasts: float, duration: float
+    told: Recording,
+    speed: float,
+    acceleration: float,
+    lasts: float,
+    duration: float,
+    error: float,
 ) -> list[Json]:
-    """A move as far as that of the log, a slow one, and one to and fro."""
+    """A move as far as that of the log, a slow one, one to and fro, and a step."""
     distance, slow = float(np.ptp(told.place)), 0.05 * speed
     # Two periods, so that it reverses at the end too; no faster than the log.
     often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
@@ -458,10 +469,12 @@ def _motions(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )
     sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
+    step = _rounded(kind="step", height=STEP * error)
     return [
         {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
         {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
         {"name": "reversal", "reference": sine},
+        {"name": "step", "reference": step, "settled_after_s": round(0.5 * duration, 2)},
     ]
 
 

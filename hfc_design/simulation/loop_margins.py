@@ -7,7 +7,7 @@ is interpolated, so that a little more is asked than the scenario does.
 """
 
 from copy import copy
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -24,7 +24,7 @@ from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
 from hfc_design.simulation.population import Machines, one_machine, standing
 from hfc_design.simulation.sensors import largest_command
-from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins
+from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins, swung
 from hfc_design.stability.report import At, LoopMargins, band, numbers
 
 #: Machines beside the nominal one that the band is of.
@@ -37,6 +37,8 @@ STANDS = 0.01
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
 #: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
+#: So near to -1 the stress by a mode may lead a loop that is searched.
+NEAR = 0.8
 #: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
 LONG, ROUNDED = 1000, 1e-6
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
@@ -186,9 +188,12 @@ class AskedMargins:
         some = [points[k] for k in sorted({0, min(1, last), (last + 1) // 2, last})]
         self._machines = every = near(loop, machines, some)
         self._loop, self._told, self._asked = loop, machines.told, scenario.margins
+        self._stress = scenario.stress if scenario.robust else None
+        self._every = scenario.simulation.sample_time_s
         poles = np.linalg.eigvals(every.a).ravel()
         light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
-        self._angles = np.unique(np.append(np.pi * FREQUENCIES, np.angle(light)))
+        modes = 2.0 * np.pi * self._every * np.array([x.hz for x in scenario.stress.modes])
+        self._angles = np.unique(np.r_[np.pi * FREQUENCIES, np.angle(light), modes])
         z = np.exp(1j * self._angles)[:, None, None]
         unit = np.eye(every.a.shape[-1])
         #: (points, frequencies, signals, axes) signals that commands bring about.
@@ -207,8 +212,8 @@ class AskedMargins:
         machines, own, known = self._near(gains)
         found = self._margins(own, known)
         each = [np.where(known, _growth(machines, own)[:, None], 0.0)]
-        for name, limit in self._asked.items():
-            value, more = found[name], ASKED[name][1]
+        for name, limit in (self._asked | {"modes": NEAR}).items():
+            value, more = found[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value
             each.append(np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf))
@@ -250,7 +255,26 @@ class AskedMargins:
             }
             least = {name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in found.items()}
             both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+            both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
+
+
+    def _swung(self, loop: Any, crossover: Floats) -> Floats:
+        """(lanes, axes) how near the modes of the stress lead a loop to -1, see ``swung``."""
+        own, hz = self._stress, self._angles / (2.0 * np.pi * self._every)
+        nearest = np.zeros(loop.shape[:-1])
+        if own is None:
+            return nearest
+        lowest, highest = own.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
+        near = (hz >= lowest[..., None]) & (hz <= highest)
+        shares = [x / (1.0 - x) for x in own.mode_inertia] + [-1.0] * bool(own.unknown_above_hz)
+        for share in shares:
+            some = np.where(near, swung(loop, own.mode_damping, share), 0.0)
+            nearest = np.fmax(nearest, np.fmax.reduce(some, -1))
+        for one in own.modes:
+            place = int(np.abs(hz - one.hz).argmin())
+            nearest = np.fmax(nearest, swung(loop[..., place], one.damping, one.share))
+        return nearest
 
 
 def _growth(machines: Steady, own: Controllers) -> Floats:

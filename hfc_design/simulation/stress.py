@@ -5,6 +5,7 @@ Most stands around the drives (``plants.around``), so that no plant has to know 
 start and a rest are other samples of the same motions.
 """
 
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from hfc_design.files.machine import Axis
 from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
 from hfc_design.files.scenario import Scenario
+from hfc_design.files.stress import Mode
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import in_units
@@ -256,26 +258,27 @@ def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
 
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Modes at the drive, of each inertia at several frequencies, and between drive and encoder."""
-    own, highest = scenario.stress, 0.25 / scenario.simulation.sample_time_s
+    """Those that a log shows, and where there may be others: of each inertia, and in between."""
+    own = scenario.stress
 
-    def mode(hz: float, share: Callable[[float], float], size: float) -> Applied:
-        return Applied({"mode_hz": hz, "mode_damping": own.mode_damping, "mode_share": share(size)})
+    def mode(one: Mode, words: str, size: float, share: Callable[[float], float]) -> Case:
+        def swings(part: float) -> Applied:
+            found = {"mode_hz": one.hz, "mode_damping": one.damping, "mode_share": share(part)}
+            return Applied(found)
 
-    def frequencies(lowest: float | None) -> list[float]:
-        found = lowest is not None and lowest < highest
-        return np.geomspace(lowest, highest, MODES).tolist() if found and lowest else []
+        return Case(f"a mode at {three_digits(one.hz)} Hz{words}", size, swings, 100.0)
 
-    twice = crossover and 2.0 * crossover
-    for inertia in own.mode_inertia:
-        for hz in frequencies(twice):
-            words = f"a mode at {three_digits(hz)} Hz, {{}} % of what moves"
-            swings = partial(mode, hz, lambda r: r / (1.0 - r))
-            yield Case(words, inertia, swings, 100.0)
-    unknown = own.unknown_above_hz and max(own.unknown_above_hz, twice or 0.0)
-    for hz in (*own.far_modes_hz, *frequencies(unknown)):
-        words = f"a mode at {three_digits(hz)} Hz before the encoder, {{}} % of it"
-        yield Case(words, 1.0, partial(mode, hz, lambda part: -part), 100.0)
+    for one in own.modes:
+        shown = partial(operator.mul, one.share)
+        yield mode(one, " as the log shows it, {} % of it", 1.0, shown)
+    ends = own.modes_between(crossover, scenario.simulation.sample_time_s)
+    frequencies = np.geomspace(*ends, MODES) if ends[0] < ends[1] else ()
+    for hz in map(float, frequencies):
+        one = Mode(hz=hz, damping=own.mode_damping)
+        for inertia in own.mode_inertia:
+            yield mode(one, ", {} % of what moves", inertia, lambda r: r / (1.0 - r))
+        if own.unknown_above_hz:
+            yield mode(one, " before the encoder, {} % of it", 1.0, operator.neg)
 
 
 def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:

@@ -154,6 +154,16 @@ def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
     return factors, unity, np.where(np.isnan(unity), np.nan, lags)
 
 
+def swung(loop: Any, damping: float, share: float) -> Floats:
+    """How near a mode at each angle leads a loop to -1, which is 1; at 0 and below not at all.
+
+    It multiplies the loop by ``1 + share s^2 / (s^2 + 2 d w s + w^2)``: near w what comes to 1
+    goes around a circle through 0 and ``i share / 2 d``, in which ``-(1 + 1 / L)`` may not lie.
+    """
+    off = 1.0 + 1.0 / loop
+    return np.asarray(-share / (2.0 * damping) * off.imag / np.abs(off) ** 2)
+
+
 def _between(part: Floats) -> tuple[Mask, Floats]:
     """Where it changes its sign behind an angle, and at which share of the way to the next."""
     crossed = (part[..., :-1] > 0.0) != (part[..., 1:] > 0.0)
