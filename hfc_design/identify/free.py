@@ -13,7 +13,7 @@ from hfc_design.core.numbers import NUMBER, Floats, Parameters, Scalar
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.files.machine import ALL_PLANTS, Axis
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
@@ -171,6 +171,12 @@ class Task(NamedTuple):
     made: bool = False  # the scenario says no more than which machine it is
     known: frozenset[str] = frozenset()  # what stays as it is; see ``known``
 
+    @property
+    def one(self) -> Axis:
+        """The axis, with the encoder that its sensors feed back."""
+        found = self.scenario.plant.each()[self.axis]
+        return found._replace(drive=self.scenario.machine.drives[self.axis])
+
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
     """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
@@ -188,7 +194,7 @@ def looked_for(task: Task) -> Free:
     Raises:
         UserError: one is unknown, is known already, or has no value to start from.
     """
-    start = task.scenario.plant.each()[task.axis]
+    start = task.one
     nominal = start.drive.parameters()._asdict()
     own = {k: x for k, x in start.parameters._asdict().items() if x != nominal[k]}
     named = [name.partition("=") for name in task.names or ()]

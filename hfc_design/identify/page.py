@@ -172,7 +172,7 @@ def response(found: Identified) -> Figure | None:
     for axes in (upper, lower):
         axes.axvspan(own.unknown_above, own.frequency[-1], color="0.93", lw=0)
         if own.mode:
-            axes.axvline(own.mode, color=OTHER, lw=1.0)
+            axes.axvline(own.mode.hz, color=OTHER, lw=1.0)
     upper.set_xlim(own.frequency[0], own.frequency[-1])
     gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
     gridded(lower, "frequency [Hz]", "coherence [1]")

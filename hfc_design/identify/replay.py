@@ -138,7 +138,7 @@ def sources(
     Raises:
         UserError: that cannot be understood, or is not of the drive.
     """
-    drive = task.scenario.machine.drives[task.axis]
+    drive = task.one.drive
     if others and check_log is None:
         raise UserError("--check-column: needs --check-log")
     with about(log):
@@ -161,7 +161,7 @@ def recordings(
         UserError: one cannot be read or has not what is needed; the line says which and why.
     """
     found, scenario = dict[str, Recording](), task.scenario
-    axis = scenario.plant.each()[task.axis]
+    axis = task.one
     for name, source in logs.items():
         read = read_log(source.path)
         with about(source.path):

@@ -149,7 +149,7 @@ class Identified(NamedTuple):
     @property
     def axis(self) -> Axis:
         """The one of the machine, as the fit began."""
-        return self.task.scenario.plant.each()[self.task.axis]
+        return self.task.one
 
     @property
     def free(self) -> Free:
@@ -410,7 +410,11 @@ def _made(found: Identified) -> Json:
             "substeps": scenario.simulation.substeps,
         },
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
-        "sensors": {"velocity": "encoder", **differences(told, found.free.drive.seen[1])},
+        "sensors": {
+            "velocity": "encoder",
+            **differences(told, found.free.drive.seen[1]),
+            **scenario.sensors.of(axis.name).model_dump(include={"feedback"}, exclude_none=True),
+        },
         "motions": _motions(told, speed, acceleration, lasts, duration, error),
         "fitness": {
             "kind": "tolerances",

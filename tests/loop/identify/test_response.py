@@ -51,7 +51,8 @@ def fitted(place, force, names=NAMES, **changes):
 def test_a_mode_is_seen_within_and_beyond_what_was_excited(hz, far):
     force = shaken_to(80.0)
     own = response(fitted(noisy(swinging(force, hz), NOISE, 0), force))
-    assert own.mode == pytest.approx(hz, rel=far)
+    assert own.mode.hz == pytest.approx(hz, rel=far)
+    assert own.mode.share == pytest.approx(-1.0, abs=0.05)  # what swings is measured
 
 
 @pytest.mark.parametrize("top", [30.0, 90.0])

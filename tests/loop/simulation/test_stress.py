@@ -1,5 +1,7 @@
 """What a design stands, against poles by SciPy and static errors by hand."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete
@@ -9,6 +11,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.stress import PARTS, _resting
 from hfc_design.simulation.usable import usable
+from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
 
 PERIOD, KP, KD = 1e-3, 20.0, 0.3  # V/mm, V s/mm
@@ -44,7 +47,7 @@ def found(**stress):
     )
 
 
-def radius(delay=0, hz=0.0, damping=0.0, share=0.0):
+def radius(delay=0, hz=0.0, damping=0.0, share=0.0, gains=(KP, KD)):
     """Of the closed loop's largest pole, with whole samples of delay and a mode in the force."""
     a = np.array([[0.0, 1.0, 0, 0], [0, -DRAG / MASS, 0, 0], [0, 0, 0, 1.0], [0, 0, 0, 0]])
     b = np.array([[0.0], [1e3 * GAIN / MASS], [0.0], [1.0]])
@@ -53,7 +56,7 @@ def radius(delay=0, hz=0.0, damping=0.0, share=0.0):
     a[1] += 1e3 * GAIN / MASS * share * a[3]  # the force is u + share s'', s'' = u - ...
     b[1] *= 1.0 + share
     ad, bd, *_ = cont2discrete((a, b, np.eye(4), np.zeros((4, 1))), PERIOD)
-    fed = -np.array([[KP, KD, 0.0, 0.0]])
+    fed = -np.array([[*gains, 0.0, 0.0]])
     if not hz:
         ad, bd, fed = ad[:2, :2], bd[:2], fed[:, :2]
     for _ in range(delay):
@@ -81,13 +84,38 @@ def test_a_delay_breaks_the_loop_where_its_poles_do():
 
 
 def test_a_far_mode_breaks_the_loop_where_its_poles_do():
-    own = found(far_modes_hz=[60.0], mode_damping=0.02)
+    own = found(modes=[{"hz": 60.0, "damping": 0.02}])
     (row,) = own.stress
     parts = np.append(PARTS, 1.0)
     unstable = [radius(0, 60.0, 0.02, -x) > 1.0 for x in parts]
     assert any(unstable)
     assert not all(unstable)
     assert (row.part, row.holds) == (parts[int(np.argmax(unstable))], False)
+
+
+def test_where_a_mode_would_lead_a_loop_is_told_by_the_loop_without_it():
+    """Near -1 the circle is but nearly one."""
+    a, b = np.array([[0.0, 1.0], [0.0, -DRAG / MASS]]), np.array([[0.0], [1e3 * GAIN / MASS]])
+    ad, bd, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), PERIOD)
+    unstable = []
+    for hz, share in product((30.0, 60.0, 100.0, 170.0, 240.0), (0.1, 0.5, -0.3, -1.0)):
+        for gains in ((20.0, 0.3), (60.0, 0.6), (20.0, 1.5), (5.0, 2.5)):
+            z = np.exp(2j * np.pi * hz * PERIOD)
+            loop = gains @ np.linalg.solve(z * np.eye(2) - ad, bd)[:, 0]
+            near = swung(loop, 0.02, share)
+            if abs(near - 1.0) > 0.2:
+                unstable.append(radius(0, hz, 0.02, share, gains) > 1.0)
+                assert unstable[-1] == (near > 1.0), (hz, share, gains, near)
+    assert len(unstable) > 60
+    assert 0.2 < np.mean(unstable) < 0.8
+
+
+def test_where_a_log_shows_no_mode_none_is_tried():
+    told = found(mode_inertia=[0.1], unknown_above_hz=200.0).stress
+    at = [float(one.name.split()[3]) for one in told]
+    assert (min(at), max(at)) == (200.0, 250.0)
+    assert sum("before the encoder" in one.name for one in told) == 4
+    assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress
 
 
 def test_a_stress_that_the_loop_stands_is_no_reason():
