@@ -156,7 +156,7 @@ class Problem(Judging):
         start = generation * (count - 1) if generation < self._fresh else 0
         some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
         if hard is not None and len(hard):
-            half = count // 2
+            half = (count + 1) // 2
             some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
         return some
 
