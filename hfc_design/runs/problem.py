@@ -28,6 +28,8 @@ PENALTY, GROWING = 300.0, 2.0
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
+#: More than what a design can break.
+BEHIND = 1e3
 #: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
 NEAR = 2.0
 
@@ -132,12 +134,21 @@ class Problem(Judging):
         every = np.arange(self._machines.size)
         some = every[: -(-len(every) // 4)]
         lanes = len(population.tree) * len(some)
-        rank = self.rank_on(population, some)
+        rank = self._final_rank(population, some)
         best = np.argsort(-rank, kind="stable")[: -(-len(rank) // 4)]
-        found = self.rank_on(taken(population, best), every, lanes)
+        found = self._final_rank(taken(population, best), every, lanes)
         rank = np.minimum(rank, found.min())
         rank[best] = found
         return rank
+
+    def _final_rank(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
+        """As ``rank_on``; behind all others is who breaks a constraint where there is no stress."""
+        gains = self.genome.gains(population)
+        judged = self._judged(gains, self._machines.take(machines), at_once)
+        beside, some = self._beside(gains), np.isin(machines, self.calm)
+        calm = Judged(*(np.asarray(part)[:, some] for part in judged))
+        rank, alone = (self._rank(x, self._ensemble, beside=beside)[:, 0] for x in (judged, calm))
+        return np.where(alone < 0.0, alone - BEHIND, rank)
 
     def is_sound(self, one: Population, finalists: int) -> bool:
         """Whether a finalist of so many keeps every constraint where there is no stress.
@@ -156,7 +167,7 @@ class Problem(Judging):
         start = generation * (count - 1) if generation < self._fresh else 0
         some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
         if hard is not None and len(hard):
-            half = (count + 1) // 2
+            half = count // 2
             some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
         return some
 

@@ -187,6 +187,7 @@ class AskedMargins:
         last = len(points) - 1
         places = sorted({0, min(1, last), (last + 1) // 2, last})
         # What shakes is not held by friction: the law at rest meets a machine that moves as well.
+        self._rest = len(places) if last > 0 else -1
         places += [0] * (last > 0)
         self._machines = every = near(loop, machines, [points[k] for k in places])
         if last > 0:
@@ -217,10 +218,12 @@ class AskedMargins:
         machines, own, known = self._near(gains)
         found = self._margins(own, known)
         each = [np.where(known, _growth(_repeated(self._moving, len(own.a)), own)[:, None], 0.0)]
+        rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
         for name, limit in (self._asked | {"modes": NEAR}).items():
             value, more = found[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value
+            over = np.where(rest & (name != "modes"), 0.0, over)  # of margins it is asked as it is
             each.append(np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf))
         worst = (one.max(axis=1, initial=0.0).reshape(-1, len(self._answers)) for one in each)
         return np.asarray(sum(1.0 - 1.0 / (1.0 + one.max(axis=1)) for one in worst))

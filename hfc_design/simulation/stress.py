@@ -124,8 +124,6 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size).samples is None]
-    rubbing = [one for one in kinds if one.applied(one.size).friction > 1.0]
-    kinds = [x for one in kinds for x in (one, *rubbing)]  # what breaks most designs
     turns = np.arange(machines.size)
     if not kinds:
         return standing(machines, scenario, loop), turns

@@ -54,3 +54,17 @@ def test_a_delay_and_a_smaller_limit_raise_the_bound():
     assert found.bound < late.bound
     assert found.bound < weak.bound
     assert late.voltage[0] == 0.0
+
+
+def test_the_target_of_the_step_is_out_of_reach_as_its_scenario_says():
+    """By the inequality of Cauchy and Schwarz: n times the squares are at least the sum squared."""
+    (scenario,) = (
+        x for x in load_scenario("c-axis-practical").each_motion() if x.name.endswith(".step")
+    )
+    (found,) = attainable(scenario).values()
+    steps = len(found.voltage)
+    error = np.asarray(played(player(scenario), found.voltage).error)
+    least, best = found.bound / np.sqrt(found.samples * steps), np.sqrt(np.mean(error**2))
+    assert 1.3e-3 < least < best < 2.2e-3
+    target = scenario.fitness.tolerances["rms_error"].tolerance
+    assert target == "1 mrad"
