@@ -215,7 +215,7 @@ class AskedMargins:
 
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
-        machines, own, known = self._near(gains)
+        own, known = self._near(gains)
         found = self._margins(own, known)
         each = [np.where(known, _growth(_repeated(self._moving, len(own.a)), own)[:, None], 0.0)]
         rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
@@ -233,16 +233,16 @@ class AskedMargins:
 
         Of an unstable loop they say nothing.
         """
-        return self._margins(*self._near(gains)[1:])
+        return self._margins(*self._near(gains))
 
-    def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
-        """(individuals x points) machines, controllers, and whether both were found."""
+    def _near(self, gains: Gains) -> tuple[Controllers, Mask]:
+        """(individuals x points) controllers, and whether they and their machines were found."""
         points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines = _repeated(self._machines, count * points)
         with np.errstate(all="ignore"):
             own = controlled(self._loop, self._told, every, machines)
-        return machines, own, (own.found & machines.found)[:, None]
+        return own, (own.found & machines.found)[:, None]
 
     def _margins(self, own: Controllers, known: Mask) -> dict[str, Floats]:
         """(lanes, axes) of each margin, where it is ``known``."""
@@ -263,7 +263,6 @@ class AskedMargins:
             both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
             both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
-
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
         """(lanes, axes) how near the modes of the stress lead a loop to -1, see ``swung``."""
