@@ -186,13 +186,12 @@ class AskedMargins:
         machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
         last = len(points) - 1
         places = sorted({0, min(1, last), (last + 1) // 2, last})
-        # What shakes is not held by friction: the law at rest meets a machine that moves as well.
+        # What shakes is not held by friction: as to modes the law at rest meets a machine that moves.
         self._rest = len(places) if last > 0 else -1
         places += [0] * (last > 0)
         self._machines = every = near(loop, machines, [points[k] for k in places])
         if last > 0:
             every = jax.tree.map(lambda leaf: np.append(leaf[:-1], leaf[1:2], axis=0), every)
-        self._moving = every
         self._loop, self._told, self._asked = loop, machines.told, scenario.margins
         self._stress = scenario.stress if scenario.robust else None
         self._every = scenario.simulation.sample_time_s
@@ -215,9 +214,9 @@ class AskedMargins:
 
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
-        own, known = self._near(gains)
+        machines, own, known = self._near(gains)
         found = self._margins(own, known)
-        each = [np.where(known, _growth(_repeated(self._moving, len(own.a)), own)[:, None], 0.0)]
+        each = [np.where(known, _growth(machines, own)[:, None], 0.0)]
         rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
         for name, limit in (self._asked | {"modes": NEAR}).items():
             value, more = found[name], name == "modes" or ASKED[name][1]
@@ -233,16 +232,18 @@ class AskedMargins:
 
         Of an unstable loop they say nothing.
         """
-        return self._margins(*self._near(gains))
+        return self._margins(*self._near(gains)[1:])
 
-    def _near(self, gains: Gains) -> tuple[Controllers, Mask]:
-        """(individuals x points) controllers, and whether they and their machines were found."""
+    def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
+        """(individuals x points) machines, controllers, and whether both were found."""
         points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
-        machines = _repeated(self._machines, count * points)
+        machines: Steady = jax.tree.map(
+            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
+        )
         with np.errstate(all="ignore"):
             own = controlled(self._loop, self._told, every, machines)
-        return own, (own.found & machines.found)[:, None]
+        return machines, own, (own.found & machines.found)[:, None]
 
     def _margins(self, own: Controllers, known: Mask) -> dict[str, Floats]:
         """(lanes, axes) of each margin, where it is ``known``."""
@@ -280,16 +281,6 @@ class AskedMargins:
             place = int(np.abs(hz - one.hz).argmin())
             nearest = np.fmax(nearest, swung(loop[..., place], one.damping, one.share))
         return nearest
-
-
-def _repeated(machines: Steady, lanes: int) -> Steady:
-    """So often that there are so many."""
-
-    def tiled(leaf: Floats) -> Floats:
-        return np.tile(leaf, (lanes // len(leaf), *[1] * (leaf.ndim - 1)))
-
-    found: Steady = jax.tree.map(tiled, machines)
-    return found
 
 
 def _growth(machines: Steady, own: Controllers) -> Floats:
