@@ -25,6 +25,8 @@ BOUNDS = Bounds()
 EVERY = 20
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
+#: First means that are looked at, and how far around, in first standard deviations.
+MANY, WIDE = 1024, 4.0
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 16
 
@@ -167,12 +169,29 @@ class Cma(NamedTuple):
         each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
-        if not place.stage:  # what begins elsewhere may end elsewhere
-            each.mean[1:] += one.step * rng.standard_normal(each.mean[1:].shape)
+        if not place.stage:
+            each.mean[:] = self._apart(stage, one, tree, rng)
         population = stage.members(each.mean, tree)
         trail = taken(population, np.zeros(TRAIL, int)) if state is None else state.trail
         hard = np.empty(0, np.int64) if state is None else state.hard
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
+
+    def _apart(
+        self, stage: Stage, one: Distribution, tree: Integers, rng: np.random.Generator
+    ) -> Floats:
+        """(trees, size) first means: what begins elsewhere may end elsewhere.
+
+        The first is that of the stage, unless it is broken; then all are those of many, from far
+        around, that are broken least.
+        """
+        means = one.mean + one.step * rng.standard_normal((len(tree), one.mean.size))
+        means[0] = one.mean
+        broken = self.task.broken
+        if broken is None or not broken(stage.members(means[:1], tree[:1])).any():
+            return means
+        many = one.mean + WIDE * one.step * rng.standard_normal((MANY, one.mean.size))
+        off = broken(stage.members(many, np.repeat(tree[:1], MANY)))
+        return np.asarray(many[np.argsort(off, kind="stable")[: len(tree)]])
 
     def _stage(self, state: CmaState, number: int) -> Stage:
         return self.task.genome.stage(number, state.about if number else None)
