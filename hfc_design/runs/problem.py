@@ -200,8 +200,10 @@ class Problem(Judging):
         differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
         hardest = self._hardest if self._robust else None
         linear = self._linear if differs else None
-        broken = self._unsound if self._margins and self._robust else None
-        return Task(self.genome, linear, hardest, self._informed, broken)
+        found = Task(self.genome, linear, hardest, self._informed)
+        if self._margins and self._robust:
+            return found._replace(broken=self._unsound, worth=self.rank)
+        return found
 
     def _unsound(self, population: Population) -> Floats:
         """(n,) by how much individuals break what is asked of the margins of their loops."""

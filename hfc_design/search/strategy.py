@@ -47,6 +47,8 @@ class Task(NamedTuple):
     informed: Callable[[Integers, np.random.Generator], Population | None] | None = None
     #: (n,) by how much individuals break what is known without a simulation; None: nothing is.
     broken: Callable[[Population], Floats] | None = None
+    #: (n,) what they are worth in the first generation; None with ``broken``.
+    worth: Callable[[Population], Floats] | None = None
 
 
 class Scored(NamedTuple):

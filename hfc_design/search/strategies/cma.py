@@ -26,7 +26,7 @@ EVERY = 20
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
 #: First means that are looked at, and how far around, in first standard deviations.
-MANY, WIDE = 1024, 4.0
+MANY, WIDE = 2048, 4.0
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 16
 
@@ -181,17 +181,19 @@ class Cma(NamedTuple):
     ) -> Floats:
         """(trees, size) first means: what begins elsewhere may end elsewhere.
 
-        The first is that of the stage, unless it is broken; then all are those of many, from far
-        around, that are broken least.
+        The first is that of the stage, unless it is broken. Then all are the best of many, from far
+        around, of which those that are broken least make a first generation.
         """
         means = one.mean + one.step * rng.standard_normal((len(tree), one.mean.size))
         means[0] = one.mean
-        broken = self.task.broken
-        if broken is None or not broken(stage.members(means[:1], tree[:1])).any():
+        broken, worth = self.task.broken, self.task.worth
+        if broken is None or worth is None or not broken(stage.members(means[:1], tree[:1])).any():
             return means
         many = one.mean + WIDE * one.step * rng.standard_normal((MANY, one.mean.size))
         off = broken(stage.members(many, np.repeat(tree[:1], MANY)))
-        return np.asarray(many[np.argsort(off, kind="stable")[: len(tree)]])
+        some = many[np.argsort(off, kind="stable")[: self.settings.population]]
+        rank = worth(stage.members(some, np.repeat(tree[:1], len(some))))
+        return np.asarray(some[np.argsort(-rank, kind="stable")[: len(tree)]])
 
     def _stage(self, state: CmaState, number: int) -> Stage:
         return self.task.genome.stage(number, state.about if number else None)
