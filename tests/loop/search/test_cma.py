@@ -166,6 +166,25 @@ def test_the_last_generations_meet_the_machines_that_are_hard_by_then(genome):
     assert fault(last, genome.empty(), CMA) is None
 
 
+def test_a_start_that_is_broken_gives_way_to_the_best_of_many_that_are_not(genome):
+    """Unbroken is who has ten times the first ki; of these the largest is worth most."""
+    first = genome.empty().linear[0, 0]
+
+    def broken(population):
+        return np.maximum(np.log(10.0 * first / population.linear[:, 0]), 0.0)
+
+    def begun(**told):
+        own = searcher(CMA, Task(genome, **told))
+        _, asked = own.start(np.random.default_rng(0))
+        return asked.population.linear[-1, 0]  # of the mean
+
+    assert begun() == pytest.approx(first)
+    assert begun(broken=lambda x: np.zeros(len(x.tree)), worth=hill) == pytest.approx(first)
+    largest = begun(broken=broken, worth=lambda x: x.linear[:, 0])
+    least = begun(broken=broken, worth=lambda x: -x.linear[:, 0])
+    assert 10.0 * first <= least < largest
+
+
 def test_gains_are_one_stage():
     """Of a score that has its best at k_p = 30, k_i = 6, k_d = -0.5."""
     ranges = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
