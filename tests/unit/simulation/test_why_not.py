@@ -7,7 +7,8 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
-from hfc_design.simulation.in_use import Stressed, stress_table, why_table
+from hfc_design.simulation.in_use import MENDS, Stressed, stress_table, why_table
+from hfc_design.simulation.stress import cases
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.why_not import deviations, least, widest
@@ -156,7 +157,19 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
 def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
     one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
     each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
-    assert stress_table(each).lines == [
+    *lines, mend = stress_table(each).lines
+    assert lines == [
         "breaks: with a delay 0.5 it oscillates; it holds with a delay 0.375",
         "breaks: with a delay 0.5 it oscillates",
     ]
+    assert mend == f"first to mend: {MENDS['delay']}; see docs/robustness.md"
+    assert stress_table([one._replace(holds=True).numbers()]).lines == []
+
+
+def test_every_stress_has_its_own_mend():
+    """By a word of its name, of which a name has one only."""
+    own = load_scenario("c-axis-practical", {"stress.far_modes_hz": [60.0]})
+    names = [case.told(1.0) for case in cases(own, 20.0)]
+    words = [[word for word in MENDS if word in name] for name in names]
+    assert {len(each) for each in words} == {1}
+    assert {*sum(words, [])} == {*MENDS}
