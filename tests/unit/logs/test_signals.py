@@ -289,6 +289,17 @@ def test_a_last_step_of_an_encoder_before_a_rest_is_not_an_end_of_a_scale():
         assert not at_an_end(start + step * counts).any()
 
 
+@pytest.mark.parametrize("bent", [0.02, 0.05, 0.1, 0.2, 0.3])
+def test_a_peak_that_is_flat_by_the_steps_of_its_encoder_is_not_an_end_of_a_scale(bent):
+    """Beside slow moves of a step or two in a sample, of which its last ones are as fast."""
+    peak, slow = -0.5 * bent * (np.arange(41) - 20.3) ** 2, np.arange(-400.0, -100.0)
+    turned = np.round(np.concatenate([slow, peak + 0.3]))
+    assert (turned == turned.max()).sum() >= 4
+    assert not at_an_end(turned).any()
+    fast = np.minimum(np.arange(-300.0, 60.0, 4.0), 21.0)
+    assert at_an_end(fast).sum() == (fast == 21.0).sum()
+
+
 @pytest.mark.parametrize("off", [60.0, -0.5])
 def test_a_wrong_sample_is_left_out_and_said(off):
     """Noise, steps of an encoder and reversals are none."""
