@@ -26,6 +26,8 @@ KNOWN = 0.25
 MODES, DAMPINGS = 80, (0.01, 0.03, 0.1, 0.2)
 #: A mode is one if it explains so many times its share of what is left, and changes so much.
 CLEAR, CHANGES = 30.0, 0.15
+#: No mode is told above this share of the samples.
+HIGHEST = 0.4
 #: Autocorrelations of the residual that are looked at, in so many standard errors.
 LAGS, FAR = 40, 1.96
 
@@ -81,6 +83,8 @@ def response(found: Found) -> Response | None:
     counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
+    if mode and mode > min(top or 0.0, HIGHEST / every):
+        mode = None  # below it other errors of the model look alike
     size = turn**2 * power.real
     curves = frequency, own / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
