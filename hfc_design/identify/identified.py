@@ -20,6 +20,10 @@ from hfc_design.identify.result import Check, Identified, response_lines
 LOST = 0.2
 #: A second log that is so many times as far off as the first one is not of the same machine.
 STRANGE = 4.0
+#: A model that takes less than the command in this share of its log is not of this drive.
+CLIPPED = 0.1
+#: A parameter that only shows where flanks change, for longer than this share of a log on either.
+GAP, RARE = "backlash", 0.01
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
@@ -49,15 +53,46 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     tell("what the parameters do on each log")
     found, known, states, note = kept(found, known)
     own, (known, apart) = response(found), halved(found, known, states)
+    known, states, hidden = unseen_gap(found, known, states, told, substeps)
     if fault_found := fault(found.fit.free, found.fit.numbers):
         told_why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {told_why}; look for fewer with --free")
     checks = checked(task, found, logs)
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
-    said = (note, apart, *response_lines(own), *against, *told.notes, wanted.rest())
+    said = (note, apart, hidden, *response_lines(own), *against, *told.notes, wanted.rest())
     parts = found, known, states, worst, checks, next_one, own, told
     return Identified(name, task, *parts, tuple(filter(None, said)))
+
+
+def unseen_gap(
+    found: Found, known: Certainty, states: tuple[str, ...], told: Recording, substeps: int
+) -> tuple[Certainty, tuple[str, ...], str]:
+    """What is known without a backlash that the machine never crosses in its log, and a line.
+
+    The transmission is followed in the replay: it has to go from one flank to the other.
+    """
+    fit, names = found.fit, found.fit.free.names
+    ends = [name for name in fit.free.drive.encoders if name != fit.free.drive.seen[0]]
+    if GAP not in names or told.command is None or not ends:
+        return known, states, ""
+    both = {fit.free.drive.seen[0]: told.place, ends[0]: told.place}
+    one = replay(fit.free, told._replace(outputs=both), found.bandwidth or 0.0, substeps)
+    off = offs(found.problem._replace(residual=one, scale=np.ones(2)), fit.numbers)
+    bent = (off[:, 0] - off[:, 1])[(off != 0).any(axis=1)]
+    k = names.index(GAP)
+    crossed = np.ptp(np.quantile(bent, [RARE, 1.0 - RARE])) >= 0.5 * known.value[k]
+    if crossed or states[k] == "no":
+        return known, states, ""
+    here = np.arange(len(names)) == k
+    ends_of = {name: np.where(here, np.nan, getattr(known, name)) for name in ("low", "high")}
+    flags = tuple(x and not own for x, own in zip(known.told, here, strict=True))
+    known = known._replace(told=flags, error=np.where(here, np.inf, known.error), **ends_of)
+    line = (
+        f"the {GAP} is not seen in this log: what pulls the axis, as its weight, keeps it on one "
+        f"flank; measure it with a dial gauge and --set plant.parameters.{GAP}, 0 if there is none"
+    )
+    return known, tuple("no" if own else x for x, own in zip(states, here, strict=True)), line
 
 
 def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> Found:
@@ -155,8 +190,9 @@ def beyond(fit: Fit, command: Floats) -> list[str]:
     share = float(np.mean((command < low) | (command > high)))
     if not share:
         return []
+    against = "NOT USABLE: the model cannot drive its own log: " if share > CLIPPED else ""
     return [
-        f"{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
+        f"{against}{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
         f"{drive.units['command']} that the drive takes, and act as those: is that limit, and is "
         "the unit of the command right?"
     ]
