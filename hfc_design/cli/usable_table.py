@@ -99,10 +99,9 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
 
 def again_told(found: Json | None, seed: int) -> str:
     """What another search may try, "" where none helps: of stress the table says what does."""
-    if not found or found["usable"] or found.get("verdict") == ON_THIS_MODEL:
-        return ""
+    helps = found and not found["usable"] and found.get("verdict") != ON_THIS_MODEL
     more = f"--seed {seed}, twice the --generations, or a smaller robust.spread"
-    return f"To get a usable design, try {more}"
+    return f"To get a usable design, try {more}" if helps else ""
 
 
 def _below(found: Json) -> list[str]:

@@ -21,9 +21,9 @@ from plants import Drive
 
 #: How far from where it began whatever a log does not tell may be.
 FACTOR = 30.0
-#: Factors of wrong units, mm or um for m, turns a minute, degrees, and how near one is. Others say
-#: nothing: the fit may have begun with the values of quite another machine.
-UNITS, NEAR = (1e3, 1e6, 60.0, 57.3), 1.1
+#: Factors of wrong units, mm or um for m, turns a minute, degrees. Others say nothing: a fit may
+#: have begun with the values of quite another machine.
+UNITS = np.log([1e3, 1e6, 60.0, 57.3])
 #: Size of what may have either sign, and is 0 where it begins [its unit].
 SMALL = 0.1
 #: A load that is always there, beside the parameters; and those that are one, of some drives.
@@ -112,8 +112,7 @@ class Free:
         """By which factor each parameter has left its start, of those that units may explain."""
         each = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, signed in each if x and signed}
-        near = {x for unit in UNITS for x in (unit, 1.0 / unit)}
-        return {k: x for k, x in factors.items() if any(1 / NEAR < x / u < NEAR for u in near)}
+        return {k: x for k, x in factors.items() if np.abs(abs(np.log(x)) - UNITS).min() < 0.1}
 
 
 def free(

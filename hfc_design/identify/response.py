@@ -22,12 +22,10 @@ from hfc_design.identify.replay import DAMPED, Replay
 SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
 #: A frequency was excited if its response is known to this share.
 KNOWN = 0.25
-#: Frequencies and damping ratios of a mode that are tried.
-MODES, DAMPINGS = 80, (0.01, 0.03, 0.1, 0.2)
+#: Frequencies and damping ratios of a mode that are tried; the highest told, as a share of samples.
+MODES, DAMPINGS, HIGHEST = 80, (0.01, 0.03, 0.1, 0.2), 0.4
 #: A mode is one if it explains so many times its share of what is left, and changes so much.
 CLEAR, CHANGES = 30.0, 0.15
-#: No mode is told above this share of the samples.
-HIGHEST = 0.4
 #: Autocorrelations of the residual that are looked at, in so many standard errors.
 LAGS, FAR = 40, 1.96
 

@@ -134,9 +134,8 @@ def _trusted(found: Even, drive: Drive) -> Even:
     if clipped.any():
         usable &= ~clipped
         notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} stay at its largest or "
-            "smallest value, which it reached fast: taken for the end of what its sensor can show, "
-            "and left out"
+            f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} stay at its largest "
+            "or smallest value, as if its sensor showed no more, and are left out"
         )
     return found._replace(usable=usable, notes=notes)
 

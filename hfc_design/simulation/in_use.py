@@ -5,6 +5,7 @@ What is measured for it and what is read from that stand last, together, because
 places of the values.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -49,19 +50,13 @@ STRESS_ABOUT = (
     "stress: one at a time on machines that hold without it, in all motions required of them; "
     "merit: of the median machine, times that without it"
 )
-#: What to do about the stress that breaks a design first, by a word of its name; tolerances are
-#: those of [robust.tolerances].
+#: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
     "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
-    "delay": "identify delay and lag, or filter less (a faster observer, a shorter sample time)",
-    "current loop": "identify the lag of the drive, or filter less (a faster observer)",
-    "early or late": "filter less (a faster observer), or steady the cycle of the control",
+    "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
-    "friction": "give friction_moving and friction_at_rest a tolerance and search again",
-    "load": "give load a tolerance and search again",
-    "gap": "give backlash a tolerance and search again",
-    "start": "add a motion that begins so and search again",
-    "rest": "add a motion that rests so and search again",
+    "start|rest": "add a motion that does so and search again",
+    "": "give it a tolerance in [robust.tolerances] and search again",
 }
 WHY = "What would give a yes, each alone"
 WHY_ABOUT = (
@@ -344,9 +339,8 @@ def stress_table(found: Sequence[Json]) -> Told:
     held = ((told, f"; it holds with {part}" if part else "") for told, part in _broken(found))
     lines = [f"breaks: {told}{part}" for told, part in held]
     if lines:
-        first = min((one for one in found if not one["holds"]), key=_part)["breaks"]
-        mends = (mend for word, mend in MENDS.items() if word in first)
-        lines.append(f"first to mend: {next(mends)}; see docs/robustness.md")
+        first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
+        lines.append(f"first to mend: {next(first)}; see docs/robustness.md")
     return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
@@ -357,13 +351,9 @@ def breaking(found: Iterable[Json]) -> str:
     return first + (others if more else "")
 
 
-def _part(one: Json) -> float:
-    return float(one["part"])
-
-
 def _broken(found: Iterable[Json]) -> list[tuple[str, str]]:
     """With what the design breaks and how, and the largest part before that it holds."""
-    each = sorted((one for one in found if not one["holds"]), key=_part)
+    each = sorted((one for one in found if not one["holds"]), key=lambda one: float(one["part"]))
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
 

@@ -165,9 +165,8 @@ def _at(
 def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
     if not about.found[lane]:
-        gap = any(getattr(own, "backlash", 0.0) > 0.0 for own in machine.true)
-        why = ": within its backlash no command moves what is behind" if gap else ""
-        return f"no steady motion was found there{why}, so that the loop cannot be linearised"
+        gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.true)
+        return f"{gap}no steady motion was found there, so that the loop cannot be linearised"
     pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, strict=True)
     for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))

@@ -13,7 +13,6 @@ slides. So steps from many places along the way are taken together, with the wei
 beside the way is 0.
 """
 
-from contextlib import suppress
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -36,11 +35,7 @@ UNSTEADY = (
     "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
     "reason: leave it out of the model, or take a controller that needs no linear model, as pid"
 )
-#: What to do where a gap is why.
-GAP = (
-    "within its backlash no command moves what is behind, and there is too little friction to keep "
-    "a flank: plant.parameters.backlash=0 for a linear model; [stress] backlash_steps tries a gap"
-)
+GAP = "its backlash is why: plant.parameters.backlash=0 for a linear model; [stress] tries a gap"
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
 #: Speeds that are tried [of the position, per s], the highest first.
@@ -303,7 +298,8 @@ def nominal(
             slides, found = mean, _found(mean, sample_time, speed)
     if found is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
-        why = f"no steady motion was found at {at}; {_cause(drive, parameters, sample_time, speed)}"
+        cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
+        why = f"no steady motion was found at {at}; {cause}"
         raise UserError(REFUSED.format(drive.name, why))
     motion, one, substeps = found
     a, b, load = _sampled(one, substeps)
@@ -319,15 +315,6 @@ def nominal(
     acceleration, load_own = slides.asks(a, b, rising), slides.asks(a, b, -load)
     parts = (velocity, acceleration, coulomb, load_own)
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
-
-
-def _cause(drive: Drive, parameters: Any, sample_time: float, speed: float | None) -> str:
-    """Why there is no steady motion: a gap, if there is one without it."""
-    if getattr(parameters, "backlash", 0.0) > 0.0:
-        with suppress(UserError):
-            nominal(drive, parameters._replace(backlash=0.0), sample_time, speed)
-            return GAP
-    return UNSTEADY
 
 
 def _found(

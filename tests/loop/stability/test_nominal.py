@@ -187,13 +187,14 @@ def test_what_cannot_be_linearised_is_told_in_a_line(drive, parameters):
 
 
 def test_a_gap_that_keeps_no_flank_is_named_as_the_cause():
-    """Without it the same drive is linearised; no spring is to blame."""
+    """No spring is to blame: without the gap the same drive is linearised."""
     table = MILLING_TABLE
     own = {"coulomb_friction": 1e-3, "viscous_friction": 1e-3, "stiction_rise": 0.0}
     with refused() as found:
         nominal(table, table.parameters(backlash=0.3, **own), 0.001)
-    assert "within its backlash" in str(found.error)
+    assert "its backlash is why" in str(found.error)
     assert "spring" not in str(found.error)
+    assert nominal(table, table.parameters(backlash=0.0, **own), 0.001).speed > 0.0
 
 
 def test_a_speed_at_which_nothing_is_steady_is_refused():

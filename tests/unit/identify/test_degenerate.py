@@ -73,7 +73,7 @@ def test_a_slope_that_is_no_number_is_named():
 
 
 def test_only_what_units_explain_is_said_to_be_far_from_where_it_began():
-    """A spindle of 97 times the mass of the built-in stage, and a damping of 0.004 times, are so."""
+    """Machines of 97 times the mass of the built-in stage exist, and of 0.004 times the drag."""
     wanted = free(CART, {}, ("mass", "viscous_friction"))
     for factor, told in ((97.3, 0), (0.0042, 0), (1.5, 0), (1020.0, 1), (1e-3, 1), (1 / 57, 1)):
         numbers = np.append(np.log([factor, 1.0]), [0.0, 0.0])

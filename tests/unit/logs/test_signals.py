@@ -36,6 +36,17 @@ def test_units_of_people_and_of_encoders():
     assert counted.notes == ["time is t in s; another unit: NAME=COLUMN [UNIT]"]
 
 
+def test_degrees_are_angles_and_on_a_straight_plant_ways_on_an_arm_of_a_metre():
+    """As docs/identify.md names them."""
+    angle, columns = 0.3 * PLACE, {"t_s": TIME, "p": np.degrees(0.3 * PLACE), "voltage_V": VOLTS}
+    for unit, factor in (("deg", 1.0), ("mdeg", 1e3), ("arcsec", 3600.0), ("turn", 1.0 / 360.0)):
+        own = columns | {"p": factor * columns["p"]}
+        one = found(own, "time=t_s", f"spindle_angle=p [{unit}]", drive=PLANTS["c-axis"])
+        np.testing.assert_allclose(one.values["spindle_angle"], angle, atol=1e-12)
+    one = found(columns, "time=t_s", "position=p [17.4533 mm]")
+    np.testing.assert_allclose(one.values["position"], 1e3 * angle, rtol=1e-5)
+
+
 def test_a_column_that_is_named_without_a_unit_has_that_of_its_own_name():
     names = ("time=t_ms", "position=Pos_um", "command=U [mV]", "velocity=rate_of_m_s")
     columns = {"t_ms": 1e3 * TIME, "Pos_um": 1e3 * PLACE, "U [mV]": 1e3 * VOLTS}
