@@ -24,7 +24,7 @@ STRANGE = 4.0
 CLIPPED = 0.1
 #: A parameter that only shows where flanks change, for longer than this share of a log on either.
 GAP, RARE = "backlash", 0.01
-HIDDEN = "the backlash is not seen in this log: a weight keeps the axis on one flank; measure it"
+HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
@@ -80,7 +80,8 @@ def unseen_gap(
     bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
     if np.ptp(bent) >= 0.5 * known.value[here]:
         return known, states, ""
-    known = known._replace(told=tuple((~here & known.told).tolist()))
+    value, low = (np.where(here, 0.0, x) for x in (known.value, known.low))
+    known = known._replace(value=value, low=low, told=tuple((~here & known.told).tolist()))
     return known, tuple(np.where(here, "no", states).tolist()), HIDDEN
 
 

@@ -98,5 +98,6 @@ def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen
     known = certainty(fit)._replace(told=(True, True))
     after, states, line = unseen_gap(Found(fit, problem, 20.0), known, ("yes",) * 2, told, 1)
     assert (states, after.told) == (("yes" if seen else "no", "yes"), (seen, True))
+    assert after.value.tolist() == [0.4 if seen else 0.0, weight]
     assert line.startswith("" if seen else "the backlash is not seen in this log")
     assert bool(line) != seen
