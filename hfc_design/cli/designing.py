@@ -76,7 +76,7 @@ def design(
     sensors and limits as drives have them.
     """
     from hfc_design.cli import shown
-    from hfc_design.cli.usable_table import settling_told, show_usable
+    from hfc_design.cli.usable_table import again_told, settling_told, show_usable
     from hfc_design.core.console import busy
     from hfc_design.core.lock import alone
     from hfc_design.core.records import in_a_line
@@ -109,9 +109,8 @@ def design(
         show_front(result.front)
     if told:
         click.echo(told)
-    if use and not use["usable"] and result.search is not None:
-        more = f"--seed {found.run.seed + 1}, twice the --generations, or a smaller robust.spread"
-        click.echo(f"To get a usable design, try {more}")
+    if result.search is not None and (line := again_told(use, found.run.seed + 1)):
+        click.echo(line)
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 

@@ -97,6 +97,13 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
     return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
 
 
+def again_told(found: Json | None, seed: int) -> str:
+    """What another search may try, "" where none helps: of stress the table says what does."""
+    helps = found and not found["usable"] and found.get("verdict") != ON_THIS_MODEL
+    more = f"--seed {seed}, twice the --generations, or a smaller robust.spread"
+    return f"To get a usable design, try {more}" if helps else ""
+
+
 def _below(found: Json) -> list[str]:
     """What stands below the table, a line each."""
     low, high = found["interval"]

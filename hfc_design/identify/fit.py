@@ -7,16 +7,17 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
-from scipy.signal import fftconvolve
+from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
 from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.replay import Recording, Replay, Residual, replay
+from hfc_design.identify.replay import DAMPED, Recording, Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
@@ -27,8 +28,8 @@ AWAY = 5.0
 FEW, MANY = 15, 100
 LOOSE, TIGHT = 1e-3, 1e-8
 #: How much it is damped in the beginning, and at most; and as which share of the one with the
-#: largest slope at least, or what is hardly seen would run away.
-DAMPING, MOST, WEAK = 1e-3, 1e3, 1e-3
+#: largest slope at least, or what is hardly seen would run away. Steeper slopes have no squares.
+DAMPING, MOST, WEAK, STEEP = 1e-3, 1e3, 1e-3, 1e130
 #: The scales are taken anew at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
 #: The size of the load is looked for in so many steps.
@@ -52,7 +53,9 @@ LARGEST_SHARE = 0.2
 #: A slower observer is tried if under the numbers of the faster one it is off by less than so many
 #: times as much; whoever knows the machine needs no fast one.
 WORTH = 3.0
-
+#: Where a fit leaves this share of what its observer alone does, as beside a soft spring, slower
+#: observers [Hz] are tried from all starts.
+SPOILT, SLOWER = 0.4, (5.0, 2.0)
 #: A lag is looked for from so many samples, and is one if it is so many standard errors long.
 LAG, CLEAR = 0.5, 4.0
 
@@ -150,7 +153,7 @@ def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tup
 
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
     least, normal = all_of(off, numbers), np.zeros((0, 0))
-    for _ in range(steps if np.isfinite(jacobian).all() and np.isfinite(least) else 0):
+    for _ in range(steps if np.abs(jacobian).max() < STEEP and np.isfinite(least) else 0):
         if not normal.size:  # here nothing was tried yet
             rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
             slope = rows.T @ (off / problem.scale).ravel()
@@ -165,7 +168,7 @@ def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tup
         trial[free] += step
         there, changed = slopes(problem, trial)
         gained = least - all_of(there, trial)
-        if not (gained > 0.0 and np.isfinite(changed).all()):
+        if not (gained > 0.0 and np.abs(changed).max() < STEEP):
             damping, growth = damping * growth, 2.0 * growth
             continue
         numbers, off, jacobian, least = trial, there, changed, least - gained
@@ -347,7 +350,19 @@ def by_command(
         again = _ended(problem, best.fit.numbers, best.fit.agreeing, hz, tell)
         if again.fit.rms[0] < best.fit.rms[0]:  # by the position
             best = again
+    for hz in SLOWER if others else ():
+        if left(best, told) > SPOILT and hz * told.duration >= PERIODS:
+            slow = by_starts(free, told, replay(free, told, hz, substeps), hz, seed, tell)
+            best = min(best, slow, key=partial(left, told=told))
     return _lagged(best)
+
+
+def left(found: Found, told: Recording) -> float:
+    """What a fit leaves of the position, as a share of what its observer does without a machine."""
+    w = 2.0 * np.pi * (found.bandwidth or 0.0) * told.sample_time
+    poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
+    alone = lfilter([1.0, -2.0, 1.0], poles, told.place - told.place[0])
+    return float(found.fit.rms[0] / max(np.sqrt(np.mean(alone**2)), 1e-300))
 
 
 def _lagged(found: Found) -> Found:

@@ -19,8 +19,11 @@ from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
 from plants import Drive
 
-#: Whatever ends further than by this factor from where it began is told: units may be wrong.
+#: How far from where it began whatever a log does not tell may be.
 FACTOR = 30.0
+#: Factors of wrong units, mm or um for m, turns a minute, degrees. Others say nothing: a fit may
+#: have begun with the values of quite another machine.
+UNITS = np.log([1e3, 1e6, 60.0, 57.3])
 #: Size of what may have either sign, and is 0 where it begins [its unit].
 SMALL = 0.1
 #: A load that is always there, beside the parameters; and those that are one, of some drives.
@@ -106,10 +109,10 @@ class Free:
         return ", ".join(map(str.strip, told))
 
     def away(self, numbers: Floats) -> dict[str, float]:
-        """By which factor each parameter has left its start, of those that left it far."""
+        """By which factor each parameter has left its start, of those that units may explain."""
         each = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, signed in each if x and signed}
-        return {name: x for name, x in factors.items() if not 1.0 / FACTOR < x < FACTOR}
+        return {k: x for k, x in factors.items() if np.abs(abs(np.log(x)) - UNITS).min() < 0.1}
 
 
 def free(

@@ -20,6 +20,11 @@ from hfc_design.identify.result import Check, Identified, response_lines
 LOST = 0.2
 #: A second log that is so many times as far off as the first one is not of the same machine.
 STRANGE = 4.0
+#: A model that takes less than the command in this share of its log is not of this drive.
+CLIPPED = 0.1
+#: A parameter that only shows where flanks change, for longer than this share of a log on either.
+GAP, RARE = "backlash", 0.01
+HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
@@ -49,15 +54,35 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     tell("what the parameters do on each log")
     found, known, states, note = kept(found, known)
     own, (known, apart) = response(found), halved(found, known, states)
+    known, states, hidden = unseen_gap(found, known, states, told, substeps)
     if fault_found := fault(found.fit.free, found.fit.numbers):
         told_why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {told_why}; look for fewer with --free")
     checks = checked(task, found, logs)
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
-    said = (note, apart, *response_lines(own), *against, *told.notes, wanted.rest())
+    said = (note, apart, hidden, *response_lines(own), *against, *told.notes, wanted.rest())
     parts = found, known, states, worst, checks, next_one, own, told
     return Identified(name, task, *parts, tuple(filter(None, said)))
+
+
+def unseen_gap(
+    found: Found, known: Certainty, states: tuple[str, ...], told: Recording, substeps: int
+) -> tuple[Certainty, tuple[str, ...], str]:
+    """What is known but a backlash from flank to flank of which the log never goes, and a line."""
+    fit, seen, names = found.fit, found.fit.free.drive.seen[0], np.array(found.fit.free.names)
+    others, here = [name for name in fit.free.drive.encoders if name != seen], names == GAP
+    if not here.any() or found.bandwidth is None or not others:
+        return known, states, ""
+    both = told._replace(outputs={seen: told.place, others[0]: told.place})
+    one = replay(fit.free, both, found.bandwidth, substeps)
+    off = offs(found.problem._replace(residual=one, scale=np.ones(2)), fit.numbers)
+    bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
+    if np.ptp(bent) >= 0.5 * known.value[here]:
+        return known, states, ""
+    value, low = (np.where(here, 0.0, x) for x in (known.value, known.low))
+    known = known._replace(value=value, low=low, told=tuple((~here & known.told).tolist()))
+    return known, tuple(np.where(here, "no", states).tolist()), HIDDEN
 
 
 def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> Found:
@@ -155,8 +180,9 @@ def beyond(fit: Fit, command: Floats) -> list[str]:
     share = float(np.mean((command < low) | (command > high)))
     if not share:
         return []
+    against = "NOT USABLE: the model cannot drive its own log: " if share > CLIPPED else ""
     return [
-        f"{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
+        f"{against}{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
         f"{drive.units['command']} that the drive takes, and act as those: is that limit, and is "
         "the unit of the command right?"
     ]

@@ -9,8 +9,9 @@ from hfc_design.core.quantities import number
 from hfc_design.logs.columns import Column, counted, how
 from plants import Drive
 
-#: A step is told by so many of the least changes; noise by what is this much of a step at least.
-LOOKED_AT, SEEN = 50, 0.1
+#: What lies between values is one step up to so many times the least; this share of the values lies
+#: within so much of whole steps; noise is told by what is this much of a step at least.
+SINGLE, MOST, ROUNDED, SEEN = 1.6, 0.99, 0.26, 0.1
 #: A sample is wrong that is off by so many times what all but this share bend.
 WRONG, USUAL = 20.0, 0.97
 #: Noise is looked for in this share of the samples, the slowest: where an axis is fast, stamps that
@@ -26,14 +27,24 @@ CLEAR = 0.25
 
 
 def step_of(values: Floats) -> float | None:
-    """The step of an encoder, if the values of a log are whole steps; None if that is not seen."""
-    changes = np.unique(np.round(np.abs(np.diff(values)), 15))
-    steps = changes[changes > 1e-12 * max(np.abs(values).max(), 1e-300)]
-    if len(steps) < 1 + (len(steps) == len(changes)):  # nothing, or a ramp
+    """The step of an encoder, if values are whole steps, or those rounded in a text; None: not."""
+    gaps = np.diff(np.unique(np.round(values, 15)))
+    gaps = gaps[gaps > 1e-12 * max(np.abs(values).max(), 1e-300)]
+    if not len(gaps):
         return None
-    least = float(steps[0])
-    off = np.abs(steps / least - np.round(steps / least))[:LOOKED_AT]
-    return float(f"{least:.4g}") if off.max() < 0.02 else None
+    places = np.append(0.0, np.cumsum(gaps))
+    least = np.quantile(gaps, 1.0 - MOST, method="lower")
+    step = float(gaps[gaps <= SINGLE * least].mean())
+    # Shorter gaps first, so that no long one is miscounted; then what a wrong value has divided.
+    for reach, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
+        some = np.diff(places[::every])
+        some = some[some <= reach * step]
+        step = float(some.sum() / np.round(some / step).sum()) if some.size else step
+    counts = np.round(places / step)
+    step, start = np.polyfit(counts, places, 1).tolist()
+    off = np.quantile(np.abs(places - start - step * counts), MOST)
+    ramp = np.ptp(np.round(np.diff(values) / step)) == 0.0
+    return None if ramp or off > ROUNDED * step else float(f"{step:.4g}")
 
 
 def righted(values: Floats) -> tuple[Floats, Mask]:

@@ -134,15 +134,16 @@ def _trusted(found: Even, drive: Drive) -> Even:
     if clipped.any():
         usable &= ~clipped
         notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} are at an end of its "
-            "scale and left out"
+            f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} stay at its largest "
+            "or smallest value, as if its sensor showed no more, and are left out"
         )
     return found._replace(usable=usable, notes=notes)
 
 
 #: So many samples in a row exactly at the largest or the smallest value are an end of a scale,
-#: if it comes there faster than by this share of its usual change in a sample.
-STAYS, ARRIVES = 5, 0.25
+#: if it comes there faster than by this share of its usual change in a sample, and by so many steps
+#: of its encoder: where it turns, what stays for so long came by two.
+STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
 def at_an_end(values: Floats) -> Mask:
@@ -152,13 +153,14 @@ def at_an_end(values: Floats) -> Mask:
     """
     found = np.zeros(len(values), bool)
     change = np.abs(np.diff(values))
-    typical = np.median(change[change > 0]) if (change > 0).any() else 0.0
+    moves = change[change > 0] if (change > 0).any() else np.zeros(1)
+    least = max(ARRIVES * np.median(moves), STEPS * moves.min())
     for extreme in (values.max(), values.min()):
         held = np.flatnonzero(np.diff(np.r_[0, values == extreme, 0]))
         for begin, end in zip(held[::2], held[1::2], strict=True):
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
             # In whole steps of an encoder one of them may be just that share of four.
-            if end - begin >= STAYS and arrives > ARRIVES * typical * (1.0 + SAME_SINGLE):
+            if end - begin >= STAYS and arrives > least * (1.0 + SAME_SINGLE):
                 found[begin:end] = True
     return found
 

@@ -5,6 +5,7 @@ What is measured for it and what is read from that stand last, together, because
 places of the values.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -49,6 +50,14 @@ STRESS_ABOUT = (
     "stress: one at a time on machines that hold without it, in all motions required of them; "
     "merit: of the median machine, times that without it"
 )
+#: What to do about the stress that breaks a design first, by words of its name; "": any other.
+MENDS = {
+    "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
+    "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
+    "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
+    "start|rest": "add a motion that does so and search again",
+    "": "give it a tolerance in [robust.tolerances] and search again",
+}
 WHY = "What would give a yes, each alone"
 WHY_ABOUT = (
     "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
@@ -329,6 +338,9 @@ def stress_table(found: Sequence[Json]) -> Told:
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     held = ((told, f"; it holds with {part}" if part else "") for told, part in _broken(found))
     lines = [f"breaks: {told}{part}" for told, part in held]
+    if lines:
+        first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
+        lines.append(f"first to mend: {next(first)}; see docs/robustness.md")
     return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 

@@ -167,7 +167,8 @@ def _at(
 def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
     if not about.found[lane]:
-        return "no steady motion was found there, so that the loop cannot be linearised"
+        gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.true)
+        return f"{gap}no steady motion was found there, so that the loop cannot be linearised"
     pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, strict=True)
     for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))

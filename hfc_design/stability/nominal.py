@@ -35,6 +35,7 @@ UNSTEADY = (
     "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
     "reason: leave it out of the model, or take a controller that needs no linear model, as pid"
 )
+GAP = "its backlash is why: plant.parameters.backlash=0 for a linear model; [stress] tries a gap"
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
 #: Speeds that are tried [of the position, per s], the highest first.
@@ -297,7 +298,8 @@ def nominal(
             slides, found = mean, _found(mean, sample_time, speed)
     if found is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
-        why = f"no steady motion was found at {at}; {UNSTEADY}"
+        cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
+        why = f"no steady motion was found at {at}; {cause}"
         raise UserError(REFUSED.format(drive.name, why))
     motion, one, substeps = found
     a, b, load = _sampled(one, substeps)

@@ -20,7 +20,10 @@ TWO = ["pd-only", "lin-lee-1999-table-2"]
         (lambda: hfc.load_scenario(RAMP, {"name.b": 5}), "changes={'name.b'"),
         (lambda: hfc.explain("jee-koren-2004-flc", "x"), "sample: "),
         (lambda: hfc.picture("lin-lee-1999-table-2", "surface", "u"), "unit='u'"),
-        (lambda: hfc.identify("x.csv"), "which machine is it? say plant=, scenario= or cont"),
+        (
+            lambda: hfc.identify("x.csv"),
+            "which machine is it? say plant=, scenario= or cont",
+        ),
         (lambda: hfc.identify("x.csv", "c-axis", axis="x"), "axis='x'"),
         (lambda: hfc.load_scenario({"name": "a", "plant": {"name": "b"}}), ""),
         (lambda: hfc.usable("pd-only", RAMP, machines=0), "machines=0"),

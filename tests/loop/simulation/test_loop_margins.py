@@ -1,5 +1,7 @@
 """Margins that a scenario asks for: what a search takes for them against the exact loops."""
 
+from types import SimpleNamespace
+
 import jax
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from hfc_design.files.pairing import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.loop_margins import AskedMargins, loop_margins
+from hfc_design.simulation.loop_margins import AskedMargins, _why, loop_margins
 from hfc_design.stability.margins import ASKED
 
 
@@ -89,3 +91,11 @@ def test_a_margin_that_no_loop_can_have_is_told_in_a_line(key, value):
     with refused() as found:
         api.load_scenario("c-axis-ramp", {f"constraints.{key}": value})
     assert key in found.refusal
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.3])
+def test_a_gap_is_said_to_be_why_there_is_no_steady_motion(gap):
+    own = api.load_scenario("milling-table-sine").machine.drives[0].parameters(backlash=gap)
+    about, machine = SimpleNamespace(found=[False]), SimpleNamespace(true=(own,))
+    told = _why(None, about, None, 0, machine)
+    assert told.startswith("with its backlash " * (gap > 0.0) + "no steady motion was found there")

@@ -186,6 +186,17 @@ def test_what_cannot_be_linearised_is_told_in_a_line(drive, parameters):
     assert found.where == "the drive sledge cannot be linearised"
 
 
+def test_a_gap_that_keeps_no_flank_is_named_as_the_cause():
+    """No spring is to blame: without the gap the same drive is linearised."""
+    table = MILLING_TABLE
+    own = {"coulomb_friction": 1e-3, "viscous_friction": 1e-3, "stiction_rise": 0.0}
+    with refused() as found:
+        nominal(table, table.parameters(backlash=0.3, **own), 0.001)
+    assert "its backlash is why" in str(found.error)
+    assert "spring" not in str(found.error)
+    assert nominal(table, table.parameters(backlash=0.0, **own), 0.001).speed > 0.0
+
+
 def test_a_speed_at_which_nothing_is_steady_is_refused():
     with refused() as found:
         nominal(C_AXIS, C_AXIS.parameters(), 0.001, 1e200)

@@ -1,6 +1,6 @@
 """What the terminal says of whether a design can be used: the table, the picture, one motion."""
 
-from hfc_design.cli.usable_table import WARNING, show_usable
+from hfc_design.cli.usable_table import WARNING, again_told, show_usable
 
 
 def of_motion(share, factor, limited):
@@ -103,3 +103,9 @@ def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
 def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
     show_usable(None)
     assert "cannot be said" in capsys.readouterr().out
+
+
+def test_another_seed_is_named_only_where_it_may_help():
+    assert again_told(ANSWER, 3).startswith("To get a usable design, try --seed 3, twice the")
+    assert again_told(ANSWER | {"verdict": "on this model only"}, 3) == ""
+    assert again_told(ANSWER | {"usable": True}, 3) == again_told(None, 3) == ""

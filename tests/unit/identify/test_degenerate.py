@@ -72,6 +72,14 @@ def test_a_slope_that_is_no_number_is_named():
     _check_slopes(fit_of(WAVES))
 
 
+def test_only_what_units_explain_is_said_to_be_far_from_where_it_began():
+    """Machines of 97 times the mass of the built-in stage exist, and of 0.004 times the drag."""
+    wanted = free(CART, {}, ("mass", "viscous_friction"))
+    for factor, told in ((97.3, 0), (0.0042, 0), (1.5, 0), (1020.0, 1), (1e-3, 1), (1 / 57, 1)):
+        numbers = np.append(np.log([factor, 1.0]), [0.0, 0.0])
+        assert list(wanted.away(numbers)) == ["mass"] * told
+
+
 def test_what_is_not_looked_for_is_said_with_its_value():
     """A mass beside a wrong gain is wrong by the same factor; exact ones are known."""
     stage = PLANTS["positioning-stage"]

@@ -36,6 +36,17 @@ def test_units_of_people_and_of_encoders():
     assert counted.notes == ["time is t in s; another unit: NAME=COLUMN [UNIT]"]
 
 
+def test_degrees_are_angles_and_on_a_straight_plant_ways_on_an_arm_of_a_metre():
+    """As docs/identify.md names them."""
+    angle, columns = 0.3 * PLACE, {"t_s": TIME, "p": np.degrees(0.3 * PLACE), "voltage_V": VOLTS}
+    for unit, factor in (("deg", 1.0), ("mdeg", 1e3), ("arcsec", 3600.0), ("turn", 1.0 / 360.0)):
+        own = columns | {"p": factor * columns["p"]}
+        one = found(own, "time=t_s", f"spindle_angle=p [{unit}]", drive=PLANTS["c-axis"])
+        np.testing.assert_allclose(one.values["spindle_angle"], angle, atol=1e-12)
+    one = found(columns, "time=t_s", "position=p [17.4533 mm]")
+    np.testing.assert_allclose(one.values["position"], 1e3 * angle, rtol=1e-5)
+
+
 def test_a_column_that_is_named_without_a_unit_has_that_of_its_own_name():
     names = ("time=t_ms", "position=Pos_um", "command=U [mV]", "velocity=rate_of_m_s")
     columns = {"t_ms": 1e3 * TIME, "Pos_um": 1e3 * PLACE, "U [mV]": 1e3 * VOLTS}
@@ -287,6 +298,17 @@ def test_a_last_step_of_an_encoder_before_a_rest_is_not_an_end_of_a_scale():
         step, start = numbers
         counts = np.concatenate([4 * np.arange(40), 157 + np.minimum(np.arange(30), 1)])
         assert not at_an_end(start + step * counts).any()
+
+
+@pytest.mark.parametrize("bent", [0.02, 0.05, 0.1, 0.2, 0.3])
+def test_a_peak_that_is_flat_by_the_steps_of_its_encoder_is_not_an_end_of_a_scale(bent):
+    """Beside slow moves of a step or two in a sample, of which its last ones are as fast."""
+    peak, slow = -0.5 * bent * (np.arange(41) - 20.3) ** 2, np.arange(-400.0, -100.0)
+    turned = np.round(np.concatenate([slow, peak + 0.3]))
+    assert (turned == turned.max()).sum() >= 4
+    assert not at_an_end(turned).any()
+    fast = np.minimum(np.arange(-300.0, 60.0, 4.0), 21.0)
+    assert at_an_end(fast).sum() == (fast == 21.0).sum()
 
 
 @pytest.mark.parametrize("off", [60.0, -0.5])

@@ -18,6 +18,18 @@ def test_whole_steps_are_seen_whatever_is_between_them():
     assert step_of(0.0 * MOTION) is None
 
 
+@pytest.mark.parametrize(("step", "text"), [(4.88e-4, 1e-4), (2.0045e-4, 1e-5), (7.6e-5, 1e-5)])
+def test_steps_that_a_text_has_rounded_again_are_seen(step, text):
+    """Also between samples that are thousands of steps apart, with noise and a wrong sample."""
+    fast = np.concatenate([40.0 * MOTION, 400.0 + 0.01 * MOTION])
+    noisy = fast + RANDOM.normal(0.0, 0.5 * step, fast.shape)
+    read = text * np.round(step * np.round(noisy / step) / text)
+    read[77] += 0.43 * step
+    assert step_of(read) == pytest.approx(step, rel=2e-3)
+    assert step_of(fast) is None
+    assert step_of(1e-3 * TIME) is None  # a ramp
+
+
 @pytest.mark.parametrize("step", [None, 1e-4])
 @pytest.mark.parametrize("size", [1e-4, 1e-3])
 def test_noise_is_what_was_drawn(size, step):

@@ -1,5 +1,7 @@
 """What would give a yes: made-up machines, with answers that are counted by hand."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,10 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
-from hfc_design.simulation.in_use import Stressed, stress_table, why_table
+from hfc_design.simulation.in_use import MENDS, Stressed, stress_table, why_table
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stress import cases
 from hfc_design.simulation.why_not import deviations, least, widest
 
 COUNT = 220
@@ -156,7 +159,25 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
 def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
     one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
     each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
-    assert stress_table(each).lines == [
+    *lines, mend = stress_table(each).lines
+    assert lines == [
         "breaks: with a delay 0.5 it oscillates; it holds with a delay 0.375",
         "breaks: with a delay 0.5 it oscillates",
     ]
+    assert mend == f"first to mend: {MENDS['delay|loop|early']}; see docs/robustness.md"
+    assert stress_table([one._replace(holds=True).numbers()]).lines == []
+
+
+def test_every_stress_has_its_own_mend():
+    """What happens then and where says nothing of it, as of a motion that is called rest."""
+    own = load_scenario("c-axis-practical", {"stress.far_modes_hz": [60.0]})
+    one = Stressed("", False, 0.5, 0.0, why="oscillates in a rest with noise")
+    found = {}
+    for case in cases(own, 20.0):
+        name = case.told(1.0)
+        found[name] = stress_table([one._replace(breaks=name).numbers()]).lines[-1]
+    for words, mend in MENDS.items():
+        told = [name for name, line in found.items() if f"first to mend: {mend};" in line]
+        assert told, words
+        assert all(re.search(words, name) for name in told)
+    assert [name for name in found if MENDS[""] in found[name] and "friction" in name]
