@@ -82,7 +82,7 @@ def response(found: Found) -> Response | None:
     counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
-    if mode and mode > min(top or 0.0, HIGHEST / every):
+    if mode and mode.hz > min(top or 0.0, HIGHEST / every):
         mode = None  # below it other errors of the model look alike
     size = turn**2 * power.real
     curves = frequency, own / size, model / size, coherence
