@@ -180,9 +180,9 @@ def beyond(fit: Fit, command: Floats) -> list[str]:
     share = float(np.mean((command < low) | (command > high)))
     if not share:
         return []
-    against = "NOT USABLE: the model cannot drive its own log: " if share > CLIPPED else ""
+    why = "NOT USABLE: the model cannot drive its own log: " * (share > CLIPPED)
     return [
-        f"{against}{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
+        f"{why}{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
         f"{drive.units['command']} that the drive takes, and act as those: is that limit, and is "
         "the unit of the command right?"
     ]

@@ -23,8 +23,8 @@ from hfc_design.identify.replay import DAMPED, Replay
 SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
 #: A frequency was excited if its response is known to this share.
 KNOWN = 0.25
-#: Frequencies and damping ratios of a mode that are tried; the highest told, as a share of samples.
-MODES, DAMPINGS, HIGHEST = 80, (0.01, 0.03, 0.1, 0.2), 0.4
+#: Frequencies, damping ratios of a mode; the highest one told, by sampling rate and excited band.
+MODES, DAMPINGS, HIGHEST, BEYOND = 80, (0.01, 0.03, 0.1, 0.2), 0.4, 1.25
 #: A mode is one if it explains so many times its share of what is left, and changes so much.
 CLEAR, CHANGES = 30.0, 0.15
 #: Autocorrelations of the residual that are looked at, in so many standard errors.
@@ -82,8 +82,8 @@ def response(found: Found) -> Response | None:
     counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
-    if mode and mode.hz > min(top or 0.0, HIGHEST / every):
-        mode = None  # below it other errors of the model look alike
+    if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):
+        mode = None  # far below it other errors of the model look alike
     size = turn**2 * power.real
     curves = frequency, own / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding

@@ -57,7 +57,7 @@ def test_a_mode_is_seen_up_to_the_end_of_what_was_excited(hz, far):
 
 @pytest.mark.parametrize("hz", [160.0, 250.0])
 def test_no_mode_is_told_of_what_was_not_excited(hz):
-    """It shows below itself, as any other error of the model does there."""
+    """Only where it lies just above; far below a mode any other error of the model looks alike."""
     force = shaken_to(80.0)
     own = response(fitted(noisy(swinging(force, hz), NOISE, 0), force))
     assert (own.mode, own.top < hz) == (None, True)
