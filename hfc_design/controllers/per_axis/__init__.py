@@ -5,8 +5,10 @@ Its record, its settings and what it makes of them; never imports JAX.
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
+from hfc_design.controllers.beside import BesideGenome, SideBySide
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.kind import (
     ControllerRecord,
@@ -149,6 +151,30 @@ def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     return found
 
 
+class PerAxisGenome(BesideGenome):
+    """Its parts are the axes.
+
+    Raises:
+        UserError: the axes have too many structures together.
+    """
+
+    def __init__(self, settings: PerAxisSettings, target: Target):
+        own = enumerate(settings.axes.values())
+        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in own]
+        super().__init__(settings, target, axes, "axes")
+
+    def notation(self, structure: int) -> str:
+        """The structure of each axis."""
+        trees = map(int, np.unravel_index(structure, self.counts))
+        each = zip(self.settings.axes, self.each("notation", trees), strict=True)
+        return ", ".join(f"{axis}: {own}" for axis, own in each)
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of each axis."""
+        each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
+        return {"kind": "per-axis", "axes": dict(each)}
+
+
 KIND = Kind(
     name="per-axis",
     no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
@@ -157,7 +183,7 @@ KIND = Kind(
     settings=PerAxisSettings,
     gains=PerAxisDesign.gains,
     controller=_controller,
-    genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
+    genome=PerAxisGenome,
     axes=lambda record: record.axes,
     structure=PerAxisDesign.structure,
     learnt=_learnt,
