@@ -18,7 +18,6 @@ from hfc_design.controllers.kind import (
     Shown,
     Target,
     kinds,
-    later,
 )
 from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen

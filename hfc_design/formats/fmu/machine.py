@@ -10,16 +10,17 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, machine_code, plant_code
 from hfc_design.formats.fmu.axes import (
     axis_of,
+    converter,
     followed,
     given,
     head_of,
     load_of,
     moments,
     reading_of,
+    sensing,
 )
 from hfc_design.formats.fmu.control import commands_machine, part, path_variables
 from hfc_design.formats.fmu.description import TIME, Model, Variable
-from hfc_design.formats.fmu.sensing import converter, sensing
 
 STAYS = "the machine and its control stay as they were"
 

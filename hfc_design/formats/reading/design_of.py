@@ -14,8 +14,7 @@ from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.files.design import Design, named_design
-from hfc_design.formats.reading.names import identifiers
-from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System
+from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System, identifiers
 
 VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"
