@@ -5,8 +5,16 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import CHOICES, Texts, as_json, setting, with_plugins
+from hfc_design.cli.options import (
+    CHOICES,
+    DESIGN,
+    SCENARIO,
+    Texts,
+    as_json,
+    named,
+    setting,
+    with_plugins,
+)
 
 DESIGN_HELP = "Say how near this design comes [default: that of the run]."
 

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import Texts, as_json, force, memory, on_a_plant, output, setting
+from hfc_design.cli.options import (
+    DESIGN,
+    SCENARIO,
+    Texts,
+    as_json,
+    force,
+    memory,
+    named,
+    on_a_plant,
+    output,
+    setting,
+)
 from hfc_design.cli.papers import Papers, for_a_paper
 
 if TYPE_CHECKING:

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem
 
-from hfc_design.cli.named import SCENARIO, Named, named
 from hfc_design.cli.options import (
+    SCENARIO,
+    Named,
     Texts,
     changing_design,
     force,
     knowing_plugins,
     memory,
+    named,
     output,
     setting,
 )

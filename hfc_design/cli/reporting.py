@@ -7,15 +7,16 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.named import SCENARIO, named
 from hfc_design.cli.options import (
     PATH,
+    SCENARIO,
     SCENARIO_HELP,
     Texts,
     changing_design,
     force,
     free,
     knowing_plugins,
+    named,
     output,
     setting,
 )

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import DESIGN, named
 from hfc_design.cli.options import (
     CHOICES,
+    DESIGN,
     Texts,
     force,
     free,
     memory,
+    named,
     on_scenario,
     output,
     with_plugins,

@@ -1,4 +1,4 @@
-"""What a design does: its response, the contour of its path, or both of any axes."""
+"""What a design does: its response, the contour of its path, or both; how much of it is drawn."""
 
 from typing import Any
 
@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OWN, above, finish, framed
+from hfc_design.pictures.numbers import readable
 from hfc_design.report.contours import contour
-from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 Scale = tuple[float, str]  # factor and unit
@@ -126,3 +126,51 @@ def _draw_small(axes: Axes, time: Floats, curve: Curve, last: bool) -> None:
     axes.tick_params(labelsize=8)
     axes.yaxis.set_major_locator(MaxNLocator(nbins=4))
     axes.margins(x=0)
+
+
+#: A diverged motion is not drawn once its error is this many times the largest reference.
+RUNAWAY = 10.0
+
+
+def path_errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """Of each error off the path of a program of any axes: of what, factor, unit then, values."""
+    path = evaluation.contour
+    if path is None or not path.any_axes:
+        return []
+    found = [("contour", *_easy(evaluation, path.unit), path.error)]
+    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+
+
+def error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
+    """Factor and unit in which the errors of an axis, and of others alike, are easy to read."""
+    return _easy(evaluation, axis.drive.units["error"])
+
+
+def _easy(evaluation: Evaluation, unit: str) -> tuple[float, str]:
+    """The same for all errors in a ``unit``: none is in mm beside others in µm."""
+    drawn, path = slice(drawn_samples(evaluation)), evaluation.contour
+    alike = [x.motion.error[drawn] for x in evaluation.axes if x.drive.units["error"] == unit]
+    if path is not None and path.unit == unit:
+        alike.append(path.error[drawn])
+    return readable(unit, max((float(np.abs(error).max()) for error in alike), default=1.0))
+
+
+def drawn_samples(evaluation: Evaluation) -> int:
+    """Number of samples before a diverged motion runs away, at least one; else all."""
+    if not evaluation.diverged:
+        return len(evaluation.time)
+    if evaluation.contour is not None:
+        kept = np.isfinite(evaluation.contour.error)
+    else:
+        kept = np.logical_and.reduce([_in_hand(axis) for axis in evaluation.axes])
+    return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
+
+
+def _in_hand(axis: AxisMotion) -> Mask:
+    """(steps,) whether an axis does not run away."""
+    limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
+    kept = np.isfinite(axis.motion.command)
+    error: Floats = axis.motion.error
+    for values in (error, axis.readings.get("deflection", error)):
+        kept &= np.abs(values) < limit  # nan is not
+    return kept

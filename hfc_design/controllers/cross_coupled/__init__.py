@@ -9,9 +9,8 @@ from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains, CrossMemory
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.inner import INSIDE, OuterDesign
 from hfc_design.controllers.kind import STARTED, Kind, Member, Target, Template, later, remembered
-from hfc_design.controllers.per_axis import learnt
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign, learnt
 from hfc_design.core.numbers import Json
 
 

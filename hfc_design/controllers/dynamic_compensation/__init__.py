@@ -11,9 +11,8 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationSettings,
 )
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.inner import INSIDE, OuterDesign
 from hfc_design.controllers.kind import Kind, Target, Template, later, remembered
-from hfc_design.controllers.per_axis import learnt
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign, learnt
 from hfc_design.core.numbers import Json, Memory
 
 

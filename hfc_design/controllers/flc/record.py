@@ -23,9 +23,9 @@ from hfc_design.controllers.kind import (
     ControllerSettings,
     DeadZone,
     Target,
+    controller_named,
     zone_told,
 )
-from hfc_design.controllers.start import controller_named
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors

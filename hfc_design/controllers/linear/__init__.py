@@ -27,8 +27,6 @@ from hfc_design.controllers.linear.record import (
 )
 from hfc_design.core.numbers import Json
 
-GENOMES = {"pid_genome": "PidGenome", "lq_genome": "LqGenome"}
-
 
 def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
     return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
@@ -50,8 +48,7 @@ def _shown(record: LinearDesign, parts: Parts) -> Json:
     return {"units": [], "parts": shares(record, parts)}
 
 
-def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: str) -> Kind:
-    here = "hfc_design.controllers.linear"
+def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: Any) -> Kind:
     return Kind(
         name=name,
         summary=summary,
@@ -59,7 +56,7 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         settings=settings,
         gains=LinearDesign.gains,
         law=_law,
-        genome=later(f"{here}.{genome}", GENOMES[genome]),
+        genome=genome,
         reads=LinearDesign.reads,
         reach=LinearDesign.reach,
         connecting=LinearDesign.connecting,
@@ -68,18 +65,15 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
         explain=Explain(lambda record: (record.reads(), []), _remember, _shown),
-        sections=later(f"{here}.section", "sections"),
+        sections=later(f"{HERE}.section", "sections"),
     )
 
 
+HERE = "hfc_design.controllers.linear"
+_PID, _LQ = later(f"{HERE}.genome", "PidGenome"), later(f"{HERE}.lq_genome", "LqGenome")
+_OPTIMAL = "optimal state feedback with"
 KINDS = (
-    _kind("pid+ff", "PID with filter and feed-forward", PidDesign, PidSettings, "pid_genome"),
-    _kind("lqr", "optimal state feedback with feed-forward", LqrDesign, LqrSettings, "lq_genome"),
-    _kind(
-        "lqi",
-        "optimal state feedback with integral and feed-forward",
-        LqiDesign,
-        LqiSettings,
-        "lq_genome",
-    ),
+    _kind("pid+ff", "PID with filter and feed-forward", PidDesign, PidSettings, _PID),
+    _kind("lqr", f"{_OPTIMAL} feed-forward", LqrDesign, LqrSettings, _LQ),
+    _kind("lqi", f"{_OPTIMAL} integral and feed-forward", LqiDesign, LqiSettings, _LQ),
 )

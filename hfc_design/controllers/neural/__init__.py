@@ -4,8 +4,7 @@ from pathlib import Path
 
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
 from hfc_design.controllers.kind import CHANGES, STARTED, Kind, Member, Saved, Template, later
-from hfc_design.controllers.neural.law import neural
-from hfc_design.controllers.neural.network import Weights
+from hfc_design.controllers.neural.law import Weights, neural
 from hfc_design.controllers.neural.record import INPUTS, NeuralDesign, NeuralSettings
 from hfc_design.core.numbers import Floats, Json
 

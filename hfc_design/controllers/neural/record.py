@@ -7,10 +7,8 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Target, reach_of
-from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
-from hfc_design.controllers.neural.network import Weights
-from hfc_design.controllers.start import controller_named
+from hfc_design.controllers.kind import ControllerRecord, Target, controller_named, reach_of
+from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory, Weights
 from hfc_design.core.records import Finite, Positive, Record
 
 INPUTS = 2  # error and its change

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.controllers.neural.network import Weights, added, changes, passed
+from hfc_design.controllers.neural.law import Weights, added, changes, passed
 from hfc_design.controllers.neural.record import FASTEST, INPUTS, MOST, NeuralDesign, drawn
 from hfc_design.core.arguments import positive, whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each

@@ -82,6 +82,6 @@ KIND = Kind(
             "in_place": True,
         },
     ),
-    pictures=later("hfc_design.controllers.soc.pictures", "pictures"),
+    pictures=later("hfc_design.controllers.soc.section", "pictures"),
     sections=later("hfc_design.controllers.soc.section", "sections"),
 )

@@ -19,8 +19,7 @@ from hfc_design.controllers.per_axis import PerAxisDesign
 from hfc_design.core.numbers import Json, number_of
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
-from hfc_design.files.design import Design
-from hfc_design.files.learning import with_learned
+from hfc_design.files.design import Design, with_learned
 from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
 from hfc_design.formats.reading.inference import RuleBase

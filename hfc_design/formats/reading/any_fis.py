@@ -15,6 +15,7 @@ from hfc_design.formats.reading.fis import (
     terms_in,
     unquoted,
 )
+from hfc_design.formats.reading.inference import FIS as CURVES
 from hfc_design.formats.reading.inference import (
     Clause,
     Conclusion,
@@ -24,10 +25,9 @@ from hfc_design.formats.reading.inference import (
     Term,
     Variable,
     plane,
+    sigmoid,
     term_of,
 )
-from hfc_design.formats.reading.shapes import FIS as CURVES
-from hfc_design.formats.reading.shapes import sigmoid
 from hfc_design.formats.reading.system import ALLOWED, Block, Token
 
 ANY = ALLOWED["fis-sampled"]

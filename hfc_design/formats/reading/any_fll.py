@@ -21,7 +21,7 @@ from hfc_design.formats.reading.inference import (
     plane,
     term_of,
 )
-from hfc_design.formats.reading.shapes import FLL as CURVES
+from hfc_design.formats.reading.inference import FLL as CURVES
 from hfc_design.formats.reading.system import ALLOWED, Block, Token, lines
 
 ANY = ALLOWED["fll-sampled"]

@@ -16,8 +16,7 @@ from hfc_design.pictures.column import in_column
 from hfc_design.pictures.figure import WIDTH
 from hfc_design.pictures.files import address, image, small_address
 from hfc_design.report import overlaid
-from hfc_design.report.comparison.plots import BAR, contours, machines, motions
-from hfc_design.report.comparison.ratios import ratios
+from hfc_design.report.comparison.plots import BAR, contours, machines, motions, ratios
 from hfc_design.report.comparison.traces import data, panels
 from hfc_design.report.contours import SHARE
 from hfc_design.report.errors import errors
