@@ -31,7 +31,7 @@ from hfc_design.controllers.kind import (
     Target,
     Template,
 )
-from hfc_design.controllers.neural.training import Lesson
+from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.numbers import Constant, Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError

@@ -19,6 +19,8 @@ from hfc_design.simulation.comparison import Comparison
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest
 
+    from hfc_design.report.paper import Paper
+
 
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
     """What a design is as a figure, as ``hfc plot`` has it.
@@ -152,10 +154,6 @@ def report(
     if paper:
         paper.write(found)
     return place
-
-
-if TYPE_CHECKING:
-    from hfc_design.report.paper import Paper
 
 
 def for_a_paper(

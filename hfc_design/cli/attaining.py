@@ -38,13 +38,7 @@ def attainable(
     from hfc_design.core.console import show_rows
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
-    from hfc_design.runs.attained import (
-        HEADS,
-        attained,
-        attained_rows,
-        keep_attained,
-        left_out,
-    )
+    from hfc_design.runs.attained import HEADS, attained, attained_rows, keep_attained, left_out
     from hfc_design.runs.run import DESIGN, finished_run
 
     folder = Path(name)

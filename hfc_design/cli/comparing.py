@@ -14,8 +14,10 @@ import click
 from hfc_design.cli.options import (
     DESIGN,
     SCENARIO,
+    Papers,
     Texts,
     as_json,
+    for_a_paper,
     force,
     memory,
     named,
@@ -23,7 +25,6 @@ from hfc_design.cli.options import (
     output,
     setting,
 )
-from hfc_design.cli.papers import Papers, for_a_paper
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper

@@ -11,8 +11,10 @@ from hfc_design.cli.options import (
     PATH,
     SCENARIO,
     SCENARIO_HELP,
+    Papers,
     Texts,
     changing_design,
+    for_a_paper,
     force,
     free,
     knowing_plugins,
@@ -20,7 +22,6 @@ from hfc_design.cli.options import (
     output,
     setting,
 )
-from hfc_design.cli.papers import Papers, for_a_paper
 from hfc_design.core.console import busy
 
 

@@ -56,7 +56,7 @@ def train(
     from the errors and their changes, by back-propagation, and becomes a design of kind neural,
     which goes on learning on line.
     """
-    from hfc_design.controllers.neural.training import Lesson
+    from hfc_design.controllers.neural.record import Lesson
     from hfc_design.formats import FORMATS
     from hfc_design.simulation.teaching import taught
 

@@ -6,20 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.beside import AroundGenome, SideBySide
-from hfc_design.controllers.cross_coupled.law import CrossGains, CrossMemory
+from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.kind import STARTED, Kind, Member, Target, Template, later, remembered
-from hfc_design.controllers.per_axis import INSIDE, OuterDesign, learnt
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
-
-
-def _learnt(
-    record: CrossCoupledDesign, axes: tuple[str, ...], memory: CrossMemory
-) -> CrossCoupledDesign | None:
-    """With what is inside as it has become."""
-    inner = learnt(record.inner, axes, memory.inner)
-    return record.model_copy(update={"inner": inner}) if inner else None
 
 
 def _c(record: CrossCoupledDesign) -> Json:
@@ -90,7 +82,7 @@ KIND = Kind(
     gains=CrossCoupledDesign.gains,
     controller=CrossCoupledDesign.controller,
     genome=CrossCoupledGenome,
-    learnt=_learnt,
+    learnt=lambda record, axes, memory: record.learnt(axes, memory.inner),
     inside=INSIDE,
     structure=OuterDesign.structure,
     path=True,

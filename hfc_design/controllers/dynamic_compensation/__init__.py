@@ -12,16 +12,8 @@ from hfc_design.controllers.dynamic_compensation.record import (
 )
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.kind import Kind, Target, Template, later, remembered
-from hfc_design.controllers.per_axis import INSIDE, OuterDesign, learnt
-from hfc_design.core.numbers import Json, Memory
-
-
-def _learnt(
-    record: CompensationDesign, axes: tuple[str, ...], memory: Memory
-) -> CompensationDesign | None:
-    """With what is inside as it has become: its memory is all there is."""
-    inner = learnt(record.inner, axes, memory)
-    return record.model_copy(update={"inner": inner}) if inner else None
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign
+from hfc_design.core.numbers import Json
 
 
 def _c(record: CompensationDesign) -> Json:
@@ -77,7 +69,7 @@ KIND = Kind(
     gains=CompensationDesign.gains,
     controller=CompensationDesign.controller,
     genome=CompensationGenome,
-    learnt=_learnt,
+    learnt=OuterDesign.learnt,  # the memory of what is inside is all there is
     inside=INSIDE,
     structure=OuterDesign.structure,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),

@@ -10,12 +10,7 @@ from typing import Any
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.kind import Explain, Kind, Template, later, remembered
 from hfc_design.controllers.linear.code import PLACES, c_values, past, shares, st_values
-from hfc_design.controllers.linear.law import (
-    LinearMemory,
-    Parts,
-    initial_memory,
-    sample,
-)
+from hfc_design.controllers.linear.law import initial_memory, sample
 from hfc_design.controllers.linear.record import (
     LinearDesign,
     LqiDesign,
@@ -28,24 +23,12 @@ from hfc_design.controllers.linear.record import (
 from hfc_design.core.numbers import Json
 
 
-def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
-    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
-
-
 def _of_gains(gains: dict[str, float]) -> Json:
     """By hand the filter may be given by its time constant, ``derivative_s`` [s]."""
     if not gains.get("derivative_s"):
         return gains
     hz = 1.0 / (2.0 * pi * gains["derivative_s"])
     return {"derivative_hz": hz} | {k: x for k, x in gains.items() if k != "derivative_s"}
-
-
-def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:
-    return memory  # nothing of it is a reading
-
-
-def _shown(record: LinearDesign, parts: Parts) -> Json:
-    return {"units": [], "parts": shares(record, parts)}
 
 
 def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: Any) -> Kind:
@@ -55,7 +38,9 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         record=record,
         settings=settings,
         gains=LinearDesign.gains,
-        law=_law,
+        law=lambda own, limit: AxisLaw(
+            sample, initial_memory, own.sample_time_s, limit, own.structure
+        ),
         genome=genome,
         reads=LinearDesign.reads,
         reach=LinearDesign.reach,
@@ -64,7 +49,11 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         saved=remembered(past),
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
-        explain=Explain(lambda record: (record.reads(), []), _remember, _shown),
+        explain=Explain(
+            signals=lambda record: (record.reads(), []),
+            remember=lambda memory, readings: memory,  # nothing of it is a reading
+            shown=lambda record, parts: {"units": [], "parts": shares(record, parts)},
+        ),
         sections=later(f"{HERE}.section", "sections"),
     )
 

@@ -138,6 +138,11 @@ class OuterDesign(ControllerRecord):
             inner = PerAxisDesign(sample_time_s=self.sample_time_s, axes=records)
         return self.model_copy(update={"inner": inner})
 
+    def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
+        """With what is inside as its ``memory`` has made it; None: it learns not."""
+        inner = learnt(self.inner, axes, memory)
+        return self.model_copy(update={"inner": inner}) if inner else None
+
     def inner_reads(self) -> list[str]:
         """What is read of any axis by what is inside; nothing where that is not known."""
         every = [self.inner] if not (axes := kinds().get(self.inner.kind).axes) else []

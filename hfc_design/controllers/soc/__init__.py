@@ -14,16 +14,12 @@ from hfc_design.controllers.kind import (
     later,
 )
 from hfc_design.controllers.rules import fired, side
-from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, SocMemory, soc
+from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
 from hfc_design.core.numbers import Floats, Json
 
 #: On a milling table, errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
-
-
-def _remember(memory: SocMemory, readings: dict[str, float]) -> SocMemory:
-    return memory._replace(error=readings.get("error", memory.error))
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
@@ -41,15 +37,12 @@ def _learnt(record: SocDesign) -> list[Member]:
     return [Member("rules", (SETS, SETS), "[set of the error][set of its change]")]
 
 
-def _past(record: SocDesign) -> list[Member]:
-    return [STARTED, Member("error", what="of the sample before")]
-
-
 def _taken(record: SocDesign, found: dict[str, Floats]) -> SocDesign:
     table = tuple(map(tuple, found["rules"].tolist()))
     return record.model_copy(update={"table": table})
 
 
+PAST = [STARTED, Member("error", what="of the sample before")]
 KIND = Kind(
     name="soc",
     summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
@@ -65,12 +58,12 @@ KIND = Kind(
     adapted=SocDesign.adapted,
     explain=Explain(
         signals=lambda record: (["error"], ["previous_error"]),
-        remember=_remember,
+        remember=lambda memory, now: memory._replace(error=now.get("error", memory.error)),
         shown=_shown,
         held=SocDesign.held,
         changes={"error_change": "previous_error"},
     ),
-    saved=Saved(_learnt, _past, _taken),
+    saved=Saved(_learnt, lambda record: PAST, _taken),
     no_rules="it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do",
     c=Template(
         (Path(__file__).parent / "templates",),

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
 from hfc_design.formats.fmu.archive import fmus
+from hfc_design.formats.fmu.axes import loop, plant
 from hfc_design.formats.fmu.control import controller
 from hfc_design.formats.fmu.description import Model
-from hfc_design.formats.fmu.machine import loop, plant
 from hfc_design.formats.writing import Content, Format
 
 

@@ -20,7 +20,7 @@ from hfc_design.core.numbers import Json, number_of
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design, with_learned
-from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll
+from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
 from hfc_design.formats.reading.inference import RuleBase
 from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
@@ -37,7 +37,7 @@ READERS: dict[str, Callable[[dict[str, str], str | None], System]] = {
 }
 
 #: Ending of a file -> the reader of what is sampled.
-SAMPLED = {".fll": any_fll, ".fis": any_fis}
+SAMPLED = {".fll": fll, ".fis": fis}
 
 
 def imported(path: Path, wish: Wish) -> Design:

@@ -8,7 +8,7 @@ from math import inf, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.names import USUAL
+from hfc_design.controllers.flc.record import USUAL
 from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json

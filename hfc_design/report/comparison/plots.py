@@ -26,8 +26,8 @@ from hfc_design.pictures.figure import (
 )
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
-from hfc_design.report.contours import POINTS, SHARE, SMALLEST
-from hfc_design.report.contours import beside as parallel
+from hfc_design.report.plots import POINTS, SHARE, SMALLEST
+from hfc_design.report.plots import beside as parallel
 from hfc_design.report.searches import colour, stroke
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
