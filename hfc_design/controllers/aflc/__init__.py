@@ -10,10 +10,8 @@ import numpy as np
 
 from hfc_design.controllers.aflc import law
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE, blamed_aflc
-from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.aflc.record import AdaptiveDesign, AflcDesign, AflcSettings
 from hfc_design.controllers.flc import KIND as FLC
-from hfc_design.controllers.flc import genome as flc
 from hfc_design.controllers.flc.export import EXPLAIN, HERE, apart, c_values
 from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.flc.record import terms_of
@@ -121,41 +119,6 @@ def _between(centre: Floats, edges: Floats) -> Floats:
     """Edges between neighbouring centres, where they are not beyond them by more than rounding."""
     held = np.clip(edges, centre[:-1], centre[1:])
     return np.where(np.abs(held - edges) <= ROUNDING * np.abs(edges), held, edges)
-
-
-class AflcGenome(flc.FuzzyGenome):
-    """What a search can do with ``FuzzyTables`` that adapt."""
-
-    def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
-        """The population as the simulator wants it."""
-        steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
-        rates = Rates(*steps, *self.overlaps(population).T)
-        return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
-
-    def record(self, individual: flc.FuzzyTables) -> Json:
-        """Kind ``aflc``: as the start but for what was searched."""
-        record = super().record(individual)
-        sectors = self.sectors(individual.share)
-        limits = {key: float(limit[0]) for key, limit in sectors._asdict().items()}
-        error, change = self.overlaps(individual)[0].tolist()
-        least = {"error": error, "error_change": change}
-        record["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
-        return record
-
-    def smallest_gap(self) -> Floats:
-        """(2,) with room for the steps of the adaptation."""
-        rates = self.start.adaptation
-        return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
-
-    def overlaps(self, population: flc.FuzzyTables) -> Floats:
-        """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
-        found = []
-        for side, terms in enumerate(self.triangles(population.joints)):
-            distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)
-            # Terms that reach their neighbours' centres overlap by the whole distance, no bit more.
-            whole = np.diff(terms[:, 1], axis=0).min(axis=0)
-            found.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
-        return np.stack(found, axis=-1)
 
 
 KIND = replace(

@@ -1,0 +1,42 @@
+"""Genome of a fuzzy controller that adapts: that of the flc, and the rectangle it may not leave."""
+
+import numpy as np
+
+from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
+from hfc_design.controllers.flc import genome as flc
+from hfc_design.core.numbers import Floats, Json
+
+
+class AflcGenome(flc.FuzzyGenome):
+    """What a search can do with ``FuzzyTables`` that adapt."""
+
+    def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
+        """The population as the simulator wants it."""
+        steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
+        rates = Rates(*steps, *self.overlaps(population).T)
+        return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
+
+    def record(self, individual: flc.FuzzyTables) -> Json:
+        """Kind ``aflc``: as the start but for what was searched."""
+        record = super().record(individual)
+        sectors = self.sectors(individual.share)
+        limits = {key: float(limit[0]) for key, limit in sectors._asdict().items()}
+        error, change = self.overlaps(individual)[0].tolist()
+        least = {"error": error, "error_change": change}
+        record["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
+        return record
+
+    def smallest_gap(self) -> Floats:
+        """(2,) with room for the steps of the adaptation."""
+        rates = self.start.adaptation
+        return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
+
+    def overlaps(self, population: flc.FuzzyTables) -> Floats:
+        """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
+        found = []
+        for side, terms in enumerate(self.triangles(population.joints)):
+            distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)
+            # Terms that reach their neighbours' centres overlap by the whole distance, no bit more.
+            whole = np.diff(terms[:, 1], axis=0).min(axis=0)
+            found.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
+        return np.stack(found, axis=-1)
