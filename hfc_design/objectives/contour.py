@@ -46,7 +46,7 @@ def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objecti
     path: one that never leaves the path because it never moves is no good.
     """
     return Objective(
-        initial=lambda zero: (zero,) * 4,
+        initial=_nothing,
         update=_update,
         score=Partial(_best, worst, lag),
         best=Partial(_best, worst, lag),
@@ -60,6 +60,10 @@ def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objecti
         make=lambda own: contour(own.worst, own.lag, own._unit),
         fault=_fault,
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero, zero, zero
 
 
 def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:

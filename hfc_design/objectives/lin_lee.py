@@ -39,7 +39,7 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Object
     """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
     score = Partial(_score, error_weight, error_rate_weight)
     return Objective(
-        initial=lambda zero: (zero, zero),
+        initial=_nothing,
         update=_update,
         score=score,
         best=score,
@@ -50,6 +50,10 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Object
         settings=LinLeeSettings,
         make=lambda own: lin_lee(own.error, own.error_rate),
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero
 
 
 def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:

@@ -42,7 +42,7 @@ def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
 def stick_share(weight: float = 1.0) -> Objective:
     """``-weight`` times the share of the settled time at which an axis sticks; 0 is the best."""
     return Objective(
-        initial=lambda zero: (zero, zero),
+        initial=_nothing,
         update=_update,
         score=Partial(_best, weight),
         best=Partial(_best, weight),
@@ -53,6 +53,10 @@ def stick_share(weight: float = 1.0) -> Objective:
         settings=StickShareSettings,
         make=lambda own: stick_share(own.weight),
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero
 
 
 def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
