@@ -94,11 +94,7 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
 
 
 def derivative(
-    c: CAxisCoefficients,
-    x: CAxisState,
-    voltage: Scalar,
-    load: Scalar,
-    implicit: Scalar = 0.0,
+    c: CAxisCoefficients, x: CAxisState, voltage: Scalar, load: Scalar, implicit: Scalar = 0.0
 ) -> CAxisState:
     """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m].
 

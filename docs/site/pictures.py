@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import hfc_design.api as hfc
-from hfc_design.controllers.flc.pictures import rule_table, surface
+from hfc_design.controllers.flc.section import rule_table, surface
 from hfc_design.controllers.hierarchical.drawn_tree import drawn_tree
 from hfc_design.controllers.surfaces import flat
 from hfc_design.pictures.files import save

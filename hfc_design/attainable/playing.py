@@ -55,11 +55,7 @@ def player(scenario: Scenario) -> Player:
     )
 
 
-def played(
-    one: Player,
-    voltage: Floats,
-    held: tuple[Floats, Floats] | None = None,
-) -> Played:
+def played(one: Player, voltage: Floats, held: tuple[Floats, Floats] | None = None) -> Played:
     """The first samples of the motion, under ``voltage`` (samples,) [V].
 
     It may be ``held`` to places (samples, 6) by gains (samples, 6): less the gain times how far the

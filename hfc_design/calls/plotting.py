@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hfc_design.batch.summary import Findings
-from hfc_design.calls.papers import column
+from hfc_design.calls.showing import column
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.records import UserError
 from hfc_design.identify.result import Identified

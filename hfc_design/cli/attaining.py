@@ -5,8 +5,16 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import CHOICES, Texts, as_json, setting, with_plugins
+from hfc_design.cli.options import (
+    CHOICES,
+    DESIGN,
+    SCENARIO,
+    Texts,
+    as_json,
+    named,
+    setting,
+    with_plugins,
+)
 
 DESIGN_HELP = "Say how near this design comes [default: that of the run]."
 
@@ -30,13 +38,7 @@ def attainable(
     from hfc_design.core.console import show_rows
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
-    from hfc_design.runs.attained import (
-        HEADS,
-        attained,
-        attained_rows,
-        keep_attained,
-        left_out,
-    )
+    from hfc_design.runs.attained import HEADS, attained, attained_rows, keep_attained, left_out
     from hfc_design.runs.run import DESIGN, finished_run
 
     folder = Path(name)

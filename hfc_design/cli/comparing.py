@@ -11,9 +11,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.named import DESIGN, SCENARIO, named
-from hfc_design.cli.options import Texts, as_json, force, memory, on_a_plant, output, setting
-from hfc_design.cli.papers import Papers, for_a_paper
+from hfc_design.cli.options import (
+    DESIGN,
+    SCENARIO,
+    Papers,
+    Texts,
+    as_json,
+    for_a_paper,
+    force,
+    memory,
+    named,
+    on_a_plant,
+    output,
+    setting,
+)
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper

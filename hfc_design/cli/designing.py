@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import SCENARIO, STRATEGY, named
 from hfc_design.cli.options import (
     ANYWAY_HELP,
     CHOICES,
     CHOSEN,
     PATH,
+    SCENARIO,
+    STRATEGY,
     Texts,
     memory,
+    named,
     setting,
     with_plugins,
 )

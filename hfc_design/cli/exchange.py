@@ -6,14 +6,17 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.named import DESIGN, FORMAT, PLANT, named
 from hfc_design.cli.options import (
+    DESIGN,
+    FORMAT,
     PATH,
+    PLANT,
     Texts,
     changing_design,
     force,
     free,
     knowing_plugins,
+    named,
     output,
 )
 

@@ -10,8 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import DESIGN, PLANT, SCENARIO, named
-from hfc_design.cli.options import PATH, as_json, force, free, setting, with_plugins
+from hfc_design.cli.options import (
+    DESIGN,
+    PATH,
+    PLANT,
+    SCENARIO,
+    as_json,
+    force,
+    free,
+    named,
+    setting,
+    with_plugins,
+)
 
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified

@@ -5,8 +5,18 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN, SCENARIO, OrElse, named
-from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
+from hfc_design.cli.options import (
+    DESIGN,
+    SCENARIO,
+    OrElse,
+    Texts,
+    as_json,
+    changing_design,
+    force,
+    knowing_plugins,
+    named,
+    output,
+)
 from hfc_design.cli.showing import LISTED, PLURALS, listed
 
 SINGULARS = {

@@ -1,15 +1,106 @@
 """Options that commands share: changes, the scenario of a design, a user's own parts."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
+from importlib import metadata
 from os.path import exists, isdir, isfile, realpath
 from pathlib import Path
-from typing import Any
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
-from hfc_design.cli.named import CONTROLLER, DESIGN, FITNESS, PLANT, SCENARIO, STRATEGY, named
+Decorated = TypeVar("Decorated", bound=Callable[..., Any] | click.Command)
+
+
+class Named(click.types.StringParamType):
+    """A name of one thing: built in, of an installed package, or what else its option takes.
+
+    The help and the completion of a shell have the names: those of the reference that comes with
+    the package, and of installed packages. Nothing here starts JAX.
+    """
+
+    name = "name"
+
+    def __init__(self, kind: str, entry_points: str = "", files: bool = False):
+        """``kind`` is that of the entries of the reference; with ``files`` a path will do too."""
+        self.kind, self.entry_points, self.files = kind, entry_points, files
+
+    def told(self) -> dict[str, str]:
+        """Every name, with what it is."""
+        from hfc_design.reference.entries import things
+
+        found = {one.name: one.meaning for one in things(self.kind)}
+        if self.entry_points:
+            installed = metadata.entry_points(group=self.entry_points).names
+            found |= dict.fromkeys(sorted(installed), "of an installed package")
+        return found
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names that begin like this, and files."""
+        items = [
+            CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
+            for name, meaning in self.told().items()
+            if name.startswith(incomplete)
+        ]
+        # In front: Bash forgets what came before, and takes files where no name begins so.
+        return [CompletionItem(incomplete, type="file"), *items] if self.files else items
+
+
+SCENARIO = Named("scenario", files=True)
+DESIGN = Named("design", files=True)
+PLANT = Named("plant", "hfc_design.plants")
+FITNESS = Named("objective", "hfc_design.fitness")
+CONTROLLER = Named("controller", "hfc_design.controllers")
+STRATEGY = Named("strategy", "hfc_design.strategies")
+FORMAT = Named("format")
+ALL = {one.kind: one for one in (SCENARIO, DESIGN, PLANT, FITNESS, CONTROLLER, STRATEGY)}
+
+
+class NamedOfKind(click.types.StringParamType):
+    """A name of the kind that the argument before it says."""
+
+    name = "name"
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names of that kind."""
+        kind = str(ctx.params.get("kind"))
+        return ALL.get(kind, Named(kind)).shell_complete(ctx, param, incomplete)
+
+
+class OrElse(click.Choice):  # type: ignore[type-arg]
+    """One of some names; each of ``others`` stands for one of them too, as plants for plant."""
+
+    def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
+        """Of both what the help has and what else is understood."""
+        super().__init__([*choices])
+        self.others = others
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The name that is meant."""
+        return super().convert(self.others.get(value, value), param, ctx)
+
+
+class NamedOption(click.Option):
+    """An option whose help has the names that there are in the place of NAMES."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Option and help, for a table."""
+        found = super().get_help_record(ctx)
+        if found is None or not isinstance(self.type, Named):
+            return found
+        return found[0], found[1].replace("NAMES", ", ".join(self.type.told()))
+
+
+def named(*names: str, kind: Named, **others: Any) -> Callable[[Decorated], Decorated]:
+    """An option that takes a name; NAMES in its help are those that there are."""
+    return click.option(*names, cls=NamedOption, type=kind, metavar="NAME", **others)
 
 
 def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> None:
@@ -181,3 +272,60 @@ def _on(several: bool) -> Callable[[Command], Command]:
 
 #: Of a command on scenarios, and of one on a scenario.
 on_scenarios, on_scenario = _on(several=True), _on(several=False)
+
+
+if TYPE_CHECKING:
+    from hfc_design.report.paper import Paper
+
+#: Those of ``report.paper``, which takes long to import.
+KINDS = "pdf", "svg", "pgf"
+#: Of a place, where its folders lie and what their names begin with: what is wanted there.
+Papers = Callable[[Path, str], "Paper | None"]
+
+
+def for_a_paper(command: Command) -> Command:
+    """A command that has ``force``: it gets ``papers``, which tells what is wanted of a page."""
+
+    @click.option(
+        "--figures",
+        type=click.Choice(KINDS),
+        help="Every figure of the page as a file too, for the column of a paper.",
+    )
+    @click.option(
+        "--width",
+        callback=millimetres_of,
+        metavar="WIDTH",
+        help="Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in].",
+    )
+    @click.option("--latex", is_flag=True, help="Every table of the page in LaTeX too.")
+    @wraps(command)
+    def wrapped(figures: str | None, width: float | None, latex: bool, **given: Any) -> None:
+        from hfc_design.core.records import UserError
+
+        if width is not None and figures is None:
+            raise UserError(f"--width: is that of figures; add --figures {'|'.join(KINDS)}")
+
+        def papers(folder: Path, stem: str = "") -> "Paper | None":
+            if figures is None and not latex:
+                return None
+            from hfc_design.report.paper import COLUMN, Paper
+
+            drawn = free(folder / f"{stem}figures", "--figures", folder=True) if figures else None
+            tables = free(folder / f"{stem}latex", "--latex", folder=True) if latex else None
+            return Paper(figures or "", COLUMN if width is None else width, drawn, tables)
+
+        command(papers=papers, **given)
+
+    return wrapped
+
+
+def millimetres_of(_: click.Context, option: click.Parameter, told: str | None) -> float | None:
+    """A width in millimetres."""
+    if told is None:
+        return None
+    from hfc_design.report.paper import millimetres
+
+    try:
+        return millimetres(told)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem
 
-from hfc_design.cli.named import SCENARIO, Named, named
 from hfc_design.cli.options import (
+    SCENARIO,
+    Named,
     Texts,
     changing_design,
     force,
     knowing_plugins,
     memory,
+    millimetres_of,
+    named,
     output,
     setting,
 )
-from hfc_design.cli.papers import millimetres_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,10 +63,7 @@ NAME = NameOrWhat("design", files=True)
 
 @click.command(short_help="Draw what a DESIGN is, or several over one another.")
 @click.argument(
-    "names",
-    metavar="DESIGN|FOLDER...",
-    nargs=-1,
-    type=NameOrWhat("design", files=True),
+    "names", metavar="DESIGN|FOLDER...", nargs=-1, type=NameOrWhat("design", files=True)
 )
 @click.argument("what", metavar="WHAT")
 @changing_design

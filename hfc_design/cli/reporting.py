@@ -7,19 +7,21 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.named import SCENARIO, named
 from hfc_design.cli.options import (
     PATH,
+    SCENARIO,
     SCENARIO_HELP,
+    Papers,
     Texts,
     changing_design,
+    for_a_paper,
     force,
     free,
     knowing_plugins,
+    named,
     output,
     setting,
 )
-from hfc_design.cli.papers import Papers, for_a_paper
 from hfc_design.core.console import busy
 
 

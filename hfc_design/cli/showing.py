@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import NamedOfKind, OrElse
-from hfc_design.cli.options import as_json, knowing_plugins
+from hfc_design.cli.options import NamedOfKind, OrElse, as_json, knowing_plugins
 
 if TYPE_CHECKING:
     from hfc_design.reference.entries import Entry
@@ -139,8 +138,14 @@ def _keys(name: str, as_json: bool) -> None:
 
 def _scenario(name: str, as_json: bool) -> None:
     from hfc_design.core.texts import no_such, read_toml
-    from hfc_design.reference.entries import SCENARIO, things
-    from hfc_design.reference.keys import NAMED, check_keys, chosen, scenario_keys
+    from hfc_design.reference.entries import (
+        NAMED,
+        SCENARIO,
+        check_keys,
+        chosen,
+        scenario_keys,
+        things,
+    )
     from hfc_design.reference.told import motions, values
 
     built_in = [one.name for one in things(SCENARIO)]

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import CONTROLLER, PLANT, named
-from hfc_design.cli.options import force, free, output, with_plugins
+from hfc_design.cli.options import CONTROLLER, PLANT, force, free, named, output, with_plugins
 from hfc_design.cli.showing import unlisted
 
 PLANT_HELP = "Plant: NAMES, or an own one as module:OBJECT [default: c-axis]."

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import DESIGN, named
 from hfc_design.cli.options import (
     CHOICES,
+    DESIGN,
     Texts,
     force,
     free,
     memory,
+    named,
     on_scenario,
     output,
     with_plugins,
@@ -55,7 +56,7 @@ def train(
     from the errors and their changes, by back-propagation, and becomes a design of kind neural,
     which goes on learning on line.
     """
-    from hfc_design.controllers.neural.training import Lesson
+    from hfc_design.controllers.neural.record import Lesson
     from hfc_design.formats import FORMATS
     from hfc_design.simulation.teaching import taught
 

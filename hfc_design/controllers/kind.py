@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
-from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters, Plain
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
 
@@ -58,6 +58,23 @@ class ControllerSettings(Record):
     def staged(self) -> bool:
         """Whether its genome has ``stages``, through which a distribution can be led."""
         return False
+
+
+def controller_named(start: Plain, info: ValidationInfo) -> Plain:
+    """The controller of the design that ``start`` names; a record stays one.
+
+    Raises:
+        ValueError: there is no such design, or it is not of the kind of the settings.
+    """
+    if not isinstance(start, str):
+        return start
+    try:
+        design = (info.context or {})["named_design"](start)
+    except UserError as error:
+        raise ValueError(error.typed) from None
+    if (kind := design.controller.kind) != info.data.get("kind"):
+        raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
+    return design.controller.model_dump()
 
 
 class Target(NamedTuple):

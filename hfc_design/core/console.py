@@ -94,9 +94,7 @@ class ProgressBar:
         self.console = terminal(stderr=True)
         self.total = total
         self._bar = Progress(
-            Fitting(self.console),
-            console=self.console,
-            disable=not self.console.is_terminal,
+            Fitting(self.console), console=self.console, disable=not self.console.is_terminal
         )
         self._task = self._bar.add_task(task, total=total, line=line)
 

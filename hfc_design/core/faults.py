@@ -97,10 +97,7 @@ def _details(
 
 
 def explained(
-    error: ValidationError,
-    data: Plain,
-    again: Callable[[Plain], Any],
-    keys: Keys = NO_KEYS,
+    error: ValidationError, data: Plain, again: Callable[[Plain], Any], keys: Keys = NO_KEYS
 ) -> list[str]:
     """Every fault of ``data`` in a line, those that are missing together and first.
 

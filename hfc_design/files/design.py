@@ -12,13 +12,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
-from hfc_design.controllers.controller import Controller, rate_limited
-from hfc_design.controllers.kind import ControllerRecord, Kind
+from hfc_design.controllers.controller import Controller, rate_limited, within_rate
+from hfc_design.controllers.kind import ControllerRecord, Kind, needed
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.dotted import Changes, changed, lists, set_keys
 from hfc_design.core.faults import inside
-from hfc_design.core.numbers import finite
+from hfc_design.core.numbers import Json, Memory, finite
 from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
 from hfc_design.core.records import (
     Asked,
@@ -333,3 +334,35 @@ _ROWS = re.compile(
 
 def _flat(row: str) -> str:
     return " ".join(row.split()).replace("[ ", "[").replace(" ]", "]")
+
+
+#: What the name of such a design ends with, and letters of a name.
+ENDING, LONGEST = "-learned", 64
+
+
+def learned(design: Design, axes: Iterable[str], memory: Memory, told: Json) -> Design:
+    """The design that starts with what the ``memory`` of its controller has learnt.
+
+    ``axes`` are those of the machine: where they have learnt different things, each has a
+    controller of its own. ``told`` is for the provenance.
+
+    Raises:
+        UserError: it does not adapt, or what it remembers is no number any more.
+    """
+    if not finite(memory):
+        raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
+    found = learnt(design.controller, tuple(axes), within_rate(memory))
+    return with_learned(design, needed(found, design, "it does not adapt"), told)
+
+
+def with_learned(design: Design, controller: ControllerRecord, told: Json) -> Design:
+    """The design with a ``controller`` that has learnt; its score is gone.
+
+    Raises:
+        UserError: it is none that can run.
+    """
+    name = design.name.removesuffix(ENDING)[: LONGEST - len(ENDING)] + ENDING
+    data = design.model_dump(mode="json", exclude={"score", "controller"})
+    data |= {"name": name, "controller": controller.model_dump(mode="json")}
+    data["provenance"] |= {"learned": {"from": design.name, **told}}
+    return checked(Design, data, f"what {design.name} has learnt", Path())

@@ -22,8 +22,7 @@ from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
 from hfc_design.reference.commented import explained, rest
-from hfc_design.reference.entries import PLANT, Entry, units_of
-from hfc_design.reference.keys import keys_in, scenario_keys
+from hfc_design.reference.entries import PLANT, Entry, keys_in, scenario_keys, units_of
 from plants import machine_of
 
 #: The scenarios that come with the package, and the files that they name.

@@ -13,14 +13,7 @@ from hfc_design.core.dotted import Changes, changed, set_keys
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import (
-    AnyDesign,
-    Design,
-    Limits,
-    changed_design,
-    named_design,
-    naming,
-)
+from hfc_design.files.design import AnyDesign, Design, Limits, changed_design, named_design, naming
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.scenario import Scenario

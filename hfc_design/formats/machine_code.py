@@ -9,13 +9,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import code, saving
-from hfc_design.formats.writing import (
-    RESERVED,
-    comment,
-    rendered,
-    signal_meanings,
-    signal_units,
-)
+from hfc_design.formats.writing import RESERVED, comment, rendered, signal_meanings, signal_units
 
 #: Ends the names of a controller that all axes have.
 EVERY = "axis"

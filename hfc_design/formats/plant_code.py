@@ -57,9 +57,7 @@ CODES = {
         counts=True,
     ),
     "positioning-stage": PlantCode(
-        "positioning_stage",
-        "positioning stage, a mass with friction of two sides",
-        counts=True,
+        "positioning_stage", "positioning stage, a mass with friction of two sides", counts=True
     ),
     **{x.name: _servo(x) for m in (FIVE_AXIS, FIVE_AXIS_B) for x in m.drives},
 }

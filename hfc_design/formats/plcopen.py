@@ -12,7 +12,7 @@ from hfc_design.files.design import Design
 from hfc_design.formats.code import CLASH, block_values, c_name
 from hfc_design.formats.fcl import real
 from hfc_design.formats.flash.folder import page_of_axes
-from hfc_design.formats.flash.plc import with_vectors
+from hfc_design.formats.st import with_vectors
 from hfc_design.formats.writing import (
     Content,
     Format,

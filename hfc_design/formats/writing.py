@@ -269,10 +269,6 @@ def rendered(
     return environment.get_template(template).render(usual | values)
 
 
-def _json(design: Design) -> str:
-    return design_json(design) + "\n"
-
-
 def _tables(design: Design) -> dict[str, str]:
     """A rule table a file for a spreadsheet, and ``manifest.csv``, which tells the wiring."""
     found = rule_base(design).tables(design.controller)
@@ -281,6 +277,6 @@ def _tables(design: Design) -> dict[str, str]:
 
 TABLES = "a folder with one labelled rule table a unit, and manifest.csv"
 FORMATS = (
-    Format("json", "the design file itself", _json, whole=True),
+    Format("json", "the design file itself", lambda design: design_json(design) + "\n", whole=True),
     Format("csv", TABLES, _tables),
 )

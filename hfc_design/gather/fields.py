@@ -7,8 +7,7 @@ from pydantic import BaseModel, TypeAdapter
 
 from hfc_design.core.carried import Carried
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.gather.comments import Comment, comments_of
-from hfc_design.gather.texts import source_in
+from hfc_design.gather.comments import Comment, comments_of, source_in
 from hfc_design.reference.entries import Entry
 
 NAMES = {

@@ -2,11 +2,12 @@
 
 The language is the part of RS274/NGC that moves X, Y, Z [mm or inch], A, B, C [deg]: G0 to G3, arcs
 in X-Y by their centre (I, J) or their radius (R) with any motion of the others beside it, G20/G21
-units, G90/G91 positions, G93/G94 F. What moves no axis is passed over (``codes``): N, O, S and T
+units, G90/G91 positions, G93/G94 F. What moves no axis is passed over: N, O, S and T
 words, ``IDLE_M``, ``IDLE_G``; ``notes`` says what a machine may do otherwise. Everything else is
 refused: a program that is understood in part would be simulated wrongly.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -15,20 +16,103 @@ from typing import Any, NamedTuple
 
 from hfc_design.core.carried import AnyFile, content_of
 from hfc_design.core.texts import about, decoded
-from hfc_design.motion.codes import (
-    ENDS,
-    IDLE_G,
-    IDLE_M,
-    NOTED_BLOCK,
-    NOTED_G,
-    OTHER_G,
-    OTHER_M,
-    PARAMETERS,
-    PLANES,
-    UNITS,
-)
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
-from hfc_design.motion.words import SKIPPED, words_of
+
+#: A comment, blanks, or a letter with the number that belongs to it.
+PIECE = re.compile(
+    r"(?P<comment>\([^()\n]*\)|;[^\n]*|%)"
+    r"|(?P<letter>[A-Za-z])\s*(?P<number>[+-]?\s*(?:\d[\d\s]*(?:\.[\d\s]*)?|\.\s*\d[\d\s]*))?"
+    r"|(?P<blank>\s+)",
+    re.ASCII,
+)
+#: What a block begins with that a machine may be told to skip.
+SKIPPED = "/"
+#: O words that are more than the number of a program.
+FLOW = re.compile(
+    r"\s*(o\s*(?:<[^<>]*>|\d+)\s*(?:sub|endsub|call|return|if|elseif|else|endif|while|endwhile|do"
+    r"|repeat|endrepeat|break|continue)\b)",
+    re.ASCII | re.IGNORECASE,
+)
+#: Beginnings of what has no fixed number -> what that is.
+CALCULATED = {"#": "parameters", "[": "expressions"}
+#: Characters that are shown of what is not understood.
+SHOWN = 20
+
+
+def words_of(block: str) -> list[tuple[str, float]]:
+    """Letters, in capitals, and numbers of a block.
+
+    As RS274/NGC has it, blanks mean nothing, inside of numbers neither: ``X- .992`` is X-.992.
+
+    Raises:
+        ValueError: a letter has no number, or something is neither word nor comment.
+    """
+    if flow := FLOW.match(block):
+        raise ValueError(f"{flow[1]}: subprograms and loops are not read; write their moves out")
+    found: list[tuple[str, str | None]] = []
+    place = len(block) - len(block.lstrip().removeprefix(SKIPPED))
+    while place < len(block):
+        piece = PIECE.match(block, place)
+        if piece is None or (piece["letter"] and piece["number"] is None):
+            after = block[place + (piece is not None) :].lstrip()[:1]
+            if after in CALCULATED:
+                raise ValueError(f"{after}: {CALCULATED[after]} are not read; write the numbers")
+        if piece is None:
+            there = block[max(place - SHOWN, 0) : place + SHOWN].strip()
+            raise ValueError(f"cannot be understood at column {place + 1}: {there!r}")
+        if piece["letter"]:
+            found.append((piece["letter"].upper(), piece["number"]))
+        place = piece.end()
+    return [(letter, _number(letter, number)) for letter, number in found]
+
+
+def _number(letter: str, number: str | None) -> float:
+    if number is None:
+        raise ValueError(f"{letter} has no number")
+    return float("".join(number.split()))
+
+
+# Codes that change nothing here, that are read with a note, that are refused: after LinuxCNC's
+# reference, https://linuxcnc.org/docs/html/gcode.html.
+#: Units, planes and modes: exact path, look-ahead; no offsets, no compensation.
+IDLE_G = frozenset({5.1, 40, 49, 54, 61, 80, 94, 17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 93})
+IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9, 48, 49})  # stops, spindle, tool, coolant, override
+ENDS = frozenset({2, 30})
+#: What is read, although a machine may do something else -> how it is read.
+NOTED_G = {
+    4: "the dwell is left out",
+    43: "the length of the tool is taken as 0",
+    64: "corners are not rounded, the path is exact and slower in them",
+}
+NOTED_BLOCK = "blocks that begin with / are carried out"
+#: Words that belong to a code, and mean nothing without it.
+PARAMETERS: dict[float, str] = {4: "P", 5.1: "Q", 43: "H", 64: "PQ"}
+#: Codes that are refused, and why.
+_DRILLING = "drilling cycles are not read; write their moves with G0 and G1"
+_OFFSET = "of the offsets of a workpiece only G54 is read"
+_MACHINE = "positions of the machine are not known here; write the move in X, Y, Z"
+OTHER_G: dict[float, str] = {
+    **dict.fromkeys(
+        (41, 41.1, 42, 42.1), "the tool's radius is not compensated; write its centre's path"
+    ),
+    **dict.fromkeys((43.1, 43.2), "the length of a tool is not read, only G43 and G49"),
+    **dict.fromkeys((55, 56, 57, 58, 59, 59.1, 59.2, 59.3, 10, 52, 92), _OFFSET),
+    **dict.fromkeys((28, 28.1, 30, 30.1, 53), _MACHINE),
+    **dict.fromkeys((73, 74, 81, 82, 83, 84, 85, 86, 87, 88, 89), _DRILLING),
+    **dict.fromkeys((5, 5.2, 5.3), "splines are not read; write them as G1, G2 and G3"),
+    33: "threads are not read",
+    38.2: "probing is not read",
+    61.1: "a stop after every block is not simulated, only the exact path (G61)",
+    76: "threads are not read",
+    95: "a feed per revolution is not read, only per minute (G94)",
+}
+OTHER_M: dict[float, str] = {
+    **dict.fromkeys((97, 98, 99), "subprograms are not read; write their moves out"),
+}
+PLANES = {17: "X-Y", 18: "X-Z", 19: "Y-Z"}
+#: [mm] of a unit of length.
+UNITS = {20: 25.4, 21: 1.0}
+
 
 AXES = "XYZABC"
 #: Words that count in the unit of length.

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import model_validator
 
 from hfc_design.core.records import Finite, Label, Positive, Record, ordered
-from hfc_design.motion.look_ahead import Bounds
+from hfc_design.motion.axis_path import Bounds
 
 
 class MovedAxis(NamedTuple):

@@ -7,9 +7,8 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Mask
 from hfc_design.motion import gcode
-from hfc_design.motion.axis_path import AxisPath, other_axis_fault, travel_fault
+from hfc_design.motion.axis_path import AxisPath, Bounds, look_ahead, other_axis_fault, travel_fault
 from hfc_design.motion.limits import AxisLimits, MovedAxis, bounds_of
-from hfc_design.motion.look_ahead import Bounds, look_ahead
 from hfc_design.motion.paths import Motion
 from hfc_design.motion.reversals import reversing, undisturbed
 from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples

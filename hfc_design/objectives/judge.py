@@ -20,10 +20,7 @@ from hfc_design.objectives.stick_share import stick_share
 
 #: Every objective by its name: the files here, and what users add.
 OBJECTIVES: Group[Objective] = Group(
-    "fitness",
-    (Objective,),
-    "hfc_design.fitness",
-    found_in(objectives, "OBJECTIVE"),
+    "fitness", (Objective,), "hfc_design.fitness", found_in(objectives, "OBJECTIVE")
 )
 #: The ``[fitness]`` of a scenario.
 FitnessSettings = Annotated[

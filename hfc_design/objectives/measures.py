@@ -6,6 +6,7 @@ of thousands as for one. Of several axes errors and commands count as vectors, t
 
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
+from operator import attrgetter
 from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
@@ -195,30 +196,8 @@ def stuck(moment: Moment) -> Truth:
     return is_stuck(moment.velocity, moment.reference_rate)
 
 
-def _error(moment: Moment) -> Scalar:
-    return moment.error
-
-
-def _rate(moment: Moment) -> Scalar:
-    return moment.error_rate
-
-
-def _command(moment: Moment) -> Scalar:
-    return moment.command
-
-
-def _change(moment: Moment) -> Scalar:
-    return moment.command_change
-
-
-def _sliding(moment: Moment) -> Scalar:
-    return moment.sliding
-
-
-def _limited(moment: Moment) -> Truth:
-    return moment.limited
-
-
+_error, _command = attrgetter("error"), attrgetter("command")
+_change, _sliding = attrgetter("command_change"), attrgetter("sliding")
 #: Before the names of the four measures of it: what tables have without it is found afterwards, by
 #: a search for the nearest point of the path.
 ESTIMATED = "estimated_"
@@ -250,7 +229,7 @@ MEASURES: dict[str, Measure] = {
             "velocity_ripple",
             "error_rate",
             "rms of the velocity error once settled",
-            _rate,
+            attrgetter("error_rate"),
             _settled,
         ),
         rms("chatter", "command", "rms of the change of the command in a sample", _change),
@@ -260,7 +239,7 @@ MEASURES: dict[str, Measure] = {
         share(
             "limit_share",
             "share of the last quarter at a limit of the command",
-            _limited,
+            attrgetter("limited"),
             _at_the_end,
         ),
         largest("late_error", "error", "largest error in the last quarter", _error, _at_the_end),

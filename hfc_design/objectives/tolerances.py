@@ -94,7 +94,7 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
         meaning=f"1 / weighted mean of {names}; 1 is just tolerated, the more the better",
         positive=True,
         settings=TolerancesSettings,
-        make=_made,
+        make=lambda own: tolerances(tolerated(own)),
         fault=lambda axes, path: path_fault(measures, path),
     )
 
@@ -122,10 +122,6 @@ def tolerated(own: TolerancesSettings) -> tuple[tuple[Measure, float, float], ..
         assert isinstance(weighed, Weighed)  # after ``on``
         rows.append((measure(name, own.band), weighed.tolerance, weighed.weight))
     return tuple(rows)
-
-
-def _made(own: TolerancesSettings) -> Objective:
-    return tolerances(tolerated(own))
 
 
 OBJECTIVE = tolerances(((measure("settled_rms_error"), 1e-3, 1.0),))

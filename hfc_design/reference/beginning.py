@@ -13,10 +13,10 @@ from hfc_design.reference.entries import (
     REFERENCE,
     STRATEGY,
     Entry,
+    keys_of,
     parts,
     units_of,
 )
-from hfc_design.reference.keys import keys_of
 
 HIERARCHY = "pd+hierarchical-fuzzy"
 

@@ -11,8 +11,7 @@ from itertools import groupby
 import tomli_w
 
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.reference.entries import Entry, in_units
-from hfc_design.reference.keys import entry_of, leaves
+from hfc_design.reference.entries import Entry, entry_of, in_units, leaves
 
 WIDTH = 98
 #: Tables of which nothing is left where they are empty: their heads may stand without a key.

@@ -1,19 +1,21 @@
-"""The entries of the reference, from the data file that comes with the package.
+"""The entries of the reference, from the data file that comes with the package; keys of a scenario.
 
-``make reference`` writes the file anew, from ``hfc_design.gather``. Reading it starts no JAX.
+``make reference`` writes the file anew, from ``hfc_design.gather``. Reading it starts no JAX. A key
+may have a place for names: ``plant.axes.AXIS``, ``motions.N.weight``.
 """
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hfc_design.core.faults import short
-from hfc_design.core.numbers import Plain
+from hfc_design.core.numbers import Json, Plain
+from hfc_design.core.quantities import without_unit
 from hfc_design.core.records import UserError
-from hfc_design.core.wording import near, one_of
+from hfc_design.core.wording import NUMBER, Keys, near, of_its_name, one_of
 
 FILE = Path(__file__).parent / "reference.json"
 #: What an entry may be about.
@@ -97,3 +99,153 @@ def units_of(plant: str, known: Iterable[Entry] | None = None) -> dict[str, str]
         if one.part == "signal":
             found.setdefault(one.key.rpartition(".")[2], one.unit)
     return found
+
+
+#: Of a scenario: what names a thing, and its kind.
+NAMED = {
+    "plant.name": PLANT,
+    "reference.kind": REFERENCE,
+    "fitness.kind": OBJECTIVE,
+    "controller.kind": CONTROLLER,
+    "search.preset": STRATEGY,
+}
+#: Tables whose axes have the keys of the table, and those of a motion, which a scenario has too.
+ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
+IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
+OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
+#: Units of the reference that say none: one of whatever it is, one of a plant that it has not.
+ANY = re.compile(r"^of the |\b(error|command|load|signal)\b")
+#: Types of the reference that are numbers.
+NUMBERS = "number", "whole number"
+#: A place for names in a key of the reference.
+PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
+#: What has keys of its own for each name that it says, which are not looked at here.
+OWN = re.compile(r"^(motions\.\d+\.)?(reference\.axes|controller\.(axes|inner|start))\.")
+
+
+def chosen(data: Json) -> dict[str, str]:
+    """Kind -> name of the thing of that kind that a scenario names, or has by default."""
+    found = {}
+    defaults = {one.key: one.default for one in things(KEY)}
+    for key, kind in NAMED.items():
+        table, _, last = key.partition(".")
+        own = data.get(table)
+        name = own.get(last) if isinstance(own, Mapping) else None
+        found[kind] = str(name if name is not None else defaults[key])
+    return found
+
+
+def keys_of(named: Mapping[str, str], known: Iterable[Entry] = ()) -> list[Entry]:
+    """The keys that a scenario may have which names these things, kind -> name.
+
+    ``known`` are entries of own parts. Each table follows on the one before it in the file.
+    """
+    found, own = things(KEY), [*known]
+    order = {one.key.partition(".")[0]: k for k, one in enumerate(found)}
+    for kind, name in named.items():
+        wanted = "parameter" if kind == PLANT else "setting"
+        every = parts(kind, name) or parts(kind, name, own)
+        found += [one for one in every if one.part == wanted]
+    return sorted(found, key=lambda one: order.get(one.key.partition(".")[0], 0))
+
+
+def scenario_keys(data: Json, known: Iterable[Entry] = ()) -> list[Entry]:
+    """The keys that the scenario of a file may have, those of its motions' references last."""
+    found = keys_of(chosen(data), known)
+    motions = data.get("motions")
+    for motion in motions if isinstance(motions, list) else ():
+        own = motion.get("reference") if isinstance(motion, Mapping) else None
+        if isinstance(own, Mapping):
+            found += parts(REFERENCE, str(own.get("kind")))
+    return found
+
+
+def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
+    """The entry of a key of a file: its own, or that of the table of names that it stands in."""
+    key = ALIKE.sub(r"\1.", IN_MOTION.sub("", key))
+    if any(one.key.startswith("plant.parameters.") for one in known):  # axes of one drive
+        key = OF_AXIS.sub("plant.parameters.", key)
+    table = key
+    while table:
+        own = next((one for one in known if _fits(one.key, table)), None)
+        if own is not None:
+            named = own.type.startswith(("table of", "list")) and own.key != "plant.parameters"
+            return own if table == key or named else None
+        table = table.rpartition(".")[0]
+    return None
+
+
+def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
+    """The unit of what stands at a key of a file, whose ``entry`` is this, in those of a plant."""
+    measured = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
+    return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
+
+
+def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: []) -> Keys:
+    """The keys of the scenario in ``data``; they are looked up when the first one is asked for.
+
+    ``unlisted`` gives the entries of a plant that is a user's own.
+    """
+
+    @cache
+    def known() -> tuple[list[Entry], dict[str, str]]:
+        plant = chosen(data)[PLANT]
+        own = unlisted(plant)
+        return scenario_keys(data, own), units_of(plant, own or None)
+
+    def unit(key: str) -> str:
+        every, units = known()
+        entry = entry_of(key, every)
+        found = "" if entry is None else unit_at(key, entry, units)
+        return of_its_name(key) if ANY.search(found) else found if found != "1" else ""
+
+    return Keys(unit, lambda: (one.key for one in known()[0]), whose)
+
+
+#: A key that more things have than this belongs to none of them.
+FEW = 3
+
+
+def whose(key: str) -> str:
+    """The things that have a key of a file which another of their kind does not have."""
+    every = (one for one in entries() if one.part in ("setting", "parameter"))
+    names = {f"{one.kind} {one.name}" for one in every if _fits(one.key, key)}
+    return " or ".join(sorted(names)) if len(names) <= FEW else ""
+
+
+def _fits(pattern: str, key: str) -> bool:
+    """Whether a key is one of a pattern with places for names."""
+    if not PLACES.keys() & set(pattern.split(".")):
+        return pattern == key
+    told = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
+    return re.fullmatch(told, key) is not None
+
+
+def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
+    """What a file says by dotted keys, motions and windows by number; an empty table too."""
+    listed = prefix in ("motions", "windows")
+    if isinstance(data, Mapping) and (data or not prefix):
+        for key, value in data.items():
+            yield from leaves(value, f"{prefix}.{key}" if prefix else str(key))
+    elif listed and isinstance(data, list) and all(isinstance(one, Mapping) for one in data):
+        for k, one in enumerate(data):
+            yield from leaves(one, f"{prefix}.{k}")
+    else:
+        yield prefix, data
+
+
+def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
+    """UserError: a file has keys that there are not, each with what may be meant; or no number."""
+    wrong = []
+    for key, value in leaves(data):
+        entry = entry_of(key, known)
+        if entry and entry.type in NUMBERS and type(value) not in (int, float):
+            unit = keys_in(data).unit(key)
+            told = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
+            wrong.append(f"{key} = {short(value)}: {told}")
+        if OWN.match(key) or entry is not None:
+            continue
+        meant = " or ".join(near(key, (one.key for one in known), 2))
+        wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
+    if wrong:
+        raise UserError(f"{source}: {'; '.join(wrong)}")

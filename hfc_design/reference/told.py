@@ -4,8 +4,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.reference.entries import PLANT, REFERENCE, Entry, in_units, units_of
-from hfc_design.reference.keys import chosen, entry_of, leaves, unit_at
+from hfc_design.reference.entries import (
+    PLANT,
+    REFERENCE,
+    Entry,
+    chosen,
+    entry_of,
+    in_units,
+    leaves,
+    unit_at,
+    units_of,
+)
 
 FILE, DEFAULT, SCENARIO = "the file", "default", "the scenario"
 #: What a motion may say itself, and where it is from if it does not.

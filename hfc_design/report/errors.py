@@ -21,7 +21,7 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
-from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
+from hfc_design.report.plots import drawn_samples, error_unit, path_errors
 from hfc_design.report.searches import COLOURS, stroke
 from hfc_design.simulation.evaluating import Evaluation
 

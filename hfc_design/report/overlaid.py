@@ -12,8 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import above, finish, framed, plain
-from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
-from hfc_design.report.plots import SMALL, curves, skipped
+from hfc_design.report.plots import SMALL, curves, drawn_samples, error_unit, path_errors, skipped
 from hfc_design.report.searches import stroke
 from hfc_design.simulation.evaluating import Evaluation
 

@@ -8,9 +8,10 @@ command is NaN, and the next one goes on as if it had not been. The first sample
 have stood as it does, so that no change of a signal kicks. C, Structured Text and HAL do alike.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from math import isfinite, isnan, nan
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -25,16 +26,52 @@ from hfc_design.controllers.controller import (
     primed,
     ramped,
 )
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.core.arguments import a_kind
+from hfc_design.core.faults import short
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
 from hfc_design.core.records import UserError
-from hfc_design.files.design import AnyDesign, Design, named_design
-from hfc_design.files.learning import learned
-from hfc_design.runtime import given
+from hfc_design.files.design import AnyDesign, Design, learned, named_design
 
 #: What a step raises of what it is given.
 WRONG = KeyError, TypeError, AttributeError
+
+
+class Missing(UserError, KeyError):
+    """A signal or an axis is missing; a KeyError, as the mapping of a script raises it."""
+
+
+def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") -> Exception:
+    """The line for a step that failed with ``error``; that itself where nothing is wrong here.
+
+    It is looked for only when a step has failed.
+
+    ``given`` are mappings of names to readings, or to what an axis has where ``what`` is "axis".
+    """
+    for one in given:
+        if not isinstance(one, dict) and not hasattr(one, "keys"):
+            return UserError(f"{a_kind(one)} is no mapping of names to readings")
+        if isinstance(error, KeyError) and error.args[0] not in one:
+            return Missing(f"the {what} {error} is missing; given are {', '.join(one) or 'none'}")
+        for name, x in one.items():
+            if what == "signal" and not isinstance(x, Real):
+                return UserError(f"{name} = {short(x)}: has to be a number")
+    return error
+
+
+def reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
+    """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
+    if not (names := kind.reads(record) if kind.reads else []):
+        return finite
+
+    def reads(signals: Signals) -> bool:
+        try:
+            return all(map(isfinite, map(signals.__getitem__, names)))
+        except KeyError:  # the law tells which is missing, if it does read it
+            return finite(signals)
+
+    return reads
 
 
 class Controller:
@@ -58,7 +95,7 @@ class Controller:
         self._sample = partial(self._law.sample, SCALARS, self._law, self._gains)
         self._limited = partial(limited, SCALARS, self._law.limit)
         self._ramped = partial(ramped, SCALARS, design.changes([named])[named])
-        self._reads = given.reader(kind, self.design)
+        self._reads = reader(kind, self.design)
         self._memory: Memory = None
         self._command = 0.0  # of the sample before
         self.reset()
@@ -102,7 +139,7 @@ class Controller:
         except ArithmeticError:  # in other languages a division by zero is infinite
             pass
         except WRONG as error:
-            raise given.told([signals], error) from None
+            raise what_is_wrong([signals], error) from None
         return nan, self._memory, None
 
     def _done(self, command: float, memory: Memory) -> None:
@@ -153,7 +190,7 @@ class Machine:
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)
-        self._reads = given.reader(kind, design.controller)
+        self._reads = reader(kind, design.controller)
         self._memory, self._fresh = self._controller.initial_memory(0.0), True
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
@@ -177,7 +214,7 @@ class Machine:
         try:
             axes = tuple(signals[axis] for axis in self.axes)
         except WRONG as error:
-            raise given.told([signals], error, "axis") from None
+            raise what_is_wrong([signals], error, "axis") from None
         if self._each:  # all are tried before any remembers: one signal may be missing
             pairs = zip(self._each.items(), axes, strict=True)
             tried = {axis: one._tried(own) for (axis, one), own in pairs}
@@ -198,7 +235,7 @@ class Machine:
         except ArithmeticError:
             pass
         except WRONG as error:
-            raise given.told(axes, error) from None
+            raise what_is_wrong(axes, error) from None
         return dict(zip(self.axes, commands, strict=True))
 
     def reset(self) -> None:

@@ -16,9 +16,8 @@ from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Gains, Json, Memory, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
-from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.design import AnyDesign, Design, learned
 from hfc_design.files.doubts import doubts
-from hfc_design.files.learning import learned
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design import __version__
-from hfc_design.controllers.neural.training import Lesson, Trained, begun, trained
+from hfc_design.controllers.neural.record import Lesson, Trained, begun, trained
 from hfc_design.core.arguments import wanted
 from hfc_design.core.dotted import Changes, set_keys
 from hfc_design.core.numbers import Json

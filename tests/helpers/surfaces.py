@@ -9,7 +9,7 @@ from places import ROOT
 from report_pages import unknown
 
 from hfc_design import api as hfc
-from hfc_design.controllers.flc import pictures as fuzzy
+from hfc_design.controllers.flc import section as fuzzy
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import PlantSettings

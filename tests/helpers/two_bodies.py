@@ -1,7 +1,7 @@
 """The milling table's axis by SciPy: from corner to corner of its forces, each part smooth.
 
-Written from the equations and not from ``plants.backlash``: spring ``k dead_zone(d + c/k dd/dt)``,
-Coulomb friction at both bodies, at the table with Stribeck's rise.
+Written from the equations and not from the plant: spring ``k dead_zone(d + c/k dd/dt)``, Coulomb
+friction at both bodies, at the table with Stribeck's rise.
 """
 
 from math import exp, pi

@@ -14,7 +14,7 @@ from wandering import wandering
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import axes_of, load_design, own_scenario
 from hfc_design.formats import FORMATS, code
-from hfc_design.formats.fmu.machine import loop
+from hfc_design.formats.fmu.axes import loop
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 

@@ -15,7 +15,9 @@ from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, SHARED, SHARED
 from places import TESTS
 
 from hfc_design.formats import FORMATS
-from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
+from hfc_design.formats.reading import Wish, imported
+from hfc_design.formats.reading import fis as any_fis
+from hfc_design.formats.reading import fll as any_fll
 from hfc_design.runtime import Controller
 
 HERE = TESTS / "interop"

@@ -10,8 +10,7 @@ from hal_session import exported, open_loop, with_controller
 from sliding import EVERY
 
 from hfc_design import runtime
-from hfc_design.files.design import design_json, named_design
-from hfc_design.files.learning import with_learned
+from hfc_design.files.design import design_json, named_design, with_learned
 from hfc_design.formats import code, linuxcnc
 from hfc_design.formats.reading import Wish, imported
 

@@ -3,8 +3,8 @@
 from hfc_design.controllers.aflc.law import aflc
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.flc import section as flc
-from hfc_design.controllers.flc.pictures import rule_table, terms
 from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.flc.section import rule_table, terms
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import SCALARS
 from hfc_design.pictures.section import Drawing, Section

@@ -1,21 +1,17 @@
 """Axis controllers of any kind with a common controller of the contour error (Koren 1980)."""
 
+from collections import namedtuple
 from pathlib import Path
 
-from hfc_design.controllers.cross_coupled.law import CrossMemory
+import numpy as np
+
+from hfc_design.controllers.beside import AroundGenome, SideBySide
+from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
-from hfc_design.controllers.inner import INSIDE, OuterDesign
-from hfc_design.controllers.kind import STARTED, Kind, Member, Template, later, remembered
-from hfc_design.controllers.per_axis import learnt
+from hfc_design.controllers.gains.genome import GainsGenome
+from hfc_design.controllers.kind import STARTED, Kind, Member, Target, Template, later, remembered
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
-
-
-def _learnt(
-    record: CrossCoupledDesign, axes: tuple[str, ...], memory: CrossMemory
-) -> CrossCoupledDesign | None:
-    """With what is inside as it has become."""
-    inner = learnt(record.inner, axes, memory.inner)
-    return record.model_copy(update={"inner": inner}) if inner else None
 
 
 def _c(record: CrossCoupledDesign) -> Json:
@@ -37,6 +33,46 @@ def _past(record: CrossCoupledDesign) -> list[Member]:
     return [STARTED, error, Member("integral")]
 
 
+class _OwnGenome(GainsGenome):
+    """Of the gains on the contour error, and of one on the velocity of each axis."""
+
+    def __init__(self, settings: CrossCoupledSettings, target: Target):
+        super().__init__(settings, target)
+        found = settings.searched()._asdict()
+        velocity = found.pop("velocity")
+        found |= {f"velocity_{axis}": velocity for axis in target.machine.axes}
+        self.ranges = namedtuple("Ranges", found)(**found)
+
+
+class CrossCoupledGenome(AroundGenome):
+    """Its parts are what is inside, and its own gains.
+
+    Raises:
+        UserError: what is inside has too many structures.
+    """
+
+    def __init__(self, settings: CrossCoupledSettings, target: Target):
+        super().__init__(settings, target, _OwnGenome(settings, target))
+
+    def gains(self, population: SideBySide) -> CrossGains:
+        """As the simulator wants them."""
+        inner, own = self.each("gains", population.parts)
+        k_p, k_i, k_d, *velocity = own
+        return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of what is inside, and the gains."""
+        inner, own = self.parts
+        found = own.gains(individual.parts[1])
+        k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in found)
+        return {
+            "kind": self.settings.kind,
+            "inner": inner.record(individual.parts[0]),
+            "contour": {"k_p": k_p, "k_i": k_i, "k_d": k_d},
+            "feed_forward": dict(zip(self.target.machine.axes, velocity, strict=True)),
+        }
+
+
 KIND = Kind(
     name="cross-coupled",
     no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
@@ -45,8 +81,8 @@ KIND = Kind(
     settings=CrossCoupledSettings,
     gains=CrossCoupledDesign.gains,
     controller=CrossCoupledDesign.controller,
-    genome=later("hfc_design.controllers.cross_coupled.genome", "CrossCoupledGenome"),
-    learnt=_learnt,
+    genome=CrossCoupledGenome,
+    learnt=lambda record, axes, memory: record.learnt(axes, memory.inner),
     inside=INSIDE,
     structure=OuterDesign.structure,
     path=True,

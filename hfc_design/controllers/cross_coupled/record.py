@@ -7,9 +7,8 @@ from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.inner import OuterDesign
 from hfc_design.controllers.kind import Limits, Target, kinds, reach_of
-from hfc_design.controllers.per_axis import OwnSettings
+from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.records import Finite, Label, Record, UserError
 
 

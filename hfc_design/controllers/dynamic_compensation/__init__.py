@@ -2,22 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
+
+from hfc_design.controllers.beside import AroundGenome, SideBySide
+from hfc_design.controllers.dynamic_compensation.law import CompensationGains
 from hfc_design.controllers.dynamic_compensation.record import (
     CompensationDesign,
     CompensationSettings,
 )
-from hfc_design.controllers.inner import INSIDE, OuterDesign
-from hfc_design.controllers.kind import Kind, Template, later, remembered
-from hfc_design.controllers.per_axis import learnt
-from hfc_design.core.numbers import Json, Memory
-
-
-def _learnt(
-    record: CompensationDesign, axes: tuple[str, ...], memory: Memory
-) -> CompensationDesign | None:
-    """With what is inside as it has become: its memory is all there is."""
-    inner = learnt(record.inner, axes, memory)
-    return record.model_copy(update={"inner": inner}) if inner else None
+from hfc_design.controllers.gains.genome import GainsGenome
+from hfc_design.controllers.kind import Kind, Target, Template, later, remembered
+from hfc_design.controllers.per_axis import INSIDE, OuterDesign
+from hfc_design.core.numbers import Json
 
 
 def _c(record: CompensationDesign) -> Json:
@@ -32,6 +28,38 @@ def _c(record: CompensationDesign) -> Json:
     }
 
 
+class CompensationGenome(AroundGenome):
+    """Its parts are what is inside, and its own numbers in shares of the settings.
+
+    Raises:
+        UserError: what is inside has too many structures.
+    """
+
+    def __init__(self, settings: CompensationSettings, target: Target):
+        super().__init__(settings, target, GainsGenome(settings, target))
+
+    def gains(self, population: SideBySide) -> CompensationGains:
+        """As the simulator wants them."""
+        inner, shares = self.each("gains", population.parts)
+        told = self.settings
+        k_p = tuple(np.stack([gain * shares.k_p for gain in told.k_p.values()]))
+        speed = np.full(len(population.tree), told.programmed_speed)
+        return CompensationGains(inner, k_p, told.dead_zone * shares.dead_zone, speed)
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of what is inside, and its own."""
+        found, told = self.gains(individual), self.settings
+        pairs = zip(told.k_p, found.k_p, strict=True)
+        return {
+            "kind": told.kind,
+            "inner": self.parts[0].record(individual.parts[0]),
+            "k_p": {axis: float(gain[0]) for axis, gain in pairs},
+            "dead_zone": float(found.dead_zone[0]),
+            "programmed_speed": told.programmed_speed,
+            "path_axes": list(told.path_axes),
+        }
+
+
 KIND = Kind(
     name="dynamic-compensation",
     no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
@@ -40,8 +68,8 @@ KIND = Kind(
     settings=CompensationSettings,
     gains=CompensationDesign.gains,
     controller=CompensationDesign.controller,
-    genome=later("hfc_design.controllers.dynamic_compensation.genome", "CompensationGenome"),
-    learnt=_learnt,
+    genome=CompensationGenome,
+    learnt=OuterDesign.learnt,  # the memory of what is inside is all there is
     inside=INSIDE,
     structure=OuterDesign.structure,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),

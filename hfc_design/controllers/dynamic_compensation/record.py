@@ -7,9 +7,8 @@ from pydantic import Field
 
 from hfc_design.controllers.dynamic_compensation.law import CompensationGains, DynamicCompensation
 from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.inner import OuterDesign
 from hfc_design.controllers.kind import Limits, Target, kinds
-from hfc_design.controllers.per_axis import OwnSettings
+from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.records import Finite, Label, Positive, UserError
 
 #: Of each axis by its name [command / unit of its error].

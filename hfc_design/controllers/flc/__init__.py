@@ -22,6 +22,6 @@ KIND = Kind(
     saved=remembered(past),
     st=ST,
     table_gains=FlcDesign.table_gains,
-    pictures=later("hfc_design.controllers.flc.pictures", "pictures"),
+    pictures=later("hfc_design.controllers.flc.section", "pictures"),
     sections=later("hfc_design.controllers.flc.section", "sections"),
 )

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
-from hfc_design.controllers.flc.names import USUAL, signals_of
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
+from hfc_design.controllers.flc.record import USUAL, FlcDesign, FuzzyRecord, signals_of
 from hfc_design.controllers.kind import STARTED, Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory

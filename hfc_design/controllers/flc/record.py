@@ -6,6 +6,7 @@ from math import inf, isinf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     Field,
     SerializerFunctionWrapHandler,
     ValidationInfo,
@@ -15,7 +16,6 @@ from pydantic import (
 )
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
-from hfc_design.controllers.flc.names import NamesRecord, Ranges
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord, unused_term
 from hfc_design.controllers.kind import (
     CHANGES,
@@ -23,12 +23,57 @@ from hfc_design.controllers.kind import (
     ControllerSettings,
     DeadZone,
     Target,
+    controller_named,
     zone_told,
 )
-from hfc_design.controllers.start import controller_named
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
+
+Variable = Literal["error", "error_change", "output"]
+
+
+class NamesRecord(Record):
+    """Names of the variables, and of the system of them."""
+
+    error: Label = "error"  # name of the error in exported files
+    error_change: Label = "error_change"  # name of its change in exported files
+    output: Label = "rules"  # name of what the rules say in exported files
+    #: name of the whole system in exported files; left out: that of the output
+    engine: Label | None = Field(None, exclude_if=lambda name: name is None)
+
+    @model_validator(mode="after")
+    def _differ(self) -> Self:
+        names = [name.casefold() for name in (self.error, self.error_change, self.output)]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"two of error, error_change, output are called {twice}")
+        return self
+
+
+#: Names of variables that no other program has given.
+USUAL = NamesRecord()
+
+
+def called(name: str, usual: str, meaning: str) -> str:
+    """A variable for people: its own name with what it means, if it is not the usual one."""
+    return meaning if name in (usual, meaning) else f"{name} ({meaning})"
+
+
+def signals_of(names: NamesRecord) -> dict[str, str]:
+    """Names of the inputs -> the signals that they are; none where they have the usual ones."""
+    pairs = (names.error, USUAL.error), (names.error_change, USUAL.error_change)
+    return {name: signal for name, signal in pairs if name != signal}
+
+
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"a range has to rise; from {ends[0]} to {ends[1]} it does not")
+    return ends
+
+
+#: Ranges that variables have there, in BLU and units of the command. They change no command.
+Ranges = dict[Variable, Annotated[tuple[Finite, Finite], AfterValidator(_rising)]]
+
 
 if TYPE_CHECKING:
     from plants import Drive  # which imports JAX

@@ -2,8 +2,7 @@
 
 from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, SAVED, ST, C
 from hfc_design.controllers.fuzzy_sliding.law import sliding
-from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
-from hfc_design.controllers.fuzzy_sliding.settings import SlidingSettings
+from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign, SlidingSettings
 from hfc_design.controllers.kind import Kind, later
 
 KIND = Kind(
@@ -22,5 +21,5 @@ KIND = Kind(
     st=ST,
     saved=SAVED,
     pictures=later("hfc_design.controllers.fuzzy_sliding.pictures", "pictures"),
-    sections=later("hfc_design.controllers.fuzzy_sliding.section", "sections"),
+    sections=later("hfc_design.controllers.fuzzy_sliding.pictures", "sections"),
 )

@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains
-from hfc_design.controllers.fuzzy_sliding.settings import SEARCHED, SlidingSettings, started
-from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.fuzzy_sliding.record import SEARCHED, SlidingSettings, started
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors, Searched
 from hfc_design.controllers.genome import Genome
 from hfc_design.controllers.kind import Target
-from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import TERMS, ZR
 

@@ -106,12 +106,7 @@ def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
 
 
 def _moved(
-    xp: Xp,
-    gains: SlidingGains,
-    moves: RuleTable,
-    step: Scalar,
-    in_error: Degrees,
-    in_rate: Degrees,
+    xp: Xp, gains: SlidingGains, moves: RuleTable, step: Scalar, in_error: Degrees, in_rate: Degrees
 ) -> RuleTable:
     """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
 

@@ -1,6 +1,6 @@
 """Genome of a controller whose gains are a few numbers."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,33 @@ class GainVectors(NamedTuple):
 
     tree: Integers  # (n,) 0: there is one structure
     places: Floats  # (n, gains) of each gain in its range, 0 to 1
+
+
+class Searched(NamedTuple):
+    """A number that is varied: its range, how that is divided, where it starts."""
+
+    low: float
+    high: float
+    start: float
+    bend: float | None = None  # both signs, finer about 0; None: by logarithms, where above 0
+
+    def value(self, place: Floats) -> Floats:
+        """At a place of the range, 0 to 1."""
+        if self.bend is not None:
+            return self.high * np.sinh(self.bend * (2.0 * place - 1.0)) / np.sinh(self.bend)
+        return _between((self.low, self.high), place)
+
+    def place(self, value: Any) -> Floats:
+        """The inverse of ``value``, within the range."""
+        if self.bend is not None:
+            share = np.arcsinh(value / self.high * np.sinh(self.bend)) / self.bend
+            return np.clip(0.5 * (share + 1.0), 0.0, 1.0)
+        inside = np.clip(value, self.low, self.high)
+        if self.low == self.high:
+            return np.zeros_like(inside)
+        if self.low > 0.0:
+            return np.asarray(np.log(inside / self.low) / np.log(self.high / self.low))
+        return np.asarray((inside - self.low) / (self.high - self.low))
 
 
 class GainsGenome(Genome):

@@ -10,12 +10,7 @@ from typing import Any
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.kind import Explain, Kind, Template, later, remembered
 from hfc_design.controllers.linear.code import PLACES, c_values, past, shares, st_values
-from hfc_design.controllers.linear.law import (
-    LinearMemory,
-    Parts,
-    initial_memory,
-    sample,
-)
+from hfc_design.controllers.linear.law import initial_memory, sample
 from hfc_design.controllers.linear.record import (
     LinearDesign,
     LqiDesign,
@@ -27,12 +22,6 @@ from hfc_design.controllers.linear.record import (
 )
 from hfc_design.core.numbers import Json
 
-GENOMES = {"pid_genome": "PidGenome", "lq_genome": "LqGenome"}
-
-
-def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
-    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
-
 
 def _of_gains(gains: dict[str, float]) -> Json:
     """By hand the filter may be given by its time constant, ``derivative_s`` [s]."""
@@ -42,24 +31,17 @@ def _of_gains(gains: dict[str, float]) -> Json:
     return {"derivative_hz": hz} | {k: x for k, x in gains.items() if k != "derivative_s"}
 
 
-def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:
-    return memory  # nothing of it is a reading
-
-
-def _shown(record: LinearDesign, parts: Parts) -> Json:
-    return {"units": [], "parts": shares(record, parts)}
-
-
-def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: str) -> Kind:
-    here = "hfc_design.controllers.linear"
+def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: Any) -> Kind:
     return Kind(
         name=name,
         summary=summary,
         record=record,
         settings=settings,
         gains=LinearDesign.gains,
-        law=_law,
-        genome=later(f"{here}.{genome}", GENOMES[genome]),
+        law=lambda own, limit: AxisLaw(
+            sample, initial_memory, own.sample_time_s, limit, own.structure
+        ),
+        genome=genome,
         reads=LinearDesign.reads,
         reach=LinearDesign.reach,
         connecting=LinearDesign.connecting,
@@ -67,19 +49,20 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         saved=remembered(past),
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
-        explain=Explain(lambda record: (record.reads(), []), _remember, _shown),
-        sections=later(f"{here}.section", "sections"),
+        explain=Explain(
+            signals=lambda record: (record.reads(), []),
+            remember=lambda memory, readings: memory,  # nothing of it is a reading
+            shown=lambda record, parts: {"units": [], "parts": shares(record, parts)},
+        ),
+        sections=later(f"{HERE}.section", "sections"),
     )
 
 
+HERE = "hfc_design.controllers.linear"
+_PID, _LQ = later(f"{HERE}.genome", "PidGenome"), later(f"{HERE}.lq_genome", "LqGenome")
+_OPTIMAL = "optimal state feedback with"
 KINDS = (
-    _kind("pid+ff", "PID with filter and feed-forward", PidDesign, PidSettings, "pid_genome"),
-    _kind("lqr", "optimal state feedback with feed-forward", LqrDesign, LqrSettings, "lq_genome"),
-    _kind(
-        "lqi",
-        "optimal state feedback with integral and feed-forward",
-        LqiDesign,
-        LqiSettings,
-        "lq_genome",
-    ),
+    _kind("pid+ff", "PID with filter and feed-forward", PidDesign, PidSettings, _PID),
+    _kind("lqr", f"{_OPTIMAL} feed-forward", LqrDesign, LqrSettings, _LQ),
+    _kind("lqi", f"{_OPTIMAL} integral and feed-forward", LqiDesign, LqiSettings, _LQ),
 )

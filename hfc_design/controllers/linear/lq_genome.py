@@ -4,10 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.controllers.gains.genome import GainVectors, Searched
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
-from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
 
 #: Factor between the weights of a good individual and the ends of their ranges.

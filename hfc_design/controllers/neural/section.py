@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.neural.law import neural
-from hfc_design.controllers.neural.record import NeuralDesign
-from hfc_design.controllers.neural.training import command, inputs_of
+from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
 from hfc_design.pictures import units
 from hfc_design.pictures.figure import STRIP, colour_strip, framed

@@ -3,20 +3,22 @@
 Its record, its settings and what it makes of them; never imports JAX.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
+from hfc_design.controllers.beside import BesideGenome, SideBySide
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
+    Inside,
     Kind,
     Limits,
     Shown,
     Target,
     kinds,
-    later,
 )
 from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
@@ -97,6 +99,66 @@ def learnt(
     return PerAxisDesign(sample_time_s=record.sample_time_s, axes=each)
 
 
+class OuterDesign(ControllerRecord):
+    """``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine."""
+
+    #: what is inside: one controller for every axis, or per-axis, or any of a whole machine
+    inner: OwnRecord
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sampled_alike(cls, data: Plain) -> Plain:
+        """What is inside takes the sample time of the whole where it says none."""
+        if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
+            return data
+        every = {key: data[key] for key in ("sample_time_s",) if key in data}
+        return data | {"inner": every | data["inner"]}
+
+    @model_validator(mode="after")
+    def _steps_at_once(self) -> "OuterDesign":
+        sampled_alike("inner", self.inner, self.sample_time_s)
+        return self
+
+    def inside(self, axes: tuple[str, ...]) -> dict[str, ControllerRecord]:
+        """The controller of each of these axes by its name, or "" and that of all of them."""
+        kind = kinds().get(self.inner.kind)
+        if kind.axes is not None:
+            return dict(kind.axes(self.inner))
+        return dict.fromkeys(axes if kind.law else ("",), self.inner)
+
+    def structure(self) -> str:
+        """That of what is inside."""
+        return kinds().get(self.inner.kind).structure(self.inner)
+
+    def with_inside(self, records: dict[str, ControllerRecord]) -> Self:
+        """The same with these controllers inside, by the names of axes or "" for all."""
+        first, *others = records.values()
+        inner = first
+        if any(other != first for other in others):
+            inner = PerAxisDesign(sample_time_s=self.sample_time_s, axes=records)
+        return self.model_copy(update={"inner": inner})
+
+    def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
+        """With what is inside as its ``memory`` has made it; None: it learns not."""
+        inner = learnt(self.inner, axes, memory)
+        return self.model_copy(update={"inner": inner}) if inner else None
+
+    def inner_reads(self) -> list[str]:
+        """What is read of any axis by what is inside; nothing where that is not known."""
+        every = [self.inner] if not (axes := kinds().get(self.inner.kind).axes) else []
+        every += axes(self.inner).values() if axes else []
+        found: dict[str, None] = {}
+        for record in every:
+            reads = kinds().get(record.kind).reads
+            if reads is None:
+                return []
+            found |= dict.fromkeys(reads(record))
+        return list(found)
+
+
+INSIDE = Inside(OuterDesign.inside, OuterDesign.with_inside)
+
+
 class PerAxisSettings(ControllerSettings):
     """What a search varies on every axis."""
 
@@ -149,6 +211,30 @@ def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     return found
 
 
+class PerAxisGenome(BesideGenome):
+    """Its parts are the axes.
+
+    Raises:
+        UserError: the axes have too many structures together.
+    """
+
+    def __init__(self, settings: PerAxisSettings, target: Target):
+        own = enumerate(settings.axes.values())
+        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in own]
+        super().__init__(settings, target, axes, "axes")
+
+    def notation(self, structure: int) -> str:
+        """The structure of each axis."""
+        trees = map(int, np.unravel_index(structure, self.counts))
+        each = zip(self.settings.axes, self.each("notation", trees), strict=True)
+        return ", ".join(f"{axis}: {own}" for axis, own in each)
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of each axis."""
+        each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
+        return {"kind": "per-axis", "axes": dict(each)}
+
+
 KIND = Kind(
     name="per-axis",
     no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
@@ -157,7 +243,7 @@ KIND = Kind(
     settings=PerAxisSettings,
     gains=PerAxisDesign.gains,
     controller=_controller,
-    genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
+    genome=PerAxisGenome,
     axes=lambda record: record.axes,
     structure=PerAxisDesign.structure,
     learnt=_learnt,

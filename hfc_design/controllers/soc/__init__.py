@@ -3,19 +3,23 @@
 from pathlib import Path
 
 from hfc_design.controllers.gains import FEEDS, genome_of_gains, settings_of
-from hfc_design.controllers.kind import CHANGES, Explain, Kind, Template, later
+from hfc_design.controllers.kind import (
+    CHANGES,
+    STARTED,
+    Explain,
+    Kind,
+    Member,
+    Saved,
+    Template,
+    later,
+)
 from hfc_design.controllers.rules import fired, side
-from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, SocMemory, soc
+from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
-from hfc_design.controllers.soc.saved import SAVED
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Floats, Json
 
 #: On a milling table, errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
-
-
-def _remember(memory: SocMemory, readings: dict[str, float]) -> SocMemory:
-    return memory._replace(error=readings.get("error", memory.error))
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
@@ -26,6 +30,19 @@ def _shown(record: SocDesign, parts: Parts) -> Json:
     return {"units": [unit], "parts": {"rules": record.gains().gu * float(parts.inferred)}}
 
 
+def _learnt(record: SocDesign) -> list[Member]:
+    """Its rules by now, as far as it adapts."""
+    if not record.adaptation.gamma:
+        return []
+    return [Member("rules", (SETS, SETS), "[set of the error][set of its change]")]
+
+
+def _taken(record: SocDesign, found: dict[str, Floats]) -> SocDesign:
+    table = tuple(map(tuple, found["rules"].tolist()))
+    return record.model_copy(update={"table": table})
+
+
+PAST = [STARTED, Member("error", what="of the sample before")]
 KIND = Kind(
     name="soc",
     summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
@@ -41,12 +58,12 @@ KIND = Kind(
     adapted=SocDesign.adapted,
     explain=Explain(
         signals=lambda record: (["error"], ["previous_error"]),
-        remember=_remember,
+        remember=lambda memory, now: memory._replace(error=now.get("error", memory.error)),
         shown=_shown,
         held=SocDesign.held,
         changes={"error_change": "previous_error"},
     ),
-    saved=SAVED,
+    saved=Saved(_learnt, lambda record: PAST, _taken),
     no_rules="it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do",
     c=Template(
         (Path(__file__).parent / "templates",),
@@ -58,6 +75,6 @@ KIND = Kind(
             "in_place": True,
         },
     ),
-    pictures=later("hfc_design.controllers.soc.pictures", "pictures"),
+    pictures=later("hfc_design.controllers.soc.section", "pictures"),
     sections=later("hfc_design.controllers.soc.section", "sections"),
 )

@@ -17,7 +17,6 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
 from hfc_design.formats.flash import driving, single
-from hfc_design.formats.flash.tolerance import Tolerance, disturbed, rounded, tolerance
 from hfc_design.formats.machine_code import sees_path
 from hfc_design.runtime import Controller, Machine
 
@@ -38,7 +37,7 @@ class Vectors(NamedTuple):
     resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
     inputs: list[list[float]]  # (samples, axes x signals + path)
     commands: list[list[float]]  # (samples, axes)
-    tolerance: Tolerance
+    tolerance: single.Tolerance
 
     @property
     def columns(self) -> list[str]:
@@ -73,10 +72,10 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     views = [_view(row, axes, names) for row in inputs]
     commands = _commands(design, axes, views, law)
 
-    near, far = ([*tried(np.array(inputs))] for tried in (rounded, disturbed))
+    near, far = ([*tried(np.array(inputs))] for tried in (single.rounded, single.disturbed))
     rows = np.stack([*near, *far], axis=-1)  # (samples, inputs, tries)
     in_single = single.commands(design, axes, rows, lambda row: _view([*row], axes, names), law)
-    found = tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
+    found = single.tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
     resets = tuple(k in driving.RESETS for k in range(len(inputs)))
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
 

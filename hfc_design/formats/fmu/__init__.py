@@ -9,30 +9,22 @@ from collections.abc import Callable
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
 from hfc_design.formats.fmu.archive import fmus
+from hfc_design.formats.fmu.axes import loop, plant
 from hfc_design.formats.fmu.control import controller
-from hfc_design.formats.fmu.machine import loop, plant
+from hfc_design.formats.fmu.description import Model
 from hfc_design.formats.writing import Content, Format
 
 
-def _controller(design: Design) -> Content:
-    return fmus(controller(design), design)
+def _format(name: str, what: str, model: Callable[[Design], Model], whole: bool) -> Format:
+    def content(design: Design) -> Content:
+        return fmus(model(design), design)
 
-
-def _plant(design: Design) -> Content:
-    return fmus(plant(design), design)
-
-
-def _loop(design: Design) -> Content:
-    return fmus(loop(design), design)
-
-
-def _format(name: str, what: str, content: Callable[[Design], Content], whole: bool) -> Format:
     text = f"a folder with FMUs for co-simulation by FMI 2.0 and 3.0: {what}"
     return Format(name, text, content, whole=whole, note=compiling.note, ending=f"-{name}")
 
 
 FORMATS = (
-    _format("fmu", "the controller", _controller, whole=False),
-    _format("fmu-plant", "the plant", _plant, whole=True),
-    _format("fmu-loop", "the closed loop", _loop, whole=True),
+    _format("fmu", "the controller", controller, whole=False),
+    _format("fmu-plant", "the plant", plant, whole=True),
+    _format("fmu-loop", "the closed loop", loop, whole=True),
 )

@@ -4,16 +4,21 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Mapping
+from html import escape
 from itertools import pairwise
 from sys import float_info
 from typing import NamedTuple
 
+from markdown_it import MarkdownIt
+
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import axes_of
 from hfc_design.formats import compiling
+from hfc_design.formats.flash import readme
+from hfc_design.formats.fmu.control import commands_machine
 from hfc_design.formats.fmu.description import Description, Model, Variable
-from hfc_design.formats.fmu.page import page
 from hfc_design.formats.writing import rendered
 
 #: Files around the model; that of the version beside them.
@@ -29,6 +34,20 @@ class Version(NamedTuple):
 
 
 VERSIONS = (Version("fmi2", "linux64"), Version("fmi3", "x86_64-linux", build=True))
+
+
+#: HTML in a text stays text.
+MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
+
+
+def page(model: Model, design: Design) -> str:
+    """The page on a model, the same for every version of FMI."""
+    whole = commands_machine(design)
+    axes = axes_of(design) if whole or model.part != "controller" else ()
+    several = whole or (len(axes) > 1 and not design.axis)
+    values = readme.known(design, axes if several else ()) | {"model": model}
+    body = MARKDOWN.render(rendered("fmu/index.md.j2", design, **values))
+    return rendered("fmu/index.html.j2", design, title=escape(model.name), body=body)
 
 
 def fmus(model: Model, design: Design) -> dict[str, bytes]:

@@ -1,6 +1,6 @@
 """Readers of other programs' fuzzy controllers: a design that a search can start from.
 
-And of what a controller has learnt on a machine: see ``learned``.
+And of what a controller has learnt on a machine: see ``design_that_learned``.
 
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
 them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused; where
@@ -9,20 +9,23 @@ sampled, and the largest deviation told.
 """
 
 import hashlib
+import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from os.path import isdir
 from pathlib import Path
 
-from hfc_design.core.numbers import Json
+from hfc_design.controllers.per_axis import PerAxisDesign
+from hfc_design.core.numbers import Json, number_of
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
-from hfc_design.files.design import Design
-from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll, learned
+from hfc_design.files.design import Design, with_learned
+from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
 from hfc_design.formats.reading.inference import RuleBase
 from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
+from hfc_design.formats.saving import taken
 
 __all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported", "left_out_told", "told"]
 
@@ -34,7 +37,7 @@ READERS: dict[str, Callable[[dict[str, str], str | None], System]] = {
 }
 
 #: Ending of a file -> the reader of what is sampled.
-SAMPLED = {".fll": any_fll, ".fis": any_fis}
+SAMPLED = {".fll": fll, ".fis": fis}
 
 
 def imported(path: Path, wish: Wish) -> Design:
@@ -44,7 +47,7 @@ def imported(path: Path, wish: Wish) -> Design:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
-    if ending in learned.ENDINGS:
+    if ending in ENDINGS:
         return _learned(path, ending, wish)
     if ending not in READERS:
         known = "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"
@@ -131,7 +134,67 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
     with about(path):
         found = content(path)
         told = {"source": path.name, "sha256": hashlib.sha256(found).hexdigest()}
-        design = learned.design_that_learned(_text(found), ending, design, wish.axis, told)
+        design = design_that_learned(_text(found), ending, design, wish.axis, told)
     return (
         design if wish.name is None else design.model_copy(update={"name": checked_name(wish.name)})
     )
+
+
+#: Ending of a file -> what it is.
+ENDINGS = {".txt": "numbers of NAME_save", ".hal": "what halcmd save param prints"}
+#: A parameter of the component, of the axis in its name, as ``halcmd save`` writes it.
+PARAMETER = re.compile(
+    r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
+)
+
+
+def design_that_learned(
+    text: str, ending: str, design: Design, axis: str | None, told: dict[str, str]
+) -> Design:
+    """The ``design`` with what stands in a file; of several axes the ``axis`` that it is of.
+
+    Raises:
+        UserError, ValueError: the file holds no such numbers, or they are not of this design.
+    """
+    parts = design.by_axis()
+    if axis is None and len(parts) > 1:
+        raise UserError(f"--axis: has to say whose state that is; there is {', '.join(parts)}")
+    if axis is not None:
+        axes = _axes(design)
+        if axis not in axes:
+            known = ", ".join(axes) or "one state for all"
+            raise UserError(f"--axis {axis}: there is {known}")
+    numbers = _numbers(text) if ending == ".txt" else _parameters(text, axis)
+    found = taken(parts.get(axis or "", design), numbers)
+    if axis is not None:
+        each = {name: parts.get(name, design).controller for name in axes}
+        found = PerAxisDesign(sample_time_s=found.sample_time_s, axes=each | {axis: found})
+    return with_learned(design, found, told)
+
+
+def _axes(design: Design) -> tuple[str, ...]:
+    """The axes that have a state each."""
+    from hfc_design.files.pairing import axes_of  # with JAX
+
+    return () if design.kind.controller and not design.kind.axes else axes_of(design)
+
+
+def _numbers(text: str) -> list[float]:
+    """Numbers with blanks, commas, semicolons or line ends between them."""
+    return [number_of(word) for word in re.split(r"[\s,;]+", text.strip())]
+
+
+def _parameters(text: str, axis: str | None) -> list[float]:
+    """The learnt parameters of the controller of an axis, in the order of their places."""
+    found = {}
+    for line in text.splitlines():
+        one = PARAMETER.match(line.strip())
+        if one and one["axis"] == (axis and re.sub(r"\W", "_", axis)):
+            found[int(one["place"])] = number_of(one["value"])
+    if not found:
+        name = f"{axis}-controller" if axis else "controller"
+        raise ValueError(f"has no parameter {name}.learnt-00; halcmd save param prints them")
+    missing = next((k for k in range(len(found)) if k not in found), None)
+    if missing is not None:
+        raise ValueError(f"has no parameter learnt-{missing:02}")
+    return [found[k] for k in range(len(found))]

@@ -8,14 +8,13 @@ from math import inf, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.names import USUAL
+from hfc_design.controllers.flc.record import USUAL
 from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.files.design import Design, named_design
-from hfc_design.formats.reading.names import identifiers
-from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System
+from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System, identifiers
 
 VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"

@@ -2,10 +2,30 @@
 
 An engine is blocks of ``key: value`` lines. Read is what a two-input unit of singletons can be:
 product, weighted average, rules of weight 1. Whatever else would change the output is refused.
+``rule_base`` reads any engine of two inputs and one output as what it computes.
 """
 
 import re
+from math import inf, nan
 
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.formats.reading.inference import (
+    AVERAGES,
+    DEFUZZIFIERS,
+    HEDGES,
+    Clause,
+    Conclusion,
+    Methods,
+    Rule,
+    RuleBase,
+    Term,
+    Variable,
+    plane,
+    term_of,
+)
+from hfc_design.formats.reading.inference import FLL as CURVES
 from hfc_design.formats.reading.system import (
     ALLOWED,
     GAUSSIANS,
@@ -188,3 +208,195 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
     )
     conclusion.place(list(singletons), f"term of {output}")
     system.add(rule, (first, second), singletons[conclusion.text])
+
+
+ANY = ALLOWED["fll-sampled"]
+#: What integrates over terms with a shape, in so many places; fuzzylite's own number of these.
+INTEGRALS = [name for name in DEFUZZIFIERS if name[0].isupper()]
+PLACES, MOST_PLACES = 1000, 10_000
+#: What averages or adds the output's numbers.
+WEIGHTED = [*(name for name in AVERAGES if name[0].isupper()), "WeightedSum"]
+WORD = re.compile(r"[()]|[^\s()]+")
+SAMPLED_RULE = re.compile(r"if (.+) then (\S+) is (.+?)(?: with (\S+))?")
+CLAUSE = re.compile(r"(\S+) is (.+)")
+
+
+def is_mamdani(text: str) -> bool:
+    """Whether its output has terms with a shape, so that a table of it is a sample."""
+    for line in lines(text, COMMENT):
+        key, _, value = line.text.partition(":")
+        if key.strip() == "defuzzifier" and value.split()[:1] and value.split()[0] in INTEGRALS:
+            return True
+    return False
+
+
+def rule_base(text: str, wanted: str | None = None) -> RuleBase:
+    """The two-input engine in ``text``, of outputs the ``wanted`` one.
+
+    Integrals are by midpoints, as fuzzylite takes them.
+
+    Raises:
+        ValueError: it is no FLL, or more than can be sampled.
+    """
+    head, first, second, output, rules = engine(text, ANY, wanted)
+    inputs = _variable(first), _variable(second)
+    told = output.get("defuzzifier")
+    name, *more = told.words()
+    name.one_of("defuzzifier", (*INTEGRALS, *WEIGHTED))
+    shaped = name.text in INTEGRALS
+    result = _variable(output, shaped)
+    kinds = {} if shaped else _kinds(told, more, output)
+    conclusions = [] if shaped else [_conclusion(term, kinds) for term in output.all("term")]
+    count = _count(told, [word.text for word in more]) if shaped else 0
+    by = (
+        rules.get("conjunction").text,
+        rules.get("disjunction", "none").text,
+        rules.get("implication", "none").text,
+        output.get("aggregation", "none").text,
+    )
+    if shaped and "none" in by[2:]:
+        raise told.fault(f"{name.text} needs an implication and an aggregation, not none")
+    shares: Floats = np.ones(count)
+    width = result.high - result.low
+    places = result.low + (shares.cumsum() - 0.5) * (width / max(count, 1))
+    default = output.get("default", "nan")
+    number = nan if default.text == "nan" else default.number()
+    locked = output.get("lock-range").text == "true"
+    if locked and not result.low <= result.high:
+        raise output.get("range").fault("lock-range = true of a range that falls")
+    limits = (result.low, result.high) if locked else (-inf, inf)
+    methods = Methods(*by, name.text, places, shares, number, limits)
+    variables = (*inputs, result)
+    found = [_rule(rule, variables, by) for rule in rules.all("rule")]
+    if not found:
+        raise rules.name.fault("there is no rule")
+    base = RuleBase(head.name.text, inputs, result, found, methods, conclusions)
+    if not shaped and by[3] not in SUMS and len({rule.term for rule in found}) < len(found):
+        note = f"{by[3]} of rules with one conclusion is taken as in fuzzylite 8; older ones add"
+        return base._replace(notes=[note])
+    return base
+
+
+def _kinds(told: Token, more: list[Token], output: Block) -> dict[str, int]:
+    """Kinds that the terms of a weighted output may have, and how many numbers each has."""
+    ramps = any(term.match(TERM)[1].text == "Ramp" for term in output.all("term"))
+    kind = "Tsukamoto" if ramps else "TakagiSugeno"
+    if [word.text for word in more] not in ([], ["Automatic"], [kind]):
+        raise told.fault(f"defuzzifier: {told.text!r} of terms that are {kind}'s")
+    return {"Ramp": 2} if ramps else {"Constant": 1, "Linear": 3}
+
+
+def _count(told: Token, words: list[str]) -> int:
+    """Places of the output at which it is integrated."""
+    if not words:
+        return PLACES
+    whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
+    if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
+        raise told.fault(f"defuzzifier: {told.text!r}; allowed are 2 to {MOST_PLACES} places")
+    return int(words[0])
+
+
+def _variable(block: Block, shaped: bool = True) -> Variable:
+    low, high = ends_of(block)
+    if shaped and not low < high:
+        raise block.name.fault(f"{block.name.text}: its range has to rise")
+    if shaped and not np.isfinite((low, high)).all():
+        told = f"range of {block.name.text}: has to be finite, to be sampled"
+        raise block.get("range").fault(told)
+    terms = [_term(term, shaped) for term in block.all("term")]
+    if not terms:
+        raise block.name.fault(f"{block.name.text} has no terms")
+    labels = [term.label.text for term in terms]
+    if twice := next((term for k, term in enumerate(terms) if labels[k] in labels[:k]), None):
+        raise twice.label.fault(f"term {twice.label.text} stands twice in {block.name.text}")
+    return Variable(block.name, low, high, terms)
+
+
+def _term(term: Token, shaped: bool) -> Term:
+    label, kind, rest = term.match(TERM)
+    if not shaped:
+        return Term(label, np.ones_like, [])
+    curve = CURVES[kind.one_of(f"shape of the term {label.text}", CURVES)]
+    numbers = [word.edge() for word in rest.words()]
+    if len(numbers) == curve.needs + 1 and numbers.pop() != 1.0:
+        raise term.fault(f"term {label.text}: only the height 1 can be imported")
+    if len(numbers) != curve.needs:
+        raise term.fault(f"term {label.text}: a {kind.text} has {curve.needs} numbers")
+    if kind.text == "Ramp" and numbers[0] == numbers[1]:
+        raise term.fault(f"term {label.text}: a Ramp has to rise or to fall")
+    return term_of(label, curve, numbers)
+
+
+def _conclusion(term: Token, kinds: dict[str, int]) -> Conclusion:
+    """A number, numbers for the inputs and one more, or where a ramp has its degree."""
+    label, kind, rest = term.match(TERM)
+    kind.one_of(f"kind of the output term {label.text}", kinds)
+    numbers = [word.number() for word in rest.words()]
+    if kind.text == "Linear" and len(numbers) == 2:
+        numbers.append(0.0)
+    if len(numbers) != kinds[kind.text]:
+        raise term.fault(f"term {label.text}: a {kind.text} has {kinds[kind.text]} numbers here")
+    if kind.text == "Ramp":
+        start, end = numbers
+        return lambda _x, _y, degree: start + (end - start) * degree
+    return plane(*[0.0, 0.0, *numbers][-3:])
+
+
+def _rule(rule: Token, variables: tuple[Variable, ...], by: tuple[str, ...]) -> Rule:
+    if not (found := rule.match(SAMPLED_RULE)):
+        told = "is no rule, which is if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
+        raise rule.fault(f"{rule.text[:60]!r} {told}")
+    condition, target, conclusion, weight = found
+    *inputs, output = variables
+    target.one_of("output of the rule", (output.name.text,))
+    number = weight.number() if weight.text else 1.0
+    if not 0.0 <= number <= 1.0:
+        raise rule.fault(f"a rule of weight {number:g}; allowed is 0 to 1")
+    term, hedges = _said(conclusion, output)
+    if hedges:  # which fuzzylite would apply to how much the rule fires
+        raise conclusion.fault(f"a hedge before a conclusion, {conclusion.text[:40]!r}")
+    return Rule(_condition(condition, inputs, by), term, [], number)
+
+
+def _condition(told: Token, inputs: list[Variable], by: tuple[str, ...]) -> list[Clause | str]:
+    """Clauses, "and" and "or" behind what they join; "and" comes before "or"."""
+    found: list[Clause | str] = []
+    waiting, words, before = ["("], [], ""
+    for text in [*WORD.findall(told.text), ")"]:
+        if text not in ("and", "or", ")", "("):
+            words.append(text)
+            continue
+        if (text == "(" and words) or (text != "(" and bool(words) == (before == ")")):
+            wanted = f"before {text!r} has to stand INPUT is TERM"
+            raise told.fault(f"{wanted} (got {' '.join([before, *words]).strip()[:40]!r})")
+        if words:
+            found.append(_clause(told._replace(text=" ".join(words)), inputs))
+        ahead = {"(": (), "and": ("and",)}.get(text, ("and", "or"))
+        while waiting and waiting[-1] in ahead:
+            found.append(waiting.pop())
+        if text == ")" and not waiting:
+            raise told.fault("a bracket that closes more than there is")
+        waiting[len(waiting) - (text == ")") :] = [] if text == ")" else [text]
+        if text in ("and", "or") and by[text == "or"] == "none":
+            raise told.fault(f"{text} joins by a norm which the rule block has not: none")
+        words, before = [], text
+    if waiting:
+        raise told.fault("a bracket that does not close")
+    return found
+
+
+def _clause(told: Token, inputs: list[Variable]) -> Clause:
+    if not (pair := told.match(CLAUSE)):
+        raise told.fault(f"{told.text[:40]!r} is no INPUT is TERM")
+    k = pair[0].place([item.name.text for item in inputs], "input")
+    return Clause(k, *_said(pair[1], inputs[k]))
+
+
+def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:
+    """Place of a term, and the hedges before it, the nearest first."""
+    *hedges, label = text.words()
+    if label.text == "any":  # which stands without a term
+        return 0, [hedge.one_of("hedge", HEDGES) for hedge in (label, *reversed(hedges))]
+    labels = [term.label.text for term in variable.terms]
+    place = label.place(labels, f"term of {variable.name.text}")
+    return place, [hedge.one_of("hedge", HEDGES) for hedge in reversed(hedges)]

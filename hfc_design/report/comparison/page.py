@@ -5,8 +5,7 @@ from typing import Any
 from hfc_design.pictures.files import small_address
 from hfc_design.report import Page, inside, rendered
 from hfc_design.report.comparison import traces
-from hfc_design.report.comparison.plots import contours, machines, motions
-from hfc_design.report.comparison.ratios import ratios
+from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.comparison.tables import (
     DIFFERENCE_HEAD,
     called,

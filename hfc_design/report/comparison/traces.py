@@ -9,7 +9,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.pictures.figure import drawable
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.drawn import drawn_samples
+from hfc_design.report.plots import drawn_samples
 from hfc_design.simulation.comparison import Bout
 from hfc_design.simulation.evaluating import Evaluation
 

@@ -8,7 +8,7 @@ import pytest
 from c_program import WARNINGS
 from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 
-from hfc_design.files.learning import with_learned
+from hfc_design.files.design import with_learned
 from hfc_design.formats import saving
 from hfc_design.formats.machine_code import sees_path, sources
 from hfc_design.formats.writing import write

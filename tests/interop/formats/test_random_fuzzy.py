@@ -13,7 +13,8 @@ import pytest
 from places import TESTS
 from random_fuzzy import fis, fll
 
-from hfc_design.formats.reading import any_fis, any_fll
+from hfc_design.formats.reading import fis as any_fis
+from hfc_design.formats.reading import fll as any_fll
 
 HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"

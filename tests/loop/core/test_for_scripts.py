@@ -4,7 +4,7 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.neural.training import Lesson
+from hfc_design.controllers.neural.record import Lesson
 
 RAMP = hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
 TWO = ["pd-only", "lin-lee-1999-table-2"]

@@ -8,8 +8,7 @@ from run_folders import ran
 from wording import refused, refused_command
 
 import hfc_design.api as hfc
-from hfc_design.files.design import Design
-from hfc_design.files.learning import learned
+from hfc_design.files.design import Design, learned
 from hfc_design.formats import saving
 from hfc_design.runtime import Controller, Machine
 

@@ -10,12 +10,13 @@ import pytest
 from scipy.optimize import fsolve
 from two_bodies import Axis, reference
 
-from plants.backlash import Motion, motion
 from plants.milling_table import (
     MILLING_TABLE,
     MillingTableParameters,
     MillingTableState,
+    Motion,
     coefficients,
+    motion,
     step,
     top_speed,
 )

@@ -6,10 +6,9 @@ import pytest
 
 from hfc_design.core.records import Positive, Record
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.gather.comments import comments_of, said
+from hfc_design.gather.comments import comments_of, said, source_in
 from hfc_design.gather.fields import fields_of
 from hfc_design.gather.gather import gather
-from hfc_design.gather.texts import source_in
 from hfc_design.reference.entries import (
     FILE,
     KEY,

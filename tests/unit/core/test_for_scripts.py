@@ -9,7 +9,7 @@ import pytest
 
 import hfc_design
 import hfc_design.api as hfc
-from hfc_design.controllers.neural.training import Lesson
+from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.for_scripts import ARGUMENTS, FLAGS, for_scripts
 from hfc_design.formats.reading import Wish
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hfc_design.api as hfc
-from hfc_design.files.learning import with_learned
+from hfc_design.files.design import with_learned
 from hfc_design.runtime import Controller
 
 ROOT = {"controller.adaptation": {"largest_move": 0.8, "k_c": 0.1, "error_scale": 500.0}}

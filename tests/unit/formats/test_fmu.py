@@ -12,7 +12,7 @@ from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, compiling
-from hfc_design.formats.fmu.units import base_unit
+from hfc_design.formats.fmu.description import base_unit
 from plants import C_AXIS
 
 

@@ -12,7 +12,9 @@ from wording import refused, refused_command
 
 from hfc_design.cli import main
 from hfc_design.formats import FORMATS
-from hfc_design.formats.reading import Wish, any_fis, any_fll, imported, told
+from hfc_design.formats.reading import Wish, imported, told
+from hfc_design.formats.reading import fis as any_fis
+from hfc_design.formats.reading import fll as any_fll
 from hfc_design.runtime import Controller
 
 NAMES = {"e": "error", "de": "error_change"}

@@ -7,9 +7,8 @@ import pytest
 from shaken import shaken
 
 from hfc_design.motion import gcode
-from hfc_design.motion.axis_path import AxisPath
+from hfc_design.motion.axis_path import AxisPath, Bounds, look_ahead
 from hfc_design.motion.limits import AxisLimits, MovedAxis
-from hfc_design.motion.look_ahead import Bounds, look_ahead
 from hfc_design.motion.paths import Path, line
 from hfc_design.motion.program import program, top_speed_fault
 from hfc_design.motion.references import Step, Table, Trapezoidal

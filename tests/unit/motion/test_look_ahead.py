@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from hfc_design.motion import gcode
-from hfc_design.motion.axis_path import AxisPath
+from hfc_design.motion.axis_path import AxisPath, Bounds, look_ahead
 from hfc_design.motion.limits import AxisLimits, MovedAxis
-from hfc_design.motion.look_ahead import Bounds, look_ahead
 from hfc_design.motion.program import program
 
 AXES = ("x", "y", "z", "a", "c")

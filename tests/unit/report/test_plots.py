@@ -8,7 +8,7 @@ from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
 from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
 from hfc_design.pictures.files import image
-from hfc_design.report.contours import contour as picture
+from hfc_design.report.plots import contour as picture
 
 
 def contour(trajectory, time, actual, title):

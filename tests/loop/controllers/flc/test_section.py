@@ -13,7 +13,7 @@ from places import ROOT
 from wording import refused, refused_command
 
 from hfc_design.cli import main
-from hfc_design.controllers.flc import pictures as fuzzy_plots
+from hfc_design.controllers.flc import section as fuzzy_plots
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.controllers.kind import Shown

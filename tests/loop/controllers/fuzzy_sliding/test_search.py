@@ -6,7 +6,7 @@ from sliding import DYNAMICS, EVERY, PID, TABLE_2, of_the_runtime, sliding, wand
 from structured_text import FunctionBlock
 from wording import refused
 
-from hfc_design.controllers.fuzzy_sliding.section import sections
+from hfc_design.controllers.fuzzy_sliding.pictures import sections
 from hfc_design.controllers.genome import taken
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.kinds import KINDS

@@ -13,7 +13,7 @@ from wording import refused_command
 import hfc_design.api as hfc
 from hfc_design.cli import main
 from hfc_design.controllers.kind import Shown
-from hfc_design.controllers.neural.network import Weights, changes, passed
+from hfc_design.controllers.neural.law import Weights, changes, passed
 from hfc_design.core.numbers import SCALARS
 from hfc_design.runtime import Controller
 

@@ -16,11 +16,10 @@ from hfc_design.pictures.column import in_column
 from hfc_design.pictures.figure import WIDTH
 from hfc_design.pictures.files import address, image, small_address
 from hfc_design.report import overlaid
-from hfc_design.report.comparison.plots import BAR, contours, machines, motions
-from hfc_design.report.comparison.ratios import ratios
+from hfc_design.report.comparison.plots import BAR, contours, machines, motions, ratios
 from hfc_design.report.comparison.traces import data, panels
-from hfc_design.report.contours import SHARE
 from hfc_design.report.errors import errors
+from hfc_design.report.plots import SHARE
 
 
 def test_panels_have_what_moved_in_readable_units(spindles):

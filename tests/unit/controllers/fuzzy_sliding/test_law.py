@@ -7,7 +7,7 @@ from sliding import DYNAMICS, EVERY, PID, TABLE_2, sliding, table
 from wording import refused
 
 from hfc_design.controllers.fuzzy_sliding import law as lg
-from hfc_design.controllers.fuzzy_sliding.section import learning
+from hfc_design.controllers.fuzzy_sliding.pictures import learning
 from hfc_design.core.numbers import SCALARS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runtime import Controller

@@ -7,10 +7,8 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.neural.law import NeuralGains, neural
-from hfc_design.controllers.neural.network import Weights, changes, passed
-from hfc_design.controllers.neural.record import NeuralDesign, drawn
-from hfc_design.controllers.neural.training import command, inputs_of, trained
+from hfc_design.controllers.neural.law import NeuralGains, Weights, changes, neural, passed
+from hfc_design.controllers.neural.record import NeuralDesign, command, drawn, inputs_of, trained
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import checked
 
