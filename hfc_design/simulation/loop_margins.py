@@ -187,7 +187,7 @@ class AskedMargins:
         machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
         last = len(points) - 1
         places = sorted({0, min(1, last), (last + 1) // 2, last})
-        # What shakes is not held by friction: as to modes the law at rest meets a machine that moves.
+        # What shakes is not held by friction: as to modes the law at rest meets what moves.
         self._rest = len(places) if last > 0 else -1
         places += [0] * (last > 0)
         self._machines = every = near(loop, machines, [points[k] for k in places])
