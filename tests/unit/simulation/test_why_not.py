@@ -170,7 +170,7 @@ def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
 
 def test_every_stress_has_its_own_mend():
     """What happens then and where says nothing of it, as of a motion that is called rest."""
-    own = load_scenario("c-axis-practical", {"stress.far_modes_hz": [60.0]})
+    own = load_scenario("c-axis-practical", {"stress.modes": [{"hz": 60.0}]})
     one = Stressed("", False, 0.5, 0.0, why="oscillates in a rest with noise")
     found = {}
     for case in cases(own, 20.0):
