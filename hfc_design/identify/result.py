@@ -415,7 +415,7 @@ def _made(found: Identified) -> Json:
             **differences(told, found.free.drive.seen[1]),
             **scenario.sensors.of(axis.name).model_dump(include={"feedback"}, exclude_none=True),
         },
-        "motions": _motions(told, speed, acceleration, lasts, duration, error),
+        "motions": _motions(told, speed, acceleration, duration, error),
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
@@ -458,15 +458,11 @@ def differences(told: Recording, rate: str) -> Json:
 
 
 def _motions(
-    told: Recording,
-    speed: float,
-    acceleration: float,
-    lasts: float,
-    duration: float,
-    error: float,
+    told: Recording, speed: float, acceleration: float, duration: float, error: float
 ) -> list[Json]:
     """A move as far as that of the log, a slow one, one to and fro, and a step."""
     distance, slow = float(np.ptp(told.place)), 0.05 * speed
+    lasts = distance / speed + speed / acceleration
     # Two periods, so that it reverses at the end too; no faster than the log.
     often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
     move = _rounded(
