@@ -47,7 +47,7 @@ class Judging:
     def __init__(self, scenario: Scenario, final: bool = False):
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
-            design = design_of(taken(self.genome.empty(), slice(1)), scenario)
+            design = design_of(self.genome.empty(), scenario)  # what any of them reads
         check_laws(design, scenario.plant.machine)
         controller, _ = controller_of(design, scenario)  # that of any individual
         later = scenario.stress.delay_samples if scenario.robust else None

@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Floats, Integers, Json
 class Hierarchies(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
-    tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
+    tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
     gains: Floats  # (n, 2): kp [V/rad], kd [V s/rad]
     scales: Floats  # (n, inputs): k_1, k_2, ..., per unit of the input
     consequents: Floats  # (n, units, 7, 7), [unit][row term][column term]
@@ -31,11 +31,12 @@ class HierarchicalGenome(Genome):
         self.names = [item.name for item in settings.inputs]
         #: Of the inputs, to begin around.
         self.scales = [item.scale for item in settings.inputs]
-        self.trees = hierarchy.trees(len(self.names))
-        self.structures = len(self.trees)
+        self.trees = hierarchy.trees(len(self.names), settings.used)
+        self.sources = hierarchy.all_sources(len(self.names), settings.used)
+        self.structures, self.units = self.sources.shape[:2]
         self.centres = np.array([term.centre for term in settings.terms])
         #: (units, 1, 1) largest absolute consequent of each unit; the root comes last.
-        self.limit = np.full((len(self.names) - 1, 1, 1), self.bounds.inner_limit)
+        self.limit = np.full((self.units, 1, 1), self.bounds.inner_limit)
         self.limit[-1] = self.bounds.root_limit
 
     def empty(self) -> Hierarchies:
@@ -45,7 +46,7 @@ class HierarchicalGenome(Genome):
             np.arange(trees),
             np.zeros((trees, 2)),
             np.ones((trees, inputs)),
-            np.zeros((trees, inputs - 1, 7, 7)),
+            np.zeros((trees, self.units, 7, 7)),
         )
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Hierarchies:
@@ -53,9 +54,9 @@ class HierarchicalGenome(Genome):
         s = self.bounds
         count, inputs = len(tree), len(self.names)
         limit, centres = self.limit, self.centres
-        level, column, row = rng.uniform(-1, 1, (3, count, inputs - 1, 1, 1))
+        level, column, row = rng.uniform(-1, 1, (3, count, self.units, 1, 1))
         plane = 0.5 * level + 0.7 * column * centres + 0.7 * row * centres[:, None]
-        noise = 0.05 * rng.standard_normal((count, inputs - 1, *(2 * centres.shape)))
+        noise = 0.05 * rng.standard_normal((count, self.units, *(2 * centres.shape)))
         low, high = np.log([s.kp_range, s.kd_range]).T
         spread = np.log(s.scale_range) * rng.uniform(-1, 1, (count, inputs))
         return Hierarchies(
@@ -115,7 +116,7 @@ class HierarchicalGenome(Genome):
 
     def gains(self, population: Hierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it."""
-        sources = hierarchy.all_sources(population.scales.shape[1])[population.tree]
+        sources = self.sources[population.tree]
         return HierarchicalGains(
             kp=population.gains[:, 0],
             kd=population.gains[:, 1],
@@ -143,9 +144,11 @@ class HierarchicalGenome(Genome):
         sources = self.names + [f"unit-{unit.heap_id}" for unit in tree]
         kp, kd = individual.gains[0].tolist()
         scales = zip(self.names, individual.scales[0].tolist(), strict=True)
-        return self.settings.model_dump(exclude={"schedules"}) | {
+        known = self.sources[individual.tree]
+        read = {name for k, name in enumerate(self.names) if (known == k).any()}
+        return self.settings.model_dump(exclude={"schedules", "used"}) | {
             "pd": {"kp": kp, "kd": kd},
-            "inputs": [{"name": name, "scale": scale} for name, scale in scales],
+            "inputs": [{"name": name, "scale": x} for name, x in scales if name in read],
             "units": [
                 {
                     "id": unit.heap_id,

@@ -100,6 +100,7 @@ class Layout(NamedTuple):
     inputs: tuple[str, ...] = tuple(LIN_LEE_INPUTS)
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
+    used: int | None = None  # so many of the inputs are read; None: all
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
     linear: Structure | None = None  # the linear part; None: a PD alone
     #: The law that the root scales; None: it scales nothing but ``output_scale``.
@@ -116,8 +117,8 @@ class Layout(NamedTuple):
         """(column, row) of each unit: the sources that it may have."""
         count = len(self.inputs)
         if self.canonical:
-            return reachable(count)
-        return [(range(count + k), range(count + k)) for k in range(count - 1)]
+            return reachable(count, self.used)
+        return [(range(count + k), range(count + k)) for k in range((self.used or count) - 1)]
 
     @property
     def remembered(self) -> tuple[str, ...]:

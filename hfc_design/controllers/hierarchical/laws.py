@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, PerAxis, Signals
-from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.planes import along, passing
 from hfc_design.controllers.linear import regulator
@@ -183,8 +182,8 @@ class LinearLaws:
                 scales[:, pair] = one
         reach = genome.bounds.inner_limit * np.clip(reach, *ENDS)[:, None]
         output = genome.settings.output_scale
-        sources = hierarchy.all_sources(inputs)[tree].astype(int)
-        level = np.repeat(reach, inputs - 1, axis=1), passing(genome.settings)
+        sources = genome.sources[tree].astype(int)
+        level = np.repeat(reach, genome.units, axis=1), passing(genome.settings)
         tables = along(sources, slopes / scales / output, *level)
         tables[:, -1] += (constant / output)[:, None, None]
         gains = np.maximum(np.stack([kp, kd], axis=1), TINY)

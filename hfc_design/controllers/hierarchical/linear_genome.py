@@ -34,7 +34,7 @@ NARROWEST = 0.01
 class LinearHierarchies(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
-    tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
+    tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
     #: (n, 1 + signals + resonators + forward) ki, gains on signals, two of each resonator, what is
     #: fed forward.
     linear: Floats
@@ -61,7 +61,7 @@ class LinearHierarchyGenome(Genome):
         #: Where the parts of ``LinearHierarchies.linear`` end.
         self.ends = np.cumsum([1, len(self.regulator.signals), 2 * len(self.frequencies)])
         self.structures = self.fuzzy.structures
-        self.idle = _idle(settings)
+        self.idle = _idle(settings, self.fuzzy.units)
 
     def empty(self) -> LinearHierarchies:
         """Row t has tree t, and the first regulator."""
@@ -195,11 +195,10 @@ class LinearHierarchyGenome(Genome):
         return LinearHierarchies(tree, about.linear[:1] * factors[:, 2:], fuzzy)
 
 
-def _idle(settings: HierarchicalSettings) -> Floats:
+def _idle(settings: HierarchicalSettings, units: int) -> Floats:
     """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
     levels = passing(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
-    units = len(settings.inputs) - 1
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
 
 

@@ -102,10 +102,11 @@ class UnitRecord(Record):
 def _with_error_scale(described: Any) -> Any:
     """Refuses an adaptation that has no scale of the error which judges the root's rules."""
     adaptation, names = described.adaptation, [item.name for item in described.inputs]
-    if adaptation and adaptation.error_scale is None and "error" not in names:
+    some = getattr(described, "used", None)
+    if adaptation and adaptation.error_scale is None and (some or "error" not in names):
         raise ValueError(
-            "adaptation.error_scale: is missing, and no input is named error whose scale could "
-            "stand for it"
+            "adaptation.error_scale: is missing, and no input that is always read is named error, "
+            "whose scale could stand for it"
         )
     return described
 
@@ -159,8 +160,8 @@ class HierarchicalDesign(ControllerRecord):
                     )
                 waiting.remove(source)
             waiting.append(f"unit-{unit.id}")
-        if waiting != [f"unit-{self.units[-1].id}"]:
-            raise ValueError(f"units: nothing reads {', '.join(waiting[:-1])}")
+        if lost := [x for x in waiting[:-1] if x.startswith("unit-")]:  # an input may be spare
+            raise ValueError(f"units: nothing reads {', '.join(lost)}")
         return self
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
@@ -202,7 +203,8 @@ class HierarchicalDesign(ControllerRecord):
     @property
     def canonical(self) -> bool:
         """Whether every unit has sources that it has in one of ``tree.trees``."""
-        pairs = zip(self.sources(), reachable(len(self.inputs)), strict=True)
+        known = reachable(len(self.inputs), len(self.units) + 1)
+        pairs = zip(self.sources(), known, strict=True)
         return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
 
     def gains(self) -> HierarchicalGains:
@@ -262,6 +264,8 @@ class HierarchicalSettings(ControllerSettings):
     adaptation: Adaptation | None = None  # of the root's table in the loop; left out: it stays
     #: a linear law beside the hierarchy; left out: a PD alone
     linear: LinearPart | None = Field(None, exclude_if=not_)
+    #: how many of the inputs a hierarchy reads, whichever are found; left out: all
+    used: Annotated[int, Field(ge=2, le=MAX_INPUTS)] | None = Field(None, exclude_if=not_)
     #: whether the root scales a second linear law; needs controller.linear
     schedules: bool = Field(False, exclude_if=not_)
 
@@ -281,6 +285,8 @@ class HierarchicalSettings(ControllerSettings):
         if self.linear and (found := self.linear.fault(target)):
             return found.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]
+        if self.used and self.used > len(names):
+            return f"controller.used = {self.used}: there are {len(names)} controller.inputs"
         for drive in target.machine.drives:
             known = input_names(drive.inputs)
             for name in names:
@@ -300,10 +306,11 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     terms = tuple(term(**own.model_dump()) for own in described.terms)
     scale, adaptation = described.output_scale, described.adaptation
     if isinstance(described, HierarchicalSettings):
-        return Layout(names, scale, terms, adaptation)
+        return Layout(names, scale, terms, described.used, adaptation)
     laws = (described.linear_part, described.scheduled_part)
     part, own = (None if law is None else law.structure for law in laws)
-    return Layout(names, scale, terms, adaptation, part, own, described.canonical)
+    used, canonical = len(described.units) + 1, described.canonical
+    return Layout(names, scale, terms, used, adaptation, part, own, canonical)
 
 
 class Bounds(NamedTuple):

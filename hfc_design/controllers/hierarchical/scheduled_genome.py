@@ -23,7 +23,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 
-#: Share of the second law where the first input is 0, and in the next three terms either way.
+#: Share of the second law where a tree's first input is 0, and in the next three terms either way.
 SHARES = np.array([1.0, 0.0, 0.0, 1.0])
 
 
@@ -44,6 +44,7 @@ class ScheduledGenome(Genome):
         super().__init__(settings, target)
         self.on_one = LinearHierarchyGenome(settings, target)
         self.structures = self.on_one.structures
+        self.leading = self.on_one.fuzzy.sources.min(axis=(1, 2))  # (trees,) first input of each
         self.passing = passing(settings)
 
     def empty(self) -> ScheduledHierarchies:
@@ -150,10 +151,10 @@ class ScheduledGenome(Genome):
 
     def _shares(self, first: LinearHierarchies) -> Floats:
         """What the tables of the first of some individuals give, as ``_sharing`` has it."""
-        units = self.on_one.fuzzy.trees[first.tree[0]]
-        k = next(k for k, unit in enumerate(units) if 0 in (unit.column, unit.row))
+        units, way = self.on_one.fuzzy.trees[first.tree[0]], self.leading[first.tree[0]]
+        k = next(k for k, unit in enumerate(units) if way in (unit.column, unit.row))
         table = first.fuzzy.consequents[0, k]
-        known = table[0] if units[k].column == 0 else table[:, 0]
+        known = table[0] if units[k].column == way else table[:, 0]
         return np.asarray(known[3:] * self.settings.output_scale)
 
     def _sharing(
@@ -164,14 +165,16 @@ class ScheduledGenome(Genome):
         both = shares[:, [3, 2, 1, 0, 1, 2, 3]] / self.settings.output_scale
         tables = np.stack([self._tables(int(t), x) for t, x in zip(first.tree, both, strict=True)])
         scales = fuzzy.scales.copy()
-        scales[:, 0] *= np.exp(np.clip(points[:, -1], -FAR, FAR))
+        each = np.arange(len(scales)), self.leading[first.tree]
+        scales[each] *= np.exp(np.clip(points[:, -1], -FAR, FAR))
         return first._replace(fuzzy=fuzzy._replace(scales=scales, consequents=tables))
 
     def _tables(self, tree: int, shares: Floats) -> Floats:
         """(units, 7, 7) of a tree: the first unit on the way knows, the others pass it on."""
-        found, inputs, way = [], len(self.on_one.fuzzy.names), 0
+        found, inputs, first = [], len(self.on_one.fuzzy.names), self.leading[tree]
+        way = first
         for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):
-            known = shares if way == 0 else self.passing
+            known = shares if way == first else self.passing
             if unit.column == way:
                 table = np.tile(known, (7, 1))
             elif unit.row == way:

@@ -45,13 +45,14 @@ def unit_count(inputs: int) -> int:
 
 
 @cache
-def trees(inputs: int) -> tuple[Tree, ...]:
-    """Every distinct hierarchy of ``inputs`` inputs, always in the same order.
+def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
+    """Every distinct hierarchy of ``inputs`` inputs, or of ``used`` ones among them.
 
-    There are (2i - 3)!! of them: 1, 3, 15, 105, 945 for 2 to 6 inputs.
+    Always in the same order. There are (2i - 3)!! of i inputs: 1, 3, 15, 105, 945 for 2 to 6.
     """
     unit_count(inputs)
-    return tuple(_flatten(node, inputs) for node in _nodes(tuple(range(inputs))))
+    some = combinations(range(inputs), used or inputs)
+    return tuple(_flatten(node, inputs) for leaves in some for node in _nodes(leaves))
 
 
 def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
@@ -139,17 +140,17 @@ def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
 
 
 @cache
-def all_sources(inputs: int) -> NDArray[np.int32]:
+def all_sources(inputs: int, used: int | None = None) -> NDArray[np.int32]:
     """Every tree as data for the closed loop: (trees, units, 2) sources, column first."""
-    return np.array([[unit[1:] for unit in tree] for tree in trees(inputs)], dtype=np.int32)
+    return np.array([[unit[1:] for unit in tree] for tree in trees(inputs, used)], dtype=np.int32)
 
 
 @cache
-def reachable(inputs: int) -> Reach:
+def reachable(inputs: int, used: int | None = None) -> Reach:
     """The sources that units have in any of the trees, in order.
 
     Little more than half of those that are free: a column has no fewer leaves than its row.
     """
-    found = all_sources(inputs)
+    found = all_sources(inputs, used)
     columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in found.T)
     return tuple(zip(columns, rows, strict=True))

@@ -201,8 +201,9 @@ def _genes(bits: Mask, inputs: int) -> Integers:
 def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | None:
     if controller.kind != "pd+hierarchical-fuzzy":
         return "searches hierarchies; use race"
-    alone = getattr(controller, "linear", None) is None
-    return None if alone else "searches hierarchies beside a PD alone; use cma or race"
+    alone = getattr(controller, "linear", None) is getattr(controller, "used", None) is None
+    told = "searches hierarchies of all inputs beside a PD alone; use cma or race"
+    return None if alone else told
 
 
 def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:
