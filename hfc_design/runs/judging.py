@@ -63,9 +63,10 @@ class Judging:
             self._machines, self.calm = among(own, scenario, self._loop)
         else:
             self.calm = np.zeros(1, int)  # the machines that are under no stress
-        self._allowed = self._ensemble
+        self._allowed, self._tighter = self._ensemble, 1.0
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)
+            self._tighter = self._robust.tighter
         #: Whether there is but one machine in one motion, which may end early.
         self._single = not self._ensemble and len(self._samples) == 1 and not self._loop.doubled
         #: Individuals and machines of a generation.
@@ -79,9 +80,8 @@ class Judging:
 
         ``at_once`` pairs of an individual and a machine are simulated together, or all.
         """
-        some = self._machines.take(machines)
         gains = self.genome.gains(population)
-        judged = self._judged(gains, some, at_once)
+        judged = self._eased(gains, machines, at_once)
         return self._rank(judged, self._ensemble, beside=self._beside(gains))[:, 0]
 
     def _ranked(
@@ -98,15 +98,15 @@ class Judging:
         gains, ensemble = self.genome.gains(population), self._ensemble
         beside = self._beside(gains)
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
-            judged = self._judged(gains, self._machines.take(machines))
+            judged = self._eased(gains, machines)
             return self._rank(judged, ensemble, penalty, beside)
-        some = self._judged(gains, self._machines.take(machines[:FEW]))
+        some = self._eased(gains, machines[:FEW])
         reach = ensemble.reach(some, len(machines), beside)
         alive = np.flatnonzero((reach >= needed) | np.isclose(reach, needed, rtol=SLACK, atol=0.0))
         rank = np.stack([reach, reach], axis=1)
         if len(alive):
             own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
-            more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
+            more = self._eased(own, rest, len(needed) * FEW)
             pairs = zip(some, more, strict=True)
             whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
             rank[alive] = self._rank(Judged(*whole), ensemble, beside=beside[alive])
@@ -120,6 +120,19 @@ class Judging:
         judged, simulated = simulate.scores_needed(*about)
         self.simulated += int(simulated.sum())
         return self._rank(judged, None)
+
+    def _eased(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
+        """What individuals do on some of the machines.
+
+        Of constraints a search allows those under a stress as much as the scenario does.
+        """
+        found = self._judged(gains, self._machines.take(machines), at_once)
+        stressed = ~np.isin(machines, self.calm)
+        if self._ensemble is None or self._tighter == 1.0 or not stressed.any():
+            return found
+        values, count = np.array(found.values), len(self._ensemble.constraints)
+        values[:, stressed, :, values.shape[-1] - count :] /= self._tighter
+        return found._replace(values=values)
 
     def _judged(self, gains: Gains, machines: Machines, at_once: int = 0) -> Judged:
         found = simulate.scores(

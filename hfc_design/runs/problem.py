@@ -144,7 +144,7 @@ class Problem(Judging):
     def _final_rank(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
         """As ``rank_on``; behind all others is who breaks a constraint where there is no stress."""
         gains = self.genome.gains(population)
-        judged = self._judged(gains, self._machines.take(machines), at_once)
+        judged = self._eased(gains, machines, at_once)
         beside, some = self._beside(gains), np.isin(machines, self.calm)
         calm = Judged(*(np.asarray(part)[:, some] for part in judged))
         rank, alone = (self._rank(x, self._ensemble, beside=beside)[:, 0] for x in (judged, calm))
@@ -189,7 +189,8 @@ class Problem(Judging):
         The nominal one is not among them, nor are those that are forgiven.
         """
         ensemble = self._ensemble or Ensemble((1.0,))
-        judged = self._judged(self.genome.gains(individual), self._machines)
+        gains = self.genome.gains(individual)
+        judged = self._eased(gains, np.arange(self._machines.size))
         found, near = ensemble.verdict(judged), ensemble.tighter(NEAR).verdict(judged)
         order = np.lexsort((found.merit[0], -near.broken.sum(axis=(2, 3))[0]))
         return order[found.sound[0, order] & (order > 0)][:count]
@@ -218,7 +219,7 @@ class Problem(Judging):
         assert self._ensemble is not None
         assert self._allowed is not None
         gains = self.genome.gains(population)
-        judged = self._judged(gains, self._machines, self._lanes)
+        judged = self._eased(gains, np.arange(self._machines.size), self._lanes)
         kept = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
         found = self._ensemble.verdict(judged)
         broken = found.broken.sum(axis=(2, 3)).mean(axis=0)

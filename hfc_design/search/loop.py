@@ -85,7 +85,7 @@ class History(NamedTuple):
     #: were lost before the motion had ended it is what they could still have reached.
     median: Floats
     diverged: Integers  # individuals that failed
-    structures: Integers  # distinct trees in the generation
+    structures: Integers  # distinct trees in the generation, or that compete one after the other
 
 
 class Search(NamedTuple):
@@ -133,7 +133,7 @@ def generations(
             best if np.isfinite(best) else np.nan,
             np.median(score[finished]) if finished.any() else np.nan,
             np.count_nonzero(~finished),
-            len(np.unique(asked.population.tree)),
+            getattr(asked, "structures", len(np.unique(asked.population.tree))),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
         told = _without(told, ~finished)

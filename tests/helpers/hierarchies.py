@@ -8,11 +8,11 @@ from hfc_design.controllers.hierarchical.tree import unit_count
 from hfc_design.files.named_scenario import load_scenario
 
 
-def searched_of(names, search=None):
+def searched_of(names, search=None, used=None):
     """Of inputs with these names and the scale 10, within the bounds of a search."""
     inputs = [{"name": name, "scale": 10.0} for name in names]
     target = load_scenario("c-axis-ramp").target._replace(bounds=search)
-    return HierarchicalGenome(HierarchicalSettings(inputs=inputs), target)
+    return HierarchicalGenome(HierarchicalSettings(inputs=inputs, used=used), target)
 
 
 def encode(tree):

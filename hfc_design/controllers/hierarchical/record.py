@@ -271,6 +271,13 @@ class HierarchicalSettings(ControllerSettings):
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
+    @model_validator(mode="after")
+    def _has_so_many(self) -> "HierarchicalSettings":
+        most = len(self.inputs)
+        if self.used and self.used > most:
+            raise ValueError(f"used must be at most {most}, the inputs (got {self.used})")
+        return self
+
     @property
     def staged(self) -> bool:
         """Where there is a linear part: first it, then its gains, then all."""
@@ -285,8 +292,6 @@ class HierarchicalSettings(ControllerSettings):
         if self.linear and (found := self.linear.fault(target)):
             return found.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]
-        if self.used and self.used > len(names):
-            return f"controller.used = {self.used}: there are {len(names)} controller.inputs"
         for drive in target.machine.drives:
             known = input_names(drive.inputs)
             for name in names:

@@ -38,7 +38,7 @@ class ScheduledHierarchies(NamedTuple):
 class ScheduledGenome(Genome):
     """What a search can do with ``ScheduledHierarchies``."""
 
-    stages = ((0.12, True), (0.35, True), (0.5, False))
+    stages = ((0.12, True), (0.35, False), (0.5, False))
 
     def __init__(self, settings: HierarchicalSettings, target: Target):
         super().__init__(settings, target)

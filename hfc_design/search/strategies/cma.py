@@ -70,6 +70,7 @@ class Asked(NamedTuple):
     island: int
     stage: int
     machines: Integers | None  # that are hard
+    structures: int  # that still compete
 
 
 class Place(NamedTuple):
@@ -168,32 +169,43 @@ class Cma(NamedTuple):
         one = begun(stage.start, stage.step * self.settings.step)
         each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
-        tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
+        tree = np.append(about.tree, rng.permutation(others))
         if not place.stage:
-            each.mean[:] = self._apart(stage, one, tree, rng)
+            means = self._apart(stage, one, place.room, rng)
+            tree = self._promising(stage, means[:1], tree)
+            each.mean[:] = means
+        tree = tree[: place.room]
         population = stage.members(each.mean, tree)
         trail = taken(population, np.zeros(TRAIL, int)) if state is None else state.trail
         hard = np.empty(0, np.int64) if state is None else state.hard
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
 
+    def _promising(self, stage: Stage, mean: Floats, tree: Integers) -> Integers:
+        """The structures, of many a generation of them by what they are worth at a ``mean``."""
+        if self.task.worth is None or len(tree) <= self.settings.trees:
+            return tree
+        tree = tree[: self.settings.population]
+        rank = self.task.worth(stage.members(np.repeat(mean, len(tree), axis=0), tree))
+        return tree[np.argsort(-rank, kind="stable")]
+
     def _apart(
-        self, stage: Stage, one: Distribution, tree: Integers, rng: np.random.Generator
+        self, stage: Stage, one: Distribution, count: int, rng: np.random.Generator
     ) -> Floats:
-        """(trees, size) first means: what begins elsewhere may end elsewhere.
+        """(``count``, size) first means: what begins elsewhere may end elsewhere.
 
         The first is that of the stage, unless it is broken. Then all are the best of many, from far
         around, of which those that are broken least make a first generation.
         """
-        means = one.mean + one.step * rng.standard_normal((len(tree), one.mean.size))
+        means = one.mean + one.step * rng.standard_normal((count, one.mean.size))
         means[0] = one.mean
-        broken, worth = self.task.broken, self.task.worth
+        broken, worth, tree = self.task.broken, self.task.worth, np.zeros(MANY, int)
         if broken is None or worth is None or not broken(stage.members(means[:1], tree[:1])).any():
             return means
         many = one.mean + WIDE * one.step * rng.standard_normal((MANY, one.mean.size))
-        off = broken(stage.members(many, np.repeat(tree[:1], MANY)))
+        off = broken(stage.members(many, tree))
         some = many[np.argsort(off, kind="stable")[: self.settings.population]]
-        rank = worth(stage.members(some, np.repeat(tree[:1], len(some))))
-        return np.asarray(some[np.argsort(-rank, kind="stable")[: len(tree)]])
+        rank = worth(stage.members(some, tree[: len(some)]))
+        return np.asarray(some[np.argsort(-rank, kind="stable")[:count]])
 
     def _stage(self, state: CmaState, number: int) -> Stage:
         return self.task.genome.stage(number, state.about if number else None)
@@ -207,7 +219,8 @@ class Cma(NamedTuple):
         points = np.concatenate([self._drawn(own, stage, tree, rng), own.mean[None]])
         members = stage.members(points, np.repeat(tree, len(points)))
         hard = state.hard if len(state.hard) else None
-        return state, Asked(members, points, island, place.stage, hard)
+        competing = len(np.unique(state.population.tree))
+        return state, Asked(members, points, island, place.stage, hard, competing)
 
     def _drawn(
         self, own: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator

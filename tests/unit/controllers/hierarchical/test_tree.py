@@ -1,6 +1,7 @@
 """Trees, genes and their evaluation (LL section 3.2)."""
 
-from itertools import product
+from collections import defaultdict
+from itertools import combinations, product
 
 import numpy as np
 import oracle
@@ -9,7 +10,7 @@ from hierarchies import encode, searched_of, valid
 from wording import refused
 
 from hfc_design.controllers.genome import taken
-from hfc_design.controllers.hierarchical.law import hierarchical
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.controllers.hierarchical.tree import (
     Unit,
@@ -199,6 +200,21 @@ def test_every_source_of_a_tree_is_reachable(inputs):
     assert [len(columns) for columns, _ in found][-1] <= 2
 
 
+@pytest.mark.parametrize(("inputs", "used"), [(4, 2), (5, 3), (6, 4)])
+def test_trees_of_some_inputs_are_those_of_every_choice(inputs, used):
+    found = defaultdict(list)
+    for tree in trees(inputs, used):
+        assert all(
+            unit.column in columns and unit.row in rows
+            for unit, (columns, rows) in zip(tree, reachable(inputs, used), strict=True)
+        )
+        leaves = sorted(s for unit in tree for s in unit[1:] if s < inputs)
+        place = {s: k for k, s in enumerate([*leaves, *range(inputs, inputs + used - 1)])}
+        found[tuple(leaves)].append(tuple(Unit(n, place[a], place[b]) for n, a, b in tree))
+    assert sorted(found) == list(combinations(range(inputs), used))
+    assert all(one == [*trees(used)] for one in found.values())
+
+
 NAMES = ("error", "deflection", "spindle_velocity", "error_rate")
 
 
@@ -245,6 +261,33 @@ def test_a_unit_matters_if_the_command_changes_without_it():
     assert counted.tolist() == wanted
     assert min(wanted) == 0  # where the root is flat nothing below it is heard
     assert len(set(wanted)) > 2
+
+
+def test_a_design_has_the_inputs_that_its_tree_reads():
+    genome = searched_of(NAMES, used=2)
+    assert genome.structures == 6  # 4 over 2
+    tree = np.arange(6)
+    found = genome.fresh(tree, np.random.default_rng(5))
+    whole = hierarchical(layout_of(genome.settings), 0.001)
+    for k in tree:
+        one = taken(found, slice(k, k + 1))
+        record = record_of(genome, one)
+        assert [item.name for item in record.inputs] == [
+            name for s, name in enumerate(NAMES) if s in genome.trees[k][0][1:]
+        ]
+        gains = HierarchicalGains(*(x[..., 0] for x in genome.gains(one)[:5]))
+        signals = dict(zip(NAMES, (0.03, -0.05, 0.02, 0.04), strict=True))
+        own = hierarchical(layout_of(record), 0.001)
+        told, wanted = (
+            law.step(SCALARS, x, law.initial_memory(0.0), signals)[0]
+            for law, x in ((own, record.gains()), (whole, gains))
+        )
+        assert told == pytest.approx(float(wanted), rel=1e-12)
+
+
+def test_more_inputs_than_there_are_cannot_be_used():
+    with refused(ValueError):
+        searched_of(NAMES, used=5)
 
 
 def test_the_universe_fills_the_cube():
