@@ -64,7 +64,7 @@ class RobustSettings(Record):
     forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005
     #: factor of the search's spread beyond these [1]
     margin: Annotated[float, Field(ge=1, le=2)] = 1.1
-    #: factor by which a search allows less than the constraints [1]
+    #: factor by which a search allows less than the constraints where there is no stress [1]
     tighter: Annotated[float, Field(ge=1, le=10)] = 3.0
     first: Count = 24  # machines for every candidate, the nominal one among them
     machines: Count = 24  # for those that survive these

@@ -185,6 +185,25 @@ def test_a_start_that_is_broken_gives_way_to_the_best_of_many_that_are_not(genom
     assert 10.0 * first <= least < largest
 
 
+def test_of_many_structures_compete_that_are_best_at_first():
+    """30 of three inputs among five, of which those around the seventh are worth most."""
+    names = ("reference_rate", "error", "error_rate", "deflection", "current")
+    own = {
+        "controller.inputs": [{"name": name, "scale": 10.0} for name in names],
+        "controller.used": 3,
+        "controller.linear": {},
+        "controller.schedules": True,
+        "search.preset": "cma",
+    }
+    genome = genome_of(api.load_scenario("c-axis-ramp", own))
+    assert genome.structures == 30
+    settings = CmaSettings(population=40, generations=120, trees=4)
+    task = Task(genome, worth=lambda x: -np.abs(x.tree - 7.2))
+    state, asked = searcher(settings, task).start(np.random.default_rng(0))
+    assert state.population.tree.tolist() == [7, 8, 6, 9]
+    assert asked.structures == 4
+
+
 def test_gains_are_one_stage():
     """Of a score that has its best at k_p = 30, k_i = 6, k_d = -0.5."""
     ranges = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
