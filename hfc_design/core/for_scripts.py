@@ -8,17 +8,8 @@ import re
 #: Options of an argument of the same name, but for their dashes.
 SAME = (
     *("axis", "bandwidth", "check-log", "controller", "free", "gain", "hidden", "kind", "like"),
-    *(
-        "machines",
-        "name",
-        "nearest",
-        "output",
-        "passes",
-        "plant",
-        "point",
-        "sample-time",
-        "samples",
-    ),
+    *("machines", "name", "nearest", "output", "passes", "plant", "point"),
+    *("sample-time", "samples"),
     *("scenario", "seed", "spread", "start", "terms", "time-constant", "to", "unit", "workers"),
 )
 #: Option -> argument, of the others that a function of ``hfc_design.api`` has.
