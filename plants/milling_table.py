@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 import jax.numpy as jnp
 from jax import lax
 
-from plants.blocks import bell, once
+from plants.blocks import bell, counted, once
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 
 
@@ -255,18 +255,11 @@ def accepted(c: MillingTableCoefficients, command: Scalar) -> Scalar:
     return jnp.clip(command, -c.highest_voltage, c.highest_voltage)
 
 
-def _counted(position: Scalar, resolution: Scalar) -> Scalar:
-    """The nearest count of an encoder [mm]; a resolution of 0 is ideal."""
-    ideal = resolution == 0.0
-    step = jnp.where(ideal, 1.0, resolution)
-    return jnp.where(ideal, position, step * jnp.round(position / step))
-
-
 def measured(c: MillingTableCoefficients, x: MillingTableState) -> MillingTableState:
     """The state as the scale and the motor's encoder count it."""
     return x._replace(
-        position=_counted(x.position, c.scale_resolution),
-        motor_position=_counted(x.motor_position, c.motor_resolution),
+        position=counted(x.position, c.scale_resolution),
+        motor_position=counted(x.motor_position, c.motor_resolution),
     )
 
 

@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 import jax.numpy as jnp
 
+from plants.blocks import counted
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 from plants.sliding import Slide, slid
 
@@ -101,9 +102,7 @@ def accepted(c: PositioningStageCoefficients, command: Scalar) -> Scalar:
 
 def measured(c: PositioningStageCoefficients, x: PositioningStageState) -> PositioningStageState:
     """The state as the encoder counts it."""
-    ideal = c.encoder_resolution == 0.0
-    count = jnp.where(ideal, 1.0, c.encoder_resolution)
-    return x._replace(position=jnp.where(ideal, x.position, count * jnp.round(x.position / count)))
+    return x._replace(position=counted(x.position, c.encoder_resolution))
 
 
 def top_speed(p: PositioningStageParameters) -> float:

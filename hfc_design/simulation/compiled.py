@@ -105,9 +105,8 @@ def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Arr
     return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 
 
-def _spread(on_device: Any, out: PartitionSpec) -> Any:
+def _spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) -> Any:
     mesh = Mesh(jax.devices(), ("population",))
-    specs = WHOLE, CHUNKS
     return jax.shard_map(on_device, mesh=mesh, in_specs=specs, out_specs=out, check_vma=False)
 
 
@@ -160,11 +159,4 @@ def jacobians(
 
         return jax.jvp(recorded, [copies[k] for k in moving], directions)
 
-    spread = jax.shard_map(
-        on_device,
-        mesh=Mesh(jax.devices(), ("parameters",)),
-        in_specs=PartitionSpec("parameters"),
-        out_specs=PartitionSpec(None, "parameters"),
-        check_vma=False,
-    )
-    return spread(chosen)
+    return _spread(on_device, PartitionSpec(None, "population"), (CHUNKS,))(chosen)
