@@ -17,7 +17,7 @@ from hfc_design.cli.options import (
     named,
     output,
 )
-from hfc_design.cli.showing import LISTED, PLURALS, listed
+from hfc_design.cli.showing import LISTED, PLURALS
 
 SINGULARS = {
     other: what
@@ -41,10 +41,9 @@ def list_(what: str) -> None:
 
         show_plants()
         return
-    from hfc_design.cli.show_tables import show_list
+    from hfc_design.cli import show_reference
 
-    kind = LISTED[what]
-    show_list(kind, listed(kind))
+    show_reference.show(LISTED[what], None, as_json=False)
 
 
 @click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")
