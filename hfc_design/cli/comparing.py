@@ -11,20 +11,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.options import (
-    DESIGN,
-    SCENARIO,
-    Papers,
-    Texts,
-    as_json,
-    for_a_paper,
-    force,
-    memory,
-    named,
-    on_a_plant,
-    output,
-    setting,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Papers, Texts
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
@@ -39,9 +27,9 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
 @click.command(short_help="Put DESIGNS side by side.")
-@click.argument("designs", nargs=-1, type=DESIGN)
-@named("--scenario", "scenarios", kind=SCENARIO, multiple=True, help=SCENARIO_HELP)
-@setting
+@click.argument("designs", nargs=-1, type=common.DESIGN)
+@common.named("--scenario", "scenarios", kind=common.SCENARIO, multiple=True, help=SCENARIO_HELP)
+@common.setting
 @click.option("--spread", type=float, help=SPREAD_HELP)
 @click.option(
     "--tolerance",
@@ -63,15 +51,15 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
     default=0,
     help="Of the draw of the machines [default: 0].",
 )
-@output("--out", folder=True, help="Folder for page, CSV and JSON.")
-@output("--html", help="Write the page alone.")
-@for_a_paper
-@output("--plot", help="Draw the errors on all machines.")
-@output("--csv", "csv_file", help="A row for each design, motion and machine.")
-@force
-@memory
-@as_json
-@on_a_plant
+@common.output("--out", folder=True, help="Folder for page, CSV and JSON.")
+@common.output("--html", help="Write the page alone.")
+@common.for_a_paper
+@common.output("--plot", help="Draw the errors on all machines.")
+@common.output("--csv", "csv_file", help="A row for each design, motion and machine.")
+@common.force
+@common.memory
+@common.as_json
+@common.on_a_plant
 def compare(
     designs: Texts,
     scenarios: Texts,
