@@ -7,19 +7,12 @@ from typing import TypeAlias
 from hfc_design import __version__
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
+from hfc_design.formats import writing
 from hfc_design.formats.code import CLASH, block_values, c_name
 from hfc_design.formats.fcl import real
 from hfc_design.formats.flash.folder import page_of_axes
 from hfc_design.formats.st import with_vectors
-from hfc_design.formats.writing import (
-    Content,
-    Format,
-    check_names,
-    facts,
-    rendered,
-    signal_meanings,
-    signal_units,
-)
+from hfc_design.formats.writing import Content, Format
 
 CALL = (
     "Call it once a sample; with reset TRUE it first forgets the past. Where an input is infinite "
@@ -43,7 +36,9 @@ def project(design: Design) -> str:
     template, values = block_values(design)
     name: str = values["block"]
     program, instance = f"{name}_example", f"{name}_1"
-    check_names("st", [name, program, instance, *values["signals"], "command", "fault"], CLASH)
+    writing.check_names(
+        "st", [name, program, instance, *values["signals"], "command", "fault"], CLASH
+    )
     inputs, outputs = _signals(design, values)
     block = {
         "name": name,
@@ -53,7 +48,7 @@ def project(design: Design) -> str:
             "outputVars": outputs,
             "localVars": [*_locals(values)],
         },
-        "body": rendered("body.st.j2", design, template.places, **values),
+        "body": writing.rendered("body.st.j2", design, template.places, **values),
         "told": f"{CALL} {'. '.join(map(str, values['head']))}",
     }
     example = {
@@ -65,12 +60,12 @@ def project(design: Design) -> str:
         "body": _call(instance, list(values["signals"])),
         "told": EXAMPLE,
     }
-    return rendered(
+    return writing.rendered(
         "plcopen.xml.j2",
         design,
         name=design.name,
         version=__version__,
-        facts=facts(design),
+        facts=writing.facts(design),
         real=real,
         pous=[block, example],
         interval=f"T#{(Decimal(repr(design.controller.sample_time_s)) * 1000).normalize():f}ms",
@@ -79,7 +74,7 @@ def project(design: Design) -> str:
 
 def _signals(design: Design, values: Json) -> tuple[list[Variable], list[Variable]]:
     """What comes in, and command and fault, with their units."""
-    meanings = signal_meanings(design)
+    meanings = writing.signal_meanings(design)
 
     def told(name: str, unit: str) -> str:
         return ", ".join(part for part in (meanings.get(name, ""), unit and f"[{unit}]") if part)
@@ -87,7 +82,7 @@ def _signals(design: Design, values: Json) -> tuple[list[Variable], list[Variabl
     inputs: list[Variable] = [
         (name, "LREAL", None, told(name, unit)) for name, unit in values["signals"].items()
     ]
-    unit = signal_units(design).get("command", "")
+    unit = writing.signal_units(design).get("command", "")
     command: Variable = ("command", "LREAL", None, told("command", unit))
     return inputs, [command, ("fault", "BOOL", None, "the command is 0, an input was no number")]
 
