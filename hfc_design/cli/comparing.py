@@ -22,6 +22,8 @@ SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
 SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
+MACHINES_HELP = "Beside the nominal one [default: 200]."
+SEED_HELP = "Of the draw of the machines [default: 0]."
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
@@ -39,18 +41,8 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
     callback=lambda context, option, values: _shares(values),
     help="Spread of a single parameter; can be given several times.",
 )
-@click.option(
-    "--machines",
-    type=click.IntRange(min=1),
-    default=200,
-    help="Beside the nominal one [default: 200].",
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    help="Of the draw of the machines [default: 0].",
-)
+@click.option("--machines", type=click.IntRange(1), default=200, help=MACHINES_HELP)
+@click.option("--seed", type=click.IntRange(0), default=0, help=SEED_HELP)
 @common.output("--out", folder=True, help="Folder for page, CSV and JSON.")
 @common.output("--html", help="Write the page alone.")
 @common.for_a_paper

@@ -7,8 +7,14 @@ import numpy as np
 from hfc_design.core import archive
 from hfc_design.core.numbers import Floats
 from hfc_design.core.texts import about, content, decoded
-from hfc_design.logs import columns
-from hfc_design.logs.columns import Log
+from hfc_design.logs.columns import (
+    LARGEST_LOG,
+    MOST_BYTES,
+    MOST_COLUMNS,
+    MOST_NUMBERS,
+    Log,
+    checked,
+)
 from hfc_design.logs.mat import mat_log
 from hfc_design.logs.texts import UNNAMED, text_log
 
@@ -20,10 +26,10 @@ def read_log(path: str | Path) -> Log:
         UserError: it cannot be read, or is no log; the line says why and where.
     """
     with about(path):
-        found = content(path, columns.LARGEST_LOG)
+        found = content(path, LARGEST_LOG)
         if reader := ARRAYS.get(Path(path).suffix.lower()):
-            return columns.checked(reader(found))
-        return columns.checked(text_log(decoded(found, "utf-8-sig")))
+            return checked(reader(found))
+        return checked(text_log(decoded(found, "utf-8-sig")))
 
 
 def numpy_log(found: bytes) -> Log:
@@ -34,7 +40,7 @@ def numpy_log(found: bytes) -> Log:
     """
     try:
         if found.startswith(b"PK"):
-            arrays = archive.arrays(found, columns.MOST_BYTES, archive.DEFLATED)
+            arrays = archive.arrays(found, MOST_BYTES, archive.DEFLATED)
         else:
             arrays = _parts(archive.array_of(found))
         return Log(_columns(arrays), format="NumPy")
@@ -48,10 +54,8 @@ def _parts(array: np.ndarray) -> archive.Arrays:
     if array.dtype.names:
         return {name: array[name] for name in array.dtype.names}
     table = array[:, None] if array.ndim == 1 else array
-    if table.ndim != 2 or table.shape[1] > columns.MOST_COLUMNS:
-        told = (
-            f"has to have rows and at most {columns.MOST_COLUMNS} columns (got {array.shape[:4]})"
-        )
+    if table.ndim != 2 or table.shape[1] > MOST_COLUMNS:
+        told = f"has to have rows and at most {MOST_COLUMNS} columns (got {array.shape[:4]})"
         raise ValueError(f"its array {told}")
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
@@ -65,8 +69,8 @@ def _columns(arrays: archive.Arrays) -> dict[str, Floats]:
     }
     longest = max((vector.size for vector in vectors.values()), default=0)
     kept = {name: vector for name, vector in vectors.items() if vector.size == longest}
-    if longest * len(kept) > columns.MOST_NUMBERS:
-        raise ValueError(f"it has more than {columns.MOST_NUMBERS} numbers")
+    if longest * len(kept) > MOST_NUMBERS:
+        raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
     with np.errstate(all="ignore"):  # what is no number is told
         return {name: np.asarray(vector, float).ravel() for name, vector in kept.items()}
 
