@@ -22,10 +22,8 @@ ARGUMENTS = {
 #: What a script gives in the place of an option that takes no value.
 FLAGS = {"anyway": "anyway=True", "each": "each=True", "open-loop": "bandwidth=0"}
 #: Options of which a script gives all at once, as a list or a mapping.
-SEVERAL = {"at", "change", "check-column", "column", "free", "nearest", "network", "set"} | {
-    "signal",
-    "tolerance",
-}
+SEVERAL = {"at", "change", "check-column", "column", "free"}
+SEVERAL |= {"nearest", "network", "set", "signal", "tolerance"}
 #: Whole phrases, before any option: the variable is all that a script has for --memory.
 PHRASES = {
     r"--memory or (?=HFC_MEMORY)": "",
