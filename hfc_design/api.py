@@ -15,7 +15,7 @@ from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.identifying import identify
 from hfc_design.calls.plotting import plot
 from hfc_design.calls.searching import design, pick, with_gains
-from hfc_design.calls.showing import comparison_page, explain, picture, report
+from hfc_design.calls.showing import comparison_page, explain, report
 from hfc_design.calls.stability import stability
 from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
@@ -42,6 +42,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.report.designs import picture
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search

@@ -112,6 +112,13 @@ def larger(x: Scalar, bound: Scalar) -> jax.Array:
     return jnp.where(bound > x, bound, x)
 
 
+def counted(position: Scalar, resolution: Scalar) -> jax.Array:
+    """The nearest count of an encoder; a resolution of 0 is ideal."""
+    ideal = resolution == 0.0
+    step = jnp.where(ideal, 1.0, resolution)
+    return jnp.where(ideal, position, step * jnp.round(position / step))
+
+
 def pick(values: Mapping[int, jax.Array], index: jax.Array) -> jax.Array:
     """``values[index]`` for a traced index: a chain of selections, not a gather."""
     (_, result), *others = values.items()

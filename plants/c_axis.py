@@ -4,12 +4,12 @@ A vector-controlled induction motor turns the spindle through a flexible transmi
 LuGre friction and the load torque of the cut. The command is the quadrature stator voltage.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import jax.numpy as jnp
 
 from plants.blocks import LuGre, bristle, friction_torque, once, rk4_tr_bdf2
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 
 
 class CAxisParameters(NamedTuple):
@@ -20,24 +20,26 @@ class CAxisParameters(NamedTuple):
     Table II does not need 2: under the cutting load it scores 95.6 with 4, and never sticks.
     """
 
-    poles: float = 2.0  # of the motor, P [1]
-    rotor_flux: float = 0.6  # of the motor, lambda_r [Wb]
-    stator_resistance: float = 1.12  # of a winding, R_s [ohm]
-    rotor_resistance: float = 1.05  # of a winding, R_r [ohm]
-    stator_inductance: float = 0.341  # of a winding, L_s [H]
-    rotor_inductance: float = 0.306  # of a winding, L_r [H]
-    mutual_inductance: float = 0.225  # between stator and rotor, L_m [H]
-    rotor_inertia: float = 0.11  # of the motor, J_r [kg m2]
-    rotor_damping: float = 2.05  # of the motor, b_r [N m s/rad]
-    spindle_inertia: float = 5.102  # of spindle and workpiece, J_c [kg m2]
-    gear_ratio: float = 1.0  # motor angle over spindle angle, N [1]
-    stiffness: float = 200.0  # of the transmission, told at the motor's side, k [N m/rad]
-    bristle_stiffness: float = 17000.0  # of the LuGre friction, sigma_0 [N m/rad]
-    bristle_damping: float = 126.5  # of the LuGre friction, sigma_1 [N m s/rad]
-    viscous_friction: float = 0.4  # of the spindle, sigma_2 [N m s/rad]
-    coulomb_torque: float = 0.7  # of friction at speed, T_c [N m]
-    static_torque: float = 1.2  # of friction at rest, T_s [N m]
-    stribeck_velocity: float = 0.003  # where the rise to T_s is down to 1/e, omega_s [rad/s]
+    poles: Annotated[float, "1"] = 2.0  # of the motor, P
+    rotor_flux: Annotated[float, "Wb"] = 0.6  # of the motor, lambda_r
+    stator_resistance: Annotated[float, "ohm"] = 1.12  # of a winding, R_s
+    rotor_resistance: Annotated[float, "ohm"] = 1.05  # of a winding, R_r
+    stator_inductance: Annotated[float, "H"] = 0.341  # of a winding, L_s
+    rotor_inductance: Annotated[float, "H"] = 0.306  # of a winding, L_r
+    mutual_inductance: Annotated[float, "H"] = 0.225  # between stator and rotor, L_m
+    rotor_inertia: Annotated[float, "kg m2"] = 0.11  # of the motor, J_r
+    rotor_damping: Annotated[float, "N m s/rad"] = 2.05  # of the motor, b_r
+    spindle_inertia: Annotated[float, "kg m2"] = 5.102  # of spindle and workpiece, J_c
+    gear_ratio: Annotated[float, "1"] = 1.0  # motor angle over spindle angle, N
+    #: of the transmission, told at the motor's side, k
+    stiffness: Annotated[float, "N m/rad"] = 200.0
+    bristle_stiffness: Annotated[float, "N m/rad"] = 17000.0  # of the LuGre friction, sigma_0
+    bristle_damping: Annotated[float, "N m s/rad"] = 126.5  # of the LuGre friction, sigma_1
+    viscous_friction: Annotated[float, "N m s/rad"] = 0.4  # of the spindle, sigma_2
+    coulomb_torque: Annotated[float, "N m"] = 0.7  # of friction at speed, T_c
+    static_torque: Annotated[float, "N m"] = 1.2  # of friction at rest, T_s
+    #: where the rise to T_s is down to 1/e, omega_s
+    stribeck_velocity: Annotated[float, "rad/s"] = 0.003
 
 
 class CAxisState(NamedTuple):
@@ -181,26 +183,7 @@ C_AXIS = Drive(
         "rotor_velocity": "rad/s",
         "current": "A",
     },
-    parameter_units={
-        "poles": "1",
-        "rotor_flux": "Wb",
-        "stator_resistance": "ohm",
-        "rotor_resistance": "ohm",
-        "stator_inductance": "H",
-        "rotor_inductance": "H",
-        "mutual_inductance": "H",
-        "rotor_inertia": "kg m2",
-        "rotor_damping": "N m s/rad",
-        "spindle_inertia": "kg m2",
-        "gear_ratio": "1",
-        "stiffness": "N m/rad",
-        "bristle_stiffness": "N m/rad",
-        "bristle_damping": "N m s/rad",
-        "viscous_friction": "N m s/rad",
-        "coulomb_torque": "N m",
-        "static_torque": "N m",
-        "stribeck_velocity": "rad/s",
-    },
+    parameter_units=units_of(CAxisParameters),
     meanings={
         "command": "quadrature stator voltage, positive turns the rotor forwards",
         "deflection": "of the transmission: rotor angle less gear_ratio times spindle angle",

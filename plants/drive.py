@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cache
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_type_hints
 
 #: A number of one axis: a float, an array over axes, or a value being traced by JAX.
 Scalar: TypeAlias = Any
@@ -161,6 +161,12 @@ def only_positive(
         return None
 
     return fault
+
+
+def units_of(parameters: type[Parameters]) -> dict[str, str]:
+    """``Drive.parameter_units`` of a record whose fields have them: ``Annotated[float, "kg"]``."""
+    hints = get_type_hints(parameters, include_extras=True).items()
+    return {name: hint.__metadata__[0] for name, hint in hints if hasattr(hint, "__metadata__")}
 
 
 #: A unit: it stands in comments of code and in commands, where nothing in it may end them.

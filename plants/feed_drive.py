@@ -5,12 +5,12 @@ converter units, the position basic length-units (BLU). Friction is counted in c
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 from plants.sliding import Slide, slid
 
 
@@ -24,20 +24,25 @@ class FeedDriveParameters(NamedTuple):
     singletons Fig. 10 needs K = 40 without F_c; eq. 28 alone then pushes an axis near 12 mm/s.
     """
 
-    gain: float = 28.3  # K, speed of the free axis for a unit of the command [(BLU/s)/unit]
-    time_constant: float = 0.055  # tau, of the free axis [s]
-    coulomb: float = 15.0  # F_c, the same at every speed; fitted, no paper prints it [unit]
-    positive_start: float = 6.54  # of the friction of JK04 eq. 28 forwards [unit]
-    positive_slope: float = -1.16  # of the same against the speed [unit/(mm/s)]
-    positive_curvature: float = 0.05  # of the same against the speed squared [unit/(mm/s)^2]
-    negative_start: float = -6.43  # of the friction of JK04 eq. 28 backwards [unit]
-    negative_slope: float = -1.00  # of the same against the speed [unit/(mm/s)]
-    negative_curvature: float = -0.04  # of the same against the speed squared [unit/(mm/s)^2]
-    low_velocity: float = 12.0  # speed below which the polynomial acts [mm/s]
-    stiction_rise: float = 0.0  # break-away level minus sliding friction at V -> 0 [unit]
-    blu: float = 0.01  # basic length-unit, a count of the encoder [mm]
-    lowest_command: float = -128.0  # of the converter [unit]
-    highest_command: float = 127.0  # of the converter [unit]
+    #: K, speed of the free axis for a unit of the command
+    gain: Annotated[float, "(BLU/s)/unit"] = 28.3
+    time_constant: Annotated[float, "s"] = 0.055  # tau, of the free axis
+    #: F_c, the same at every speed; fitted, no paper prints it
+    coulomb: Annotated[float, "unit"] = 15.0
+    positive_start: Annotated[float, "unit"] = 6.54  # of the friction of JK04 eq. 28 forwards
+    positive_slope: Annotated[float, "unit/(mm/s)"] = -1.16  # of the same against the speed
+    #: of the same against the speed squared
+    positive_curvature: Annotated[float, "unit/(mm/s)^2"] = 0.05
+    negative_start: Annotated[float, "unit"] = -6.43  # of the friction of JK04 eq. 28 backwards
+    negative_slope: Annotated[float, "unit/(mm/s)"] = -1.00  # of the same against the speed
+    #: of the same against the speed squared
+    negative_curvature: Annotated[float, "unit/(mm/s)^2"] = -0.04
+    low_velocity: Annotated[float, "mm/s"] = 12.0  # speed below which the polynomial acts
+    #: break-away level minus sliding friction at V -> 0
+    stiction_rise: Annotated[float, "unit"] = 0.0
+    blu: Annotated[float, "mm"] = 0.01  # basic length-unit, a count of the encoder
+    lowest_command: Annotated[float, "unit"] = -128.0  # of the converter
+    highest_command: Annotated[float, "unit"] = 127.0  # of the converter
 
 
 class FeedDriveState(NamedTuple):
@@ -167,22 +172,7 @@ FEED_DRIVE = Drive(
         "position": "BLU",
         "velocity": "BLU/s",
     },
-    parameter_units={
-        "gain": "(BLU/s)/unit",
-        "time_constant": "s",
-        "coulomb": "unit",
-        "positive_start": "unit",
-        "positive_slope": "unit/(mm/s)",
-        "positive_curvature": "unit/(mm/s)^2",
-        "negative_start": "unit",
-        "negative_slope": "unit/(mm/s)",
-        "negative_curvature": "unit/(mm/s)^2",
-        "low_velocity": "mm/s",
-        "stiction_rise": "unit",
-        "blu": "mm",
-        "lowest_command": "unit",
-        "highest_command": "unit",
-    },
+    parameter_units=units_of(FeedDriveParameters),
     meanings={
         "command": "units of the converter, positive moves the table forwards",
         "position": "of the table, as its encoder counts",

@@ -12,13 +12,13 @@ percent where they are short beside a swing of the spring; ``motion`` takes seve
 """
 
 from math import pi
-from typing import NamedTuple, TypeAlias
+from typing import Annotated, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 from jax import lax
 
-from plants.blocks import bell, once
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.blocks import bell, counted, once
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 
 
 class Joined(NamedTuple):
@@ -171,22 +171,24 @@ def _crossing(ease: Scalar, known: Scalar, free: Scalar, bodies: _Pair) -> Scala
 class MillingTableParameters(NamedTuple):
     """Physical parameters of an axis."""
 
-    motor_inertia: float = 8.0e-4  # of motor, coupling and screw [kg m2]
-    motor_damping: float = 0.06  # of all that grows with speed, back-EMF included [N m s/rad]
-    motor_friction: float = 0.05  # Coulomb friction of motor and bearings [N m]
-    torque_gain: float = 0.14  # of amplifier and motor at rest [N m/V]
-    lead: float = 5.0  # of the screw [mm/rev]
-    table_mass: float = 100.0  # of table and load [kg]
-    stiffness: float = 5.0e4  # of screw, nut and bearings [N/mm]
-    damping: float = 20.0  # of the same [N s/mm]
-    backlash: float = 0.4  # of the nut, from flank to flank [mm]
-    coulomb_friction: float = 300.0  # of the slides [N]
-    stiction_rise: float = 100.0  # break-away force less the Coulomb friction [N]
-    stribeck_velocity: float = 1.0  # speed at which stiction has fallen to 1/e [mm/s]
-    viscous_friction: float = 5.0  # of the slides [N s/mm]
-    scale_resolution: float = 0.005  # of the optical scale at the table [mm]
-    motor_resolution: float = 0.00125  # of the encoder at the motor, in motion of the table [mm]
-    highest_voltage: float = 10.0  # of either sign [V]
+    motor_inertia: Annotated[float, "kg m2"] = 8.0e-4  # of motor, coupling and screw
+    #: of all that grows with speed, back-EMF included
+    motor_damping: Annotated[float, "N m s/rad"] = 0.06
+    motor_friction: Annotated[float, "N m"] = 0.05  # Coulomb friction of motor and bearings
+    torque_gain: Annotated[float, "N m/V"] = 0.14  # of amplifier and motor at rest
+    lead: Annotated[float, "mm/rev"] = 5.0  # of the screw
+    table_mass: Annotated[float, "kg"] = 100.0  # of table and load
+    stiffness: Annotated[float, "N/mm"] = 5.0e4  # of screw, nut and bearings
+    damping: Annotated[float, "N s/mm"] = 20.0  # of the same
+    backlash: Annotated[float, "mm"] = 0.4  # of the nut, from flank to flank
+    coulomb_friction: Annotated[float, "N"] = 300.0  # of the slides
+    stiction_rise: Annotated[float, "N"] = 100.0  # break-away force less the Coulomb friction
+    stribeck_velocity: Annotated[float, "mm/s"] = 1.0  # speed at which stiction has fallen to 1/e
+    viscous_friction: Annotated[float, "N s/mm"] = 5.0  # of the slides
+    scale_resolution: Annotated[float, "mm"] = 0.005  # of the optical scale at the table
+    #: of the encoder at the motor, in motion of the table
+    motor_resolution: Annotated[float, "mm"] = 0.00125
+    highest_voltage: Annotated[float, "V"] = 10.0  # of either sign
 
 
 class MillingTableState(NamedTuple):
@@ -253,18 +255,11 @@ def accepted(c: MillingTableCoefficients, command: Scalar) -> Scalar:
     return jnp.clip(command, -c.highest_voltage, c.highest_voltage)
 
 
-def _counted(position: Scalar, resolution: Scalar) -> Scalar:
-    """The nearest count of an encoder [mm]; a resolution of 0 is ideal."""
-    ideal = resolution == 0.0
-    step = jnp.where(ideal, 1.0, resolution)
-    return jnp.where(ideal, position, step * jnp.round(position / step))
-
-
 def measured(c: MillingTableCoefficients, x: MillingTableState) -> MillingTableState:
     """The state as the scale and the motor's encoder count it."""
     return x._replace(
-        position=_counted(x.position, c.scale_resolution),
-        motor_position=_counted(x.motor_position, c.motor_resolution),
+        position=counted(x.position, c.scale_resolution),
+        motor_position=counted(x.motor_position, c.motor_resolution),
     )
 
 
@@ -294,24 +289,7 @@ MILLING_TABLE = Drive(
         "motor_position": "mm",
         "motor_velocity": "mm/s",
     },
-    parameter_units={
-        "motor_inertia": "kg m2",
-        "motor_damping": "N m s/rad",
-        "motor_friction": "N m",
-        "torque_gain": "N m/V",
-        "lead": "mm/rev",
-        "table_mass": "kg",
-        "stiffness": "N/mm",
-        "damping": "N s/mm",
-        "backlash": "mm",
-        "coulomb_friction": "N",
-        "stiction_rise": "N",
-        "stribeck_velocity": "mm/s",
-        "viscous_friction": "N s/mm",
-        "scale_resolution": "mm",
-        "motor_resolution": "mm",
-        "highest_voltage": "V",
-    },
+    parameter_units=units_of(MillingTableParameters),
     meanings={
         "command": "voltage to the servo amplifier, positive moves the table forwards",
         "position": "of the table, as its optical scale counts",

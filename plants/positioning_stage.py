@@ -12,26 +12,28 @@ holds against what, less the offset, is not above its break-away force.
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import jax.numpy as jnp
 
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.blocks import counted
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
 from plants.sliding import Slide, slid
 
 
 class PositioningStageParameters(NamedTuple):
     """Physical parameters; the defaults are those of EMPS."""
 
-    mass: float = 95.11  # of everything that moves, as it meets the force [kg]
-    viscous_friction: float = 203.5  # the mean of both directions [N s/m]
-    viscous_asymmetry: float = 0.0  # forwards more by this share, backwards less [1]
-    coulomb_friction: float = 20.39  # the mean of both directions [N]
-    offset: float = -3.16  # always there, positive pulls back [N]
-    stiction_rise: float = 0.0  # break-away force less the Coulomb friction [N]
-    amplifier_gain: float = 35.1507  # of amplifier, motor and screw [N/V]
-    encoder_resolution: float = 0.0  # 0: ideal, or that of the sensors; set one of them [mm]
-    highest_voltage: float = 10.0  # of either sign [V]
+    mass: Annotated[float, "kg"] = 95.11  # of everything that moves, as it meets the force
+    viscous_friction: Annotated[float, "N s/m"] = 203.5  # the mean of both directions
+    viscous_asymmetry: Annotated[float, "1"] = 0.0  # forwards more by this share, backwards less
+    coulomb_friction: Annotated[float, "N"] = 20.39  # the mean of both directions
+    offset: Annotated[float, "N"] = -3.16  # always there, positive pulls back
+    stiction_rise: Annotated[float, "N"] = 0.0  # break-away force less the Coulomb friction
+    amplifier_gain: Annotated[float, "N/V"] = 35.1507  # of amplifier, motor and screw
+    #: 0: ideal, or that of the sensors; set one of them
+    encoder_resolution: Annotated[float, "mm"] = 0.0
+    highest_voltage: Annotated[float, "V"] = 10.0  # of either sign
 
 
 class PositioningStageState(NamedTuple):
@@ -100,9 +102,7 @@ def accepted(c: PositioningStageCoefficients, command: Scalar) -> Scalar:
 
 def measured(c: PositioningStageCoefficients, x: PositioningStageState) -> PositioningStageState:
     """The state as the encoder counts it."""
-    ideal = c.encoder_resolution == 0.0
-    count = jnp.where(ideal, 1.0, c.encoder_resolution)
-    return x._replace(position=jnp.where(ideal, x.position, count * jnp.round(x.position / count)))
+    return x._replace(position=counted(x.position, c.encoder_resolution))
 
 
 def top_speed(p: PositioningStageParameters) -> float:
@@ -131,17 +131,7 @@ POSITIONING_STAGE = Drive(
         "position": "mm",
         "velocity": "mm/s",
     },
-    parameter_units={
-        "mass": "kg",
-        "viscous_friction": "N s/m",
-        "viscous_asymmetry": "1",
-        "coulomb_friction": "N",
-        "offset": "N",
-        "stiction_rise": "N",
-        "amplifier_gain": "N/V",
-        "encoder_resolution": "mm",
-        "highest_voltage": "V",
-    },
+    parameter_units=units_of(PositioningStageParameters),
     meanings={
         "command": "voltage to the amplifier, positive moves the stage forwards",
         "position": "of the stage, by the encoder of its motor",

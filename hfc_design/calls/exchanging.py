@@ -1,17 +1,16 @@
 """Designs out to other programs, and back."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hfc_design.controllers.flc.rules import FEWEST, MOST
 from hfc_design.core.arguments import path_of, positive, wanted, whole
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, check_score
-
-if TYPE_CHECKING:
-    from hfc_design.formats.reading import Wish
+from hfc_design.formats.reading import Wish, imported
 
 
 def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) -> Path:
@@ -40,8 +39,6 @@ def import_(path: str | Path, **wish: Any) -> Design:
     Raises:
         UserError: the file cannot be read, or holds what a design cannot.
     """
-    from hfc_design.formats.reading import Wish, imported
-
     if unknown := sorted(wish.keys() - {*Wish._fields}):
         raise UserError(
             f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
@@ -50,9 +47,7 @@ def import_(path: str | Path, **wish: Any) -> Design:
     return imported(path_of(path), Wish(**wish))
 
 
-def _check_numbers(wish: "Wish") -> None:
-    from hfc_design.controllers.flc.rules import FEWEST, MOST
-
+def _check_numbers(wish: Wish) -> None:
     if wish.sample_time is not None:
         positive("--sample-time", wish.sample_time)
     if wish.terms is None:

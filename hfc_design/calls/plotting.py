@@ -2,13 +2,21 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hfc_design.batch.summary import Findings
+from matplotlib.figure import Figure
+
+from hfc_design.batch.summary import Findings, of_findings
 from hfc_design.calls.showing import column
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.records import UserError
+from hfc_design.identify.page import replayed
 from hfc_design.identify.result import Identified
+from hfc_design.pictures.column import in_column
+from hfc_design.pictures.files import save
+from hfc_design.report import batch_plots, overlaid, plots, searches
+from hfc_design.report.comparison.plots import machines
+from hfc_design.report.paper import INCH
 from hfc_design.runs.run import Result
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluating import EVALUATED, Evaluation
@@ -16,17 +24,13 @@ from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.report import LoopMargins, StableGains
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # takes longer than all the rest
-
-
 #: What ``plot`` draws beside an evaluation.
 OTHERS = (Result, Robustness, Usable, Comparison, Identified, StableGains, LoopMargins, Findings)
 
 
 def plot(
     found: Any, path: str | Path | None = None, title: str = "", width: str | None = None
-) -> "Figure":
+) -> Figure:
     """Draw what was found: a figure, which a notebook shows by itself.
 
     Of an evaluation the motion, the first where there are several (draw ``found.motions["fast"]``
@@ -48,10 +52,6 @@ def plot(
             one another is not alike.
         RunError: ``path`` cannot be written.
     """
-    from hfc_design.pictures.column import in_column
-    from hfc_design.pictures.files import save
-    from hfc_design.report.paper import INCH
-
     place = None if path is None else path_of(path)
     narrow = None if width is None else column(width) / INCH
     if isinstance(found, Mapping):
@@ -66,12 +66,7 @@ def plot(
     return figure
 
 
-def _drawn(found: Any, title: str) -> "Figure":
-    from hfc_design.batch.summary import of_findings
-    from hfc_design.identify.page import replayed
-    from hfc_design.report import batch_plots, plots, searches
-    from hfc_design.report.comparison.plots import machines
-
+def _drawn(found: Any, title: str) -> Figure:
     titled: dict[type, Callable[[Any, str], Figure]] = {
         Evaluation: plots.motion,
         Usable: batch_plots.distributions,
@@ -97,11 +92,8 @@ def _drawn(found: Any, title: str) -> "Figure":
     return searches.history(found.search.history, title)
 
 
-def _overlaid(found: Mapping[str, Any], title: str) -> "Figure":
+def _overlaid(found: Mapping[str, Any], title: str) -> Figure:
     """Several of one kind over one another."""
-    from hfc_design.batch.summary import of_findings
-    from hfc_design.report import overlaid, searches
-
     kinds = {type(one) for one in found.values()}
     if kinds == {Evaluation}:
         motions = {

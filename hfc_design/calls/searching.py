@@ -12,19 +12,11 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
 from hfc_design.files.pairing import check_laws, load_design
+from hfc_design.runs import run as runs
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
 from hfc_design.runs.problem import check_memory
-from hfc_design.runs.run import (
-    CONFIG,
-    Result,
-    finished_run,
-    front_needed,
-    new_run,
-    opened_run,
-    picked,
-    run,
-)
+from hfc_design.runs.run import Result
 from hfc_design.search.loop import Search
 
 
@@ -48,22 +40,22 @@ def design(
     scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
-            own = new_run(scenario, Path(name))
-            return run(own, Path(name), on_generation)
+            own = runs.new_run(scenario, Path(name))
+            return runs.run(own, Path(name), on_generation)
     from hfc_design.report.page import write_page
 
     check_memory(scenario)
     place = path_of(folder)
     with alone(place):
-        if (place / CONFIG).exists():
-            own = opened_run(place)
+        if (place / runs.CONFIG).exists():
+            own = runs.opened_run(place)
             # The folder holds copies of the files that a scenario names.
             one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
             if one != other:
                 raise UserError(f"{place}: holds a run of another scenario; name another folder")
         else:
-            own = new_run(scenario, place)
-        result = run(own, place, on_generation, anyway)
+            own = runs.new_run(scenario, place)
+        result = runs.run(own, place, on_generation, anyway)
         write_page(own, result, place)
         return result
 
@@ -88,9 +80,9 @@ def pick(
     place = path_of(folder)
     if place.is_dir() and not is_run(place) and point is None and nearest is None:
         return load_design(place / best_usable(place).path)
-    scenario, result = finished_run(place)
-    front = front_needed(place, result)
-    return picked(scenario, result, chosen(front, scenario, point, nearest))[0]
+    scenario, result = runs.finished_run(place)
+    front = runs.front_needed(place, result)
+    return runs.picked(scenario, result, chosen(front, scenario, point, nearest))[0]
 
 
 def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:

@@ -1,11 +1,11 @@
-"""Pictures of designs, pages, what of them a paper wants, and which rules fire."""
+"""Pages, what of them a paper wants, and which rules fire."""
 
 import shlex
 from collections.abc import Mapping
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.checkpoint import write_whole
@@ -13,28 +13,12 @@ from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.report import REPORT
+from hfc_design.report.comparison.page import page
+from hfc_design.report.page import design_page
+from hfc_design.report.paper import COLUMN, KINDS, Paper, millimetres
 from hfc_design.runtime.explain import explained
 from hfc_design.simulation.comparison import Comparison
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # takes longer than all the rest
-
-    from hfc_design.report.paper import Paper
-
-
-def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
-    """What a design is as a figure, as ``hfc plot`` has it.
-
-    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it;
-    ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root if none is named; ``axis``
-    that of a controller whose axes differ. Axes have the units of the plant.
-
-    Raises:
-        UserError: the kind has no such picture, or there is no such unit or axis.
-    """
-    from hfc_design.report.designs import picture
-
-    return picture(load_design(found), what, unit, axis)
 
 
 def explain(
@@ -83,8 +67,6 @@ def comparison_page(
         UserError: it is no comparison, or there is no such kind of figure or width.
         RunError: a file cannot be written.
     """
-    from hfc_design.report.comparison.page import page
-
     wanted(comparison, Comparison, "comparison; compare(designs) makes one")
     place = path_of(path)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
@@ -130,7 +112,6 @@ def report(
     """
     if isinstance(of, str | PathLike) and isdir(of):
         from hfc_design.batch.report import report
-        from hfc_design.report import REPORT
 
         if path is not None:
             told = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
@@ -140,8 +121,6 @@ def report(
         paper = for_a_paper(Path(of), "", figures, width, latex)
         report(Path(of), each, tell=lambda page, found: None, paper=paper)
         return Path(of) / REPORT
-    from hfc_design.report.page import design_page
-
     if each:
         raise UserError("each: is for a folder of runs, and this is a design")
     design = load_design(of)
@@ -158,14 +137,12 @@ def report(
 
 def for_a_paper(
     folder: Path, stem: str, figures: str | None, width: str | None, latex: bool
-) -> "Paper | None":
+) -> Paper | None:
     """In folders that begin with a ``stem``; None where nothing is wanted.
 
     Raises:
         UserError: there is no such kind of figure or width, or a width without figures.
     """
-    from hfc_design.report.paper import COLUMN, KINDS, Paper
-
     if figures is not None and figures not in KINDS:
         raise UserError(f"figures = {figures!r}: has to be one of {', '.join(KINDS)}")
     if width is not None and figures is None:
@@ -179,8 +156,6 @@ def for_a_paper(
 
 def column(width: str) -> float:
     """A width in millimetres; UserError: it is none."""
-    from hfc_design.report.paper import millimetres
-
     try:
         return millimetres(width)
     except (ValueError, TypeError):

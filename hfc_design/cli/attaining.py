@@ -5,26 +5,18 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import (
-    CHOICES,
-    DESIGN,
-    SCENARIO,
-    Texts,
-    as_json,
-    named,
-    setting,
-    with_plugins,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
 
 DESIGN_HELP = "Say how near this design comes [default: that of the run]."
 
 
 @click.command(short_help="How good the best controller of a C-axis could be.")
-@click.argument("name", metavar="SCENARIO", type=SCENARIO)
-@named("--design", kind=DESIGN, help=DESIGN_HELP)
-@setting
-@as_json
-@with_plugins({key: text for key, text in CHOICES.items() if key == "plant"})
+@click.argument("name", metavar="SCENARIO", type=common.SCENARIO)
+@common.named("--design", kind=common.DESIGN, help=DESIGN_HELP)
+@common.setting
+@common.as_json
+@common.with_plugins({key: text for key, text in common.CHOICES.items() if key == "plant"})
 def attainable(
     name: str, design: str | None, changes: Texts, as_json: bool, plant: str = ""
 ) -> None:

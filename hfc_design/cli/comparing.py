@@ -11,20 +11,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.options import (
-    DESIGN,
-    SCENARIO,
-    Papers,
-    Texts,
-    as_json,
-    for_a_paper,
-    force,
-    memory,
-    named,
-    on_a_plant,
-    output,
-    setting,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Papers, Texts
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
@@ -34,14 +22,16 @@ SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
 SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
+MACHINES_HELP = "Beside the nominal one [default: 200]."
+SEED_HELP = "Of the draw of the machines [default: 0]."
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
 @click.command(short_help="Put DESIGNS side by side.")
-@click.argument("designs", nargs=-1, type=DESIGN)
-@named("--scenario", "scenarios", kind=SCENARIO, multiple=True, help=SCENARIO_HELP)
-@setting
+@click.argument("designs", nargs=-1, type=common.DESIGN)
+@common.named("--scenario", "scenarios", kind=common.SCENARIO, multiple=True, help=SCENARIO_HELP)
+@common.setting
 @click.option("--spread", type=float, help=SPREAD_HELP)
 @click.option(
     "--tolerance",
@@ -51,27 +41,17 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
     callback=lambda context, option, values: _shares(values),
     help="Spread of a single parameter; can be given several times.",
 )
-@click.option(
-    "--machines",
-    type=click.IntRange(min=1),
-    default=200,
-    help="Beside the nominal one [default: 200].",
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    help="Of the draw of the machines [default: 0].",
-)
-@output("--out", folder=True, help="Folder for page, CSV and JSON.")
-@output("--html", help="Write the page alone.")
-@for_a_paper
-@output("--plot", help="Draw the errors on all machines.")
-@output("--csv", "csv_file", help="A row for each design, motion and machine.")
-@force
-@memory
-@as_json
-@on_a_plant
+@click.option("--machines", type=click.IntRange(1), default=200, help=MACHINES_HELP)
+@click.option("--seed", type=click.IntRange(0), default=0, help=SEED_HELP)
+@common.output("--out", folder=True, help="Folder for page, CSV and JSON.")
+@common.output("--html", help="Write the page alone.")
+@common.for_a_paper
+@common.output("--plot", help="Draw the errors on all machines.")
+@common.output("--csv", "csv_file", help="A row for each design, motion and machine.")
+@common.force
+@common.memory
+@common.as_json
+@common.on_a_plant
 def compare(
     designs: Texts,
     scenarios: Texts,

@@ -7,19 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.options import (
-    ANYWAY_HELP,
-    CHOICES,
-    CHOSEN,
-    PATH,
-    SCENARIO,
-    STRATEGY,
-    Texts,
-    memory,
-    named,
-    setting,
-    with_plugins,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
 from hfc_design.cli.trading import numbers_of, show_front, trading
 
 if TYPE_CHECKING:
@@ -45,23 +34,23 @@ DEFAULT = "c-axis-practical"
 
 
 @click.command(short_help="Search a controller for SCENARIO.")
-@click.argument("scenario", required=False, type=SCENARIO)
-@click.option("--out", type=PATH, help="Run folder [default: runs/NAME-N].")
+@click.argument("scenario", required=False, type=common.SCENARIO)
+@click.option("--out", type=common.PATH, help="Run folder [default: runs/NAME-N].")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
 @click.option("--population", type=int, help="Individuals in a generation.")
 @click.option("--generations", type=int, help="Generations.")
-@named("--preset", kind=STRATEGY, help=PRESET_HELP)
+@common.named("--preset", kind=common.STRATEGY, help=PRESET_HELP)
 @click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @click.option("--polish", metavar="STEPS", type=click.IntRange(min=0), help=POLISH_HELP)
 @click.option("--extend/--no-extend", default=None, help=EXTEND_HELP)
 @click.option("--gains", metavar="NAME=NUMBER,...", help=GAINS_HELP)
-@setting
+@common.setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
-@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
+@click.option("--anyway", is_flag=True, help=common.ANYWAY_HELP)
 @click.option("--quiet", is_flag=True, help="No progress.")
-@memory
-@with_plugins(CHOICES)
+@common.memory
+@common.with_plugins(common.CHOICES)
 def design(
     scenario: str | None,
     changes: Texts,
@@ -159,7 +148,7 @@ def _asked_for(
     from hfc_design.runs.problem import check_memory
 
     gains = options["gains"]
-    plugins = [*filter(None, [options[key] for key in CHOSEN])]
+    plugins = [*filter(None, [options[key] for key in common.CHOSEN])]
     told = {key: x for name, key in KEYS.items() if (x := options[name]) is not None}
     if options["extend"] is False:
         told["run.extend"] = 1

@@ -6,19 +6,8 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import (
-    DESIGN,
-    FORMAT,
-    PATH,
-    PLANT,
-    Texts,
-    changing_design,
-    force,
-    free,
-    knowing_plugins,
-    named,
-    output,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
 
 #: Of tabulated terms that are far off.
 COARSE = (
@@ -28,14 +17,14 @@ COARSE = (
 
 
 @click.command()
-@click.argument("design", type=DESIGN)
-@changing_design
-@named("--to", "target", kind=FORMAT, required=True, help="Format: NAMES.")
-@output("--out", folder=True, help="File or folder to write.")
-@force
+@click.argument("design", type=common.DESIGN)
+@common.changing_design
+@common.named("--to", "target", kind=common.FORMAT, required=True, help="Format: NAMES.")
+@common.output("--out", folder=True, help="File or folder to write.")
+@common.force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
-@knowing_plugins
+@common.knowing_plugins
 def export(
     design: str, others: Texts, target: str, out: Path | None, lookup: int | None, anyway: bool
 ) -> None:
@@ -55,7 +44,7 @@ def export(
     if (told := origin(found)["usable"]) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
-    path = out or free(Path(found.name + (form.ending or form.suffix or f".{target}")))
+    path = out or common.free(Path(found.name + (form.ending or form.suffix or f".{target}")))
     if lookup is None:
         form.write(found, path)
         if note := form.note():
@@ -88,17 +77,17 @@ SIGNAL_HELP = (
 
 
 @click.command("import", short_help="Read another program's controller FILE.")
-@click.argument("file", type=PATH)
-@output("--out", help="Design file [default: NAME.json].")
-@force
+@click.argument("file", type=common.PATH)
+@common.output("--out", help="Design file [default: NAME.json].")
+@common.force
 @click.option("--terms", metavar="N|NxM", help="Sample FILE with so many terms, 2 to 11 each.")
 @click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
 @click.option("--output", metavar="NAME", help="Which output of FILE, of several.")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
-@named("--plant", kind=PLANT, help="Of the design: feed-drive, c-axis or an own one.")
+@common.named("--plant", kind=common.PLANT, help="Of the design: feed-drive, c-axis or an own one.")
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
-@named("--like", kind=DESIGN, help="Take from DESIGN whatever FILE does not hold.")
+@common.named("--like", kind=common.DESIGN, help="Take from DESIGN whatever FILE does not hold.")
 @click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
 def import_(
     file: Path,
@@ -148,7 +137,7 @@ def import_(
         plant = ALL_PLANTS.resolve(plant).name
     wish = Wish(**options, plant=plant, signals=pairs, terms=term_counts(terms))
     design = imported(file, wish)
-    path = out or free(Path(f"{design.name}.json"))
+    path = out or common.free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
     if isinstance(sample := design.provenance.get("sampled"), dict):
         click.echo(deviation_told(sample, chosen=terms is not None))

@@ -10,18 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.options import (
-    DESIGN,
-    PATH,
-    PLANT,
-    SCENARIO,
-    as_json,
-    force,
-    free,
-    named,
-    setting,
-    with_plugins,
-)
+from hfc_design.cli import options as common
 
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified
@@ -34,13 +23,13 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
 
 
 @click.command(short_help="Find the parameters of a machine from what LOG has recorded.")
-@click.argument("log", type=PATH)
-@named("--plant", kind=PLANT, help="NAMES, or an own one as module:OBJECT.")
-@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
-@setting
+@click.argument("log", type=common.PATH)
+@common.named("--plant", kind=common.PLANT, help="NAMES, or an own one as module:OBJECT.")
+@common.named("--scenario", kind=common.SCENARIO, help=SCENARIO_HELP)
+@common.setting
 @click.option("--axis", help="Which one, of a machine of several.")
 @click.option("--free", "names", help=FREE_HELP)
-@named("--controller", kind=DESIGN, help=LOOP_HELP)
+@common.named("--controller", kind=common.DESIGN, help=LOOP_HELP)
 @click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
 @click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
 @click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN", help=COLUMN_HELP)
@@ -49,15 +38,15 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
     type=click.FloatRange(0.0, min_open=True),
     help="[s], where LOG does not say it.",
 )
-@click.option("--check-log", type=PATH, help="Another log, which the result is checked on.")
+@click.option("--check-log", type=common.PATH, help="Another log, which the result is checked on.")
 @click.option(
     "--check-column", "check_columns", multiple=True, metavar="NAME=COLUMN", help=CHECK_COLUMN_HELP
 )
 @click.option("--seed", type=click.IntRange(0), default=0, help="Of the starts [default: 0].")
-@click.option("--out", type=PATH, help="Folder [default: LOG-identified].")
-@force
-@as_json
-@with_plugins({})
+@click.option("--out", type=common.PATH, help="Folder [default: LOG-identified].")
+@common.force
+@common.as_json
+@common.with_plugins({})
 def identify(
     log: Path,
     names: str | None,
@@ -90,7 +79,7 @@ def identify(
     hz = 0.0 if open_loop else bandwidth
     task = task_of(free=free_ones, bandwidth=hz, **given)
     logs = replay.sources(task, log, columns, check_log, check_columns)
-    path = free(out or Path(result.called(replay.called(log))), folder=True)
+    path = common.free(out or Path(result.called(replay.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()

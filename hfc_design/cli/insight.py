@@ -5,19 +5,9 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import (
-    DESIGN,
-    SCENARIO,
-    OrElse,
-    Texts,
-    as_json,
-    changing_design,
-    force,
-    knowing_plugins,
-    named,
-    output,
-)
-from hfc_design.cli.showing import LISTED, PLURALS, listed
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
+from hfc_design.cli.showing import LISTED, PLURALS
 
 SINGULARS = {
     other: what
@@ -29,8 +19,8 @@ AT_HELP = "Signals of a sample; given again for each sample that follows, the la
 
 
 @click.command("list")
-@click.argument("what", metavar="WHAT", type=OrElse(LISTED, SINGULARS))
-@knowing_plugins
+@click.argument("what", metavar="WHAT", type=common.OrElse(LISTED, SINGULARS))
+@common.knowing_plugins
 def list_(what: str) -> None:
     """What is built in.
 
@@ -41,22 +31,21 @@ def list_(what: str) -> None:
 
         show_plants()
         return
-    from hfc_design.cli.show_tables import show_list
+    from hfc_design.cli import show_reference
 
-    kind = LISTED[what]
-    show_list(kind, listed(kind))
+    show_reference.show(LISTED[what], None, as_json=False)
 
 
 @click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")
-@click.argument("design", type=DESIGN)
-@changing_design
+@click.argument("design", type=common.DESIGN)
+@common.changing_design
 @click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
 @click.option(
     "--least", type=float, default=0.01, help="Hide rules of a smaller share [default: 0.01]."
 )
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
-@knowing_plugins
+@common.knowing_plugins
 def explain(
     design: str, others: Texts, samples: Texts, axis: str, least: float, as_json: bool
 ) -> None:
@@ -80,16 +69,16 @@ def explain(
 
 
 @click.command(short_help="Gains that keep a drive stable; margins of a loop.")
-@click.argument("design", required=False, type=DESIGN)
-@changing_design
-@named("--scenario", kind=SCENARIO, help="Another than DESIGN was made for.")
+@click.argument("design", required=False, type=common.DESIGN)
+@common.changing_design
+@common.named("--scenario", kind=common.SCENARIO, help="Another than DESIGN was made for.")
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
-@output("--plot", help="Draw the range (png, svg or pdf).")
-@force
-@as_json
-@knowing_plugins
+@common.output("--plot", help="Draw the range (png, svg or pdf).")
+@common.force
+@common.as_json
+@common.knowing_plugins
 def stability(
     design: str | None,
     others: Texts,

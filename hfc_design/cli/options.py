@@ -279,6 +279,8 @@ if TYPE_CHECKING:
 
 #: Those of ``report.paper``, which takes long to import.
 KINDS = "pdf", "svg", "pgf"
+FIGURES_HELP = "Every figure of the page as a file too, for the column of a paper."
+WIDTH_HELP = "Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."
 #: Of a place, where its folders lie and what their names begin with: what is wanted there.
 Papers = Callable[[Path, str], "Paper | None"]
 
@@ -286,17 +288,8 @@ Papers = Callable[[Path, str], "Paper | None"]
 def for_a_paper(command: Command) -> Command:
     """A command that has ``force``: it gets ``papers``, which tells what is wanted of a page."""
 
-    @click.option(
-        "--figures",
-        type=click.Choice(KINDS),
-        help="Every figure of the page as a file too, for the column of a paper.",
-    )
-    @click.option(
-        "--width",
-        callback=millimetres_of,
-        metavar="WIDTH",
-        help="Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in].",
-    )
+    @click.option("--figures", type=click.Choice(KINDS), help=FIGURES_HELP)
+    @click.option("--width", callback=millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
     @click.option("--latex", is_flag=True, help="Every table of the page in LaTeX too.")
     @wraps(command)
     def wrapped(figures: str | None, width: float | None, latex: bool, **given: Any) -> None:

@@ -7,19 +7,8 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem
 
-from hfc_design.cli.options import (
-    SCENARIO,
-    Named,
-    Texts,
-    changing_design,
-    force,
-    knowing_plugins,
-    memory,
-    millimetres_of,
-    named,
-    output,
-    setting,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +34,7 @@ OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
 OF_ONE = ("others", "unit", "axis")
 
 
-class NameOrWhat(Named):
+class NameOrWhat(common.Named):
     """A design, and behind the first one what is drawn as well."""
 
     def shell_complete(
@@ -66,17 +55,17 @@ NAME = NameOrWhat("design", files=True)
     "names", metavar="DESIGN|FOLDER...", nargs=-1, type=NameOrWhat("design", files=True)
 )
 @click.argument("what", metavar="WHAT")
-@changing_design
+@common.changing_design
 @click.option("--unit", help=UNIT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to draw.")
-@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
-@setting
+@common.named("--scenario", kind=common.SCENARIO, help=SCENARIO_HELP)
+@common.setting
 @click.option("--motion", help=MOTION_HELP)
-@click.option("--width", callback=millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
-@output("--out", required=True, help="The picture (png, svg or pdf).")
-@force
-@memory
-@knowing_plugins
+@click.option("--width", callback=common.millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
+@common.output("--out", required=True, help="The picture (png, svg or pdf).")
+@common.force
+@common.memory
+@common.knowing_plugins
 def plot(
     names: Texts,
     what: str,

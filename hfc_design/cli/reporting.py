@@ -7,35 +7,22 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import (
-    PATH,
-    SCENARIO,
-    SCENARIO_HELP,
-    Papers,
-    Texts,
-    changing_design,
-    for_a_paper,
-    force,
-    free,
-    knowing_plugins,
-    named,
-    output,
-    setting,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Papers, Texts
 from hfc_design.core.console import busy
 
 
 @click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
-@click.argument("place", metavar="FOLDER|DESIGN", type=PATH)
-@changing_design
-@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
-@setting
+@click.argument("place", metavar="FOLDER|DESIGN", type=common.PATH)
+@common.changing_design
+@common.named("--scenario", kind=common.SCENARIO, help=common.SCENARIO_HELP)
+@common.setting
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
 @click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
-@output("--out", help="Page of a lone DESIGN [default: NAME.html].")
-@for_a_paper
-@force
-@knowing_plugins
+@common.output("--out", help="Page of a lone DESIGN [default: NAME.html].")
+@common.for_a_paper
+@common.force
+@common.knowing_plugins
 def report(
     place: Path,
     others: Texts,
@@ -71,7 +58,7 @@ def report(
         return
     if each or parquet:
         raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
-    path = out or free(Path(f"{place.stem}.html"))
+    path = out or common.free(Path(f"{place.stem}.html"))
     _of_design(str(place), path, (others, scenario, changes), papers)
     click.echo(path)
 

@@ -6,22 +6,22 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from rich.table import Table
 
+from hfc_design.cli.usable_table import score_spread, show_usable
 from hfc_design.core.console import ProgressBar, busy, room, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
+from hfc_design.runs.laps import Lap
+from hfc_design.search.loop import Search
+from hfc_design.search.polish import Polished
 from hfc_design.simulation.evaluating import Evaluation, evaluate, motion_rows, notes, score_rows
-
-if TYPE_CHECKING:
-    from hfc_design.runs.laps import Lap
-    from hfc_design.search.loop import Search
-    from hfc_design.search.polish import Polished
-    from hfc_design.simulation.in_use import Usable
-    from hfc_design.simulation.monte_carlo import Robustness
+from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.monte_carlo import Robustness, check_draw
+from hfc_design.simulation.usable import SPREAD, usable
 
 
 def free_folder(name: str) -> Path:
@@ -55,7 +55,7 @@ class Watch(ProgressBar):
         self.say("compiling, and looking for first individuals")
         return super().__enter__()
 
-    def generation(self, search: "Search") -> None:
+    def generation(self, search: Search) -> None:
         """Show one finished generation."""
         now = time.monotonic()
         done, history = search.generation, search.history
@@ -81,13 +81,13 @@ class Watch(ProgressBar):
             self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
 
-    def lap(self, lap: "Lap") -> None:
+    def lap(self, lap: Lap) -> None:
         """Say why the search goes on, if it does."""
         if lap.use is not None and not lap.enough and lap.number + 1 < self._laps:
             self.say(f"{lap.use.answer}\nanother start: {lap.number + 2} of {self._laps} at most")
             self._first = None
 
-    def polished(self, done: "Polished") -> None:
+    def polished(self, done: Polished) -> None:
         """Show one finished step of the polish."""
         total, now = self._polish, time.monotonic()
         line = f"from {done.first[0, 0]:.5g} to {done.worth[0, 0]:.5g}"
@@ -141,8 +141,6 @@ def score_one(
     if usable := bool(scenario.robust or (scenario.motions and spread is not None)):
         found = score_usable(design, scenario, spread, as_json, **given)
     elif spread is not None:
-        from hfc_design.cli.usable_table import score_spread
-
         found = score_spread(design, scenario, spread, as_json, **given)
     if found is not None and plot is not None:
         from hfc_design.pictures.files import save
@@ -177,16 +175,12 @@ def score_usable(
     as_json: bool,
     samples: int | None = None,
     seed: int | None = None,
-) -> "Usable":
+) -> Usable:
     """Whether a design can be used in every motion of a scenario.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
-    from hfc_design.cli.usable_table import show_usable
-    from hfc_design.simulation.monte_carlo import check_draw
-    from hfc_design.simulation.usable import SPREAD, usable
-
     own = SPREAD if spread is None else spread
     check_draw(own, 1 if samples is None else samples, 0 if seed is None else seed)
     with busy("on machines that no search has seen"):

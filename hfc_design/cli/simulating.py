@@ -7,19 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.options import (
-    ANYWAY_HELP,
-    CHOICES,
-    PATH,
-    as_json,
-    force,
-    knowing_plugins,
-    memory,
-    on_scenario,
-    on_scenarios,
-    output,
-    with_plugins,
-)
+from hfc_design.cli import options as common
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
@@ -31,16 +19,16 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 
 
 @click.command(short_help="Fitness, merit and metrics of DESIGN, and its robustness.")
-@on_scenarios
+@common.on_scenarios
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help=SAMPLES_HELP)
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--motion", help="Only this one, of a scenario of several, and on all machines.")
-@output("--plot", help="Draw the metrics' distributions.")
-@force
-@memory
-@as_json
-@with_plugins(CHOICES)
+@common.output("--plot", help="Draw the metrics' distributions.")
+@common.force
+@common.memory
+@common.as_json
+@common.with_plugins(common.CHOICES)
 def score(
     found: "Design",
     scenarios: list["Scenario"],
@@ -90,14 +78,16 @@ def _show_kept(design: "Design", scenario: "Scenario", err: bool = False) -> Non
 
 
 @click.command(short_help="Simulate DESIGN and write its trajectory, or draw it.")
-@on_scenario
-@output("--csv", "csv_file", help="Write the trajectory.")
-@output("--plot", help="Draw it (png, svg or pdf).")
-@output("--learned", "learned_file", help="Write the design with what it has learnt by the end.")
+@common.on_scenario
+@common.output("--csv", "csv_file", help="Write the trajectory.")
+@common.output("--plot", help="Draw it (png, svg or pdf).")
+@common.output(
+    "--learned", "learned_file", help="Write the design with what it has learnt by the end."
+)
 @click.option("--motion", help="Which one, of a scenario of several [default: the first].")
-@force
-@memory
-@with_plugins(CHOICES)
+@common.force
+@common.memory
+@common.with_plugins(common.CHOICES)
 def simulate(
     found: "Design",
     where: "Scenario",
@@ -146,20 +136,20 @@ def simulate(
 
 
 @click.command(short_help="Run every cell of a batch FILE: scenarios x seeds x settings.")
-@click.argument("file", required=False, type=PATH)
-@click.option("--out", type=PATH, help="Folder [default: runs/NAME].")
+@click.argument("file", required=False, type=common.PATH)
+@click.option("--out", type=common.PATH, help="Folder [default: runs/NAME].")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
-@click.option("--status", type=PATH, help="What became of a batch's cells.")
+@click.option("--status", type=common.PATH, help="What became of a batch's cells.")
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
 @click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
 @click.option("--tls-ca", type=FILE, help="Who signs the scheduler's and our certificate.")
 @click.option("--tls-cert", type=FILE, help="Our certificate.")
 @click.option("--tls-key", type=FILE, help="Its key.")
-@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
-@memory
-@knowing_plugins
+@click.option("--anyway", is_flag=True, help=common.ANYWAY_HELP)
+@common.memory
+@common.knowing_plugins
 def batch(
     file: Path | None,
     status: Path | None,

@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from hfc_design.cli.options import CONTROLLER, PLANT, force, free, named, output, with_plugins
-from hfc_design.cli.showing import unlisted
 
 PLANT_HELP = "Plant: NAMES, or an own one as module:OBJECT [default: c-axis]."
 KIND_HELP = "Kind of controller: NAMES, or an own one [default: pd+hierarchical-fuzzy]."
@@ -23,6 +22,7 @@ def init(plant: str, controller: str, out: Path | None) -> None:
     Each key stands there with its default, unit and meaning and what is allowed. The file can be
     searched as it is, by hfc design FILE, with an own part by hfc design FILE --use module:OBJECT.
     """
+    from hfc_design.cli.show_reference import unlisted
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.reference.beginning import beginning
     from hfc_design.reference.entries import units_of

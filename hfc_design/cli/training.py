@@ -5,18 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.options import (
-    CHOICES,
-    DESIGN,
-    Texts,
-    force,
-    free,
-    memory,
-    named,
-    on_scenario,
-    output,
-    with_plugins,
-)
+from hfc_design.cli import options as common
+from hfc_design.cli.options import Texts
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
@@ -29,19 +19,21 @@ NETWORK_HELP = (
 
 
 @click.command(short_help="Teach a neural network what DESIGN does.")
-@on_scenario
-@output("--out", help="Design file [default: neural-NAME.json].")
-@force
-@named(
-    "--start", kind=DESIGN, help="Neural design to go on from [default: weights drawn at random]."
+@common.on_scenario
+@common.output("--out", help="Design file [default: neural-NAME.json].")
+@common.force
+@common.named(
+    "--start",
+    kind=common.DESIGN,
+    help="Neural design to go on from [default: weights drawn at random].",
 )
 @click.option("--hidden", type=int, help="Units of the hidden layer [default: 25].")
 @click.option("--seed", type=int, help="Seed of their weights [default: 0].")
 @click.option("--training-rate", "rate", type=float, help="Rate of learning [default: 0.5].")
 @click.option("--passes", type=int, help="Through all samples [default: 1].")
 @click.option("--network", multiple=True, metavar="KEY=VALUE", help=NETWORK_HELP)
-@memory
-@with_plugins(CHOICES)
+@common.memory
+@common.with_plugins(common.CHOICES)
 def train(
     found: "Design",
     where: "Scenario",
@@ -62,7 +54,7 @@ def train(
 
     given = {key: value for key, value in lesson.items() if value is not None}
     learnt = taught(found, where, network, start, Lesson()._replace(**given))
-    path = out or free(Path(f"{learnt.design.name}.json"))
+    path = out or common.free(Path(f"{learnt.design.name}.json"))
     FORMATS["json"].write(learnt.design, path)
     told, unit = learnt.training, learnt.unit
     click.echo(

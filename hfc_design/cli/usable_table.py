@@ -17,18 +17,7 @@ from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
-from hfc_design.simulation.in_use import (
-    ON_THIS_MODEL,
-    TITLES,
-    WHY,
-    Told,
-    gain_told,
-    measured,
-    merit_told,
-    missed_told,
-    stress_table,
-    why_table,
-)
+from hfc_design.simulation import in_use
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told
@@ -44,19 +33,19 @@ def show_usable(found: Json | None) -> None:
         print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
         return
     _say(f"{QUESTION} {found['answer']}")
-    if missed := missed_told(found.get("missed", {}), len(found["motions"])):
+    if missed := in_use.missed_told(found.get("missed", {}), len(found["motions"])):
         _say(missed)
     if own := found.get("why_not"):
-        print(f"{WHY}:")
-        _show(why_table(own))
+        print(f"{in_use.WHY}:")
+        _show(in_use.why_table(own))
     if not found["usable"]:
-        print(ONLY if found.get("verdict") == ON_THIS_MODEL else WARNING, file=sys.stderr)
+        print(ONLY if found.get("verdict") == in_use.ON_THIS_MODEL else WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
     scale, unit = (
         (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
     )
     command = found["units"][chatter]
-    one, _, two = TITLES[tracking].partition(" ")  # over two columns
+    one, _, two = in_use.TITLES[tracking].partition(" ")  # over two columns
     heads = ["motion", "pass\n[%]", f"{one}\nmedian\n[{unit}]", f"{two}\n95 %\n[{unit}]"]
     for what in ("chatter", "peak"):
         heads += [f"| {what}\nmedian\n[{command}]", f"\nlargest\n[{command}]"]
@@ -70,15 +59,15 @@ def show_usable(found: Json | None) -> None:
             (100, told["limit_share"]["largest"]),
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
-        told = (measured(x, factor, three_digits, "-") for factor, x in cells)
+        told = (in_use.measured(x, factor, three_digits, "-") for factor, x in cells)
         rows.append([name + mark, *told])
     show_rows([*heads, "| at limit\nlargest\n[% time]"], rows)
     if own := found.get("stress"):
-        _show(stress_table(own))
+        _show(in_use.stress_table(own))
     _say(*_below(found))
 
 
-def _show(table: Told) -> None:
+def _show(table: in_use.Told) -> None:
     if table.rows:
         show_rows(table.heads, table.rows)
     _say(*filter(None, (*table.lines, table.about)))
@@ -99,7 +88,7 @@ def settling_told(found: Json | None, asked: Collection[str]) -> str:
 
 def again_told(found: Json | None, seed: int) -> str:
     """What another search may try, "" where none helps: of stress the table says what does."""
-    helps = found and not found["usable"] and found.get("verdict") != ON_THIS_MODEL
+    helps = found and not found["usable"] and found.get("verdict") != in_use.ON_THIS_MODEL
     more = f"--seed {seed}, twice the --generations, or a smaller robust.spread"
     return f"To get a usable design, try {more}" if helps else ""
 
@@ -118,7 +107,9 @@ def _below(found: Json) -> list[str]:
     if found["gain"] is None:
         lines.append("gain margin: none, the nominal machine does not pass")
     else:
-        lines.append(f"gain margin: the nominal machine still passes {gain_told(found['gain'])}")
+        lines.append(
+            f"gain margin: the nominal machine still passes {in_use.gain_told(found['gain'])}"
+        )
     if worst := (found.get("margins") or {}).get("worst"):
         sizes = {
             name: "without end" if one["value"] is None else three_digits(one["value"])
@@ -131,7 +122,7 @@ def _below(found: Json) -> list[str]:
         if found["substeps"] is not None:
             changes += f", {percent(found['substeps'])} with finer time steps"
         lines.append(changes)
-    if chaos := merit_told(found):
+    if chaos := in_use.merit_told(found):
         lines.append(chaos)
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
         lines.append("* required on the nominal machine only")

@@ -8,17 +8,8 @@ import re
 #: Options of an argument of the same name, but for their dashes.
 SAME = (
     *("axis", "bandwidth", "check-log", "controller", "free", "gain", "hidden", "kind", "like"),
-    *(
-        "machines",
-        "name",
-        "nearest",
-        "output",
-        "passes",
-        "plant",
-        "point",
-        "sample-time",
-        "samples",
-    ),
+    *("machines", "name", "nearest", "output", "passes", "plant", "point"),
+    *("sample-time", "samples"),
     *("scenario", "seed", "spread", "start", "terms", "time-constant", "to", "unit", "workers"),
 )
 #: Option -> argument, of the others that a function of ``hfc_design.api`` has.
@@ -31,10 +22,8 @@ ARGUMENTS = {
 #: What a script gives in the place of an option that takes no value.
 FLAGS = {"anyway": "anyway=True", "each": "each=True", "open-loop": "bandwidth=0"}
 #: Options of which a script gives all at once, as a list or a mapping.
-SEVERAL = {"at", "change", "check-column", "column", "free", "nearest", "network", "set"} | {
-    "signal",
-    "tolerance",
-}
+SEVERAL = {"at", "change", "check-column", "column", "free"}
+SEVERAL |= {"nearest", "network", "set", "signal", "tolerance"}
 #: Whole phrases, before any option: the variable is all that a script has for --memory.
 PHRASES = {
     r"--memory or (?=HFC_MEMORY)": "",

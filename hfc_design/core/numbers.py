@@ -166,6 +166,11 @@ def digits(values: Iterable[float]) -> Floats:
     return np.array([float(f"{value:.9g}") for value in values])
 
 
+def rms(values: Floats) -> float:
+    """Root mean square of all of them."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
     """``value`` between two bounds."""
     return xp.minimum(xp.maximum(value, low), high)

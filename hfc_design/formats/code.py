@@ -12,18 +12,8 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats import saving
+from hfc_design.formats import saving, writing
 from hfc_design.formats.fcl import real
-from hfc_design.formats.writing import (
-    RESERVED,
-    check_names,
-    comment,
-    head,
-    rendered,
-    signal_meanings,
-    signal_units,
-    signals_read,
-)
 
 #: What a kind lacks that has no template of a language.
 NO_CODE = "it has no template in {}; json holds its numbers"
@@ -60,13 +50,13 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
     numbers = checked_numbers(design)
-    name, told = c_name(design), signal_meanings(design)
+    name, told = c_name(design), writing.signal_meanings(design)
     of_kind = template.values(design.controller)
     values = {
         "name": name,
         "signals": signals(design),
-        "meanings": dict(zip(told, comment(told.values()), strict=True)),
-        "command_unit": signal_units(design).get("command", "unit"),
+        "meanings": dict(zip(told, writing.comment(told.values()), strict=True)),
+        "command_unit": writing.signal_units(design).get("command", "unit"),
         "exponential": False,
         "hyperbolic": False,
         "integrates": False,
@@ -77,7 +67,10 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         **others,
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
-    return {key: rendered(file, design, template.places, **values) for key, file in files.items()}
+    return {
+        key: writing.rendered(file, design, template.places, **values)
+        for key, file in files.items()
+    }
 
 
 def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
@@ -106,9 +99,9 @@ def signals(design: Design) -> dict[str, str]:
     Raises:
         UserError: an input is called like a word of the language.
     """
-    found = signals_read(design)
+    found = writing.signals_read(design)
     for name in found:
-        if name in RESERVED["c"] or name.startswith("_"):
+        if name in writing.RESERVED["c"] or name.startswith("_"):
             raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
     return found
 
@@ -122,7 +115,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template, values = block_values(design)
-    return rendered("controller.st.j2", design, template.places, **values)
+    return writing.rendered("controller.st.j2", design, template.places, **values)
 
 
 def block_values(design: Design) -> tuple[Template, Json]:
@@ -139,7 +132,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
         constants["largest_change"] = change  # of the command in a sample
     if units:
         within += [*WITHIN, *(unit.name for unit in units)]
-    signals = signals_read(design)
+    signals = writing.signals_read(design)
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     remembered = [*values["remembered"], *(["previous_command"] if change else [])]
     kept = [f"kept_{key}" for key in remembered]
@@ -153,7 +146,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
         *["started"] * bool(values["past"]),
     ]
     indices = ["i", "j", "in_column", "in_row"] if units else []
-    check_names("st", [name, "reset", "command", *names, *indices], CLASH)
+    writing.check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     checked_numbers(design)
     notes = [LEFT_OUT] if values["held"] else []
     values |= {
@@ -162,7 +155,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
         "remembered": remembered,
         "within": [*within, *kept],
         "block": name,
-        "head": head(design, notes),
+        "head": writing.head(design, notes),
         "rows": max((len(unit.row_terms) for unit in units), default=0),
         "columns": max((len(unit.column_terms) for unit in units), default=7),
         "literals": lambda row: ", ".join(map(real, row)),
@@ -193,7 +186,7 @@ def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> st
     smallest, largest = SINGLE
     odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
     odd += ["a term has no width" for width in widths if width < smallest]
-    return comment(odd[:1])[0] if odd else ""
+    return writing.comment(odd[:1])[0] if odd else ""
 
 
 def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:

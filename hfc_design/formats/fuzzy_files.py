@@ -26,17 +26,8 @@ from hfc_design.controllers.rules import (
 from hfc_design.core.numbers import Json, RuleTable
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.writing import (
-    Format,
-    check_names,
-    csv_text,
-    facts,
-    head,
-    rendered,
-    rule_base,
-    rule_units,
-    signal_units,
-)
+from hfc_design.formats import writing
+from hfc_design.formats.writing import Format
 
 LIMITED = "command = min(max(command, -largest_command), largest_command)"
 #: Clamping anti-windup, see ``controllers.controller.held``.
@@ -78,11 +69,11 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         UserError: the design has no rule tables, or a name is a word of the language.
     """
     suffix = target.partition("-")[0]  # a dialect has that of its language
-    units = rule_units(design)
-    signals = [identifier(name) for name in rule_base(design).inputs(design.controller)]
-    check_names(target, [*signals, *(unit.name for unit in units)], CLASH)
+    units = writing.rule_units(design)
+    signals = [identifier(name) for name in writing.rule_base(design).inputs(design.controller)]
+    writing.check_names(target, [*signals, *(unit.name for unit in units)], CLASH)
     for terms in (units[0].row_terms, units[0].column_terms):
-        check_names(target, [term.label for term in terms], CLASH)
+        writing.check_names(target, [term.label for term in terms], CLASH)
     values |= {"head": unit_head(design), "infinity": math.inf, "target": target}
     files, read = {}, inputs(units)
     rows = [["unit", "column_input", "row_input", "file"]]
@@ -91,28 +82,30 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         lowest, highest = _kept(unit, unit.name, least) or least
         rules = _rules(unit)
         singletons = {rule.name: rule.value for rule in rules}  # that rules share, once
-        check_names(target, singletons, CLASH)
+        writing.check_names(target, singletons, CLASH)
         values |= {"lowest": lowest, "highest": highest, "rules": rules, "unit": unit}
         values |= {"singletons": singletons, "engine": unit.engine or unit.name}
         name = f"{unit.name}.{suffix}"
-        files[name] = rendered(f"unit.{suffix}.j2", design, inputs=read[unit.name], **values)
+        files[name] = writing.rendered(
+            f"unit.{suffix}.j2", design, inputs=read[unit.name], **values
+        )
         rows.append([unit.name, unit.column, unit.row, name])
-    files["manifest.csv"] = csv_text(rows)
+    files["manifest.csv"] = writing.csv_text(rows)
     files["controller.json"] = json.dumps(beside(design), indent=1, allow_nan=False) + "\n"
     return files
 
 
 def beside(design: Design) -> Json:
     """What a command takes beside the units, a limit of the design too."""
-    units = signal_units(design)
-    about = rule_base(design).about(design.controller, units)
+    units = writing.signal_units(design)
+    about = writing.rule_base(design).about(design.controller, units)
     if design.limits.command is not None:
         steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
         about = about | {"steps": steps, "largest_command": design.limits.command}
     if (change := design.changes([design.axis])[design.axis]) is not None:
         about = about | {"steps": [*about["steps"], RATE_LIMITED], "largest_change": change}
     return {
-        "facts": facts(design),
+        "facts": writing.facts(design),
         "sample_time_s": design.controller.sample_time_s,
         "command_unit": units.get("command", ""),
         **about,
@@ -162,7 +155,7 @@ def _rules(unit: RuleUnit) -> list[Rule]:
 
 def unit_head(design: Design) -> list[str]:
     """What made a unit's file, and what it leaves out."""
-    return head(design, rule_base(design).notes(design.controller))
+    return writing.head(design, writing.rule_base(design).notes(design.controller))
 
 
 def fml(design: Design) -> dict[str, str]:

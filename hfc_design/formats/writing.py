@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple, TypeAlias
+from xml.sax.saxutils import escape
 
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
@@ -245,7 +246,8 @@ def rendered(
 ) -> str:
     """A template of ``places`` or of ``formats/templates``, with values that most of them need.
 
-    ``x | number`` writes a float so that it reads back bit for bit.
+    ``x | number`` writes a float so that it reads back bit for bit, ``x | xml`` a text between
+    tags, ``x | quoted`` one in an attribute.
     """
     loaders = [DictLoader(p) if isinstance(p, dict) else FileSystemLoader(p) for p in places]
     environment = Environment(
@@ -257,7 +259,8 @@ def rendered(
         autoescape=False,  # no markup, and nothing that a user wrote freely
     )
     environment.filters["number"] = lambda value: repr(float(value))
-    environment.filters["plain"] = plain
+    environment.filters |= {"plain": plain, "harmless": harmless, "xml": escape}
+    environment.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")
     usual = {
         "head": head(design),

@@ -11,7 +11,7 @@ import io
 import re
 import tokenize
 from functools import cache
-from pathlib import Path
+from textwrap import dedent
 from typing import Any, NamedTuple
 
 #: What Python says of a field of a NamedTuple of which nobody says anything.
@@ -54,37 +54,25 @@ def comments_of(record: type[Any]) -> dict[str, Comment]:
 def _own(record: type[Any]) -> dict[str, Comment]:
     """Those that stand in the text of a class itself."""
     try:
-        file = inspect.getsourcefile(record)
-    except TypeError:  # built in, or typed in
+        text = dedent(inspect.getsource(record))
+    except (OSError, TypeError):  # built in, typed in, or made by a function
         return {}
-    if file is None or not Path(file).is_file():
-        return {}
-    classes, comments, alone = _read(file)
-    found: dict[str, Comment] = {}
-    for field in classes[record.__name__].body if record.__name__ in classes else ():
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    comments = {token.start[0]: token.string for token in tokens if token.type == tokenize.COMMENT}
+    lines, found = text.splitlines(), dict[str, Comment]()
+    whole: Any = ast.parse(text).body[0]
+    for field in whole.body:
         if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
             continue
         above: list[str] = []
         k = field.lineno - 1
-        while k in alone:
+        while k in comments and lines[k - 1].lstrip().startswith("#"):
             above.insert(0, comments[k].lstrip("#: "))
             k -= 1
         told = comments.get(field.end_lineno or 0, "").lstrip("# ") or " ".join(above)
         if told:
             found[field.target.id] = said(told)
     return found
-
-
-@cache
-def _read(file: str) -> tuple[dict[str, ast.ClassDef], dict[int, str], set[int]]:
-    """The classes of a file by name, its comments by line, the lines that are nothing else."""
-    text = Path(file).read_text("utf-8")
-    nodes = ast.walk(ast.parse(text))
-    classes = {node.name: node for node in nodes if isinstance(node, ast.ClassDef)}
-    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
-    comments = {token.start[0]: token.string for token in tokens if token.type == tokenize.COMMENT}
-    alone = {k for k, line in enumerate(text.splitlines(), 1) if line.lstrip().startswith("#")}
-    return classes, comments, alone & comments.keys()
 
 
 #: Papers by what they are cited as.

@@ -34,20 +34,8 @@ from hfc_design.objectives.measures import MEASURES, Measure, band_time
 from hfc_design.objectives.metrics import meanings
 from hfc_design.objectives.objective import Objective, ObjectiveSettings
 from hfc_design.objectives.program_metrics import program_meanings
-from hfc_design.reference.entries import (
-    CONTROLLER,
-    DESIGN,
-    DESIGN_KEY,
-    FORMAT,
-    KEY,
-    METRIC,
-    OBJECTIVE,
-    PLANT,
-    REFERENCE,
-    SCENARIO,
-    STRATEGY,
-    Entry,
-)
+from hfc_design.reference import entries as reference
+from hfc_design.reference.entries import Entry
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.strategy import Strategy
 from plants import Drive, Machine, machine_of
@@ -64,7 +52,7 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
     machine = machine_of(plant)
     module = sys.modules.get(getattr(machine.drives[0].step, "__module__", ""))
     text = inspect.getdoc(module) or "" if module else ""
-    head = Entry(PLANT, plant.name)
+    head = Entry(reference.PLANT, plant.name)
     several = len(machine.axes) > 1
     axes = ", ".join(machine.axes) if several else "one"
     own = _beside(machine) if isinstance(plant, Machine) else described(text)
@@ -137,7 +125,7 @@ def kind_entries(kind: Kind) -> Iterator[Entry]:
     texts = [_law_text(kind), kind.summary]
     found = [*filter(None, map(source_in, texts))]
     source = max(found, key=len, default="")  # the one that has an equation too
-    head = Entry(CONTROLLER, kind.name)
+    head = Entry(reference.CONTROLLER, kind.name)
     yield head._replace(meaning=kind.summary, source=source)
     if kind.settings is not None:
         own = head._replace(part="setting")
@@ -187,7 +175,7 @@ def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
     """The entries of a search strategy."""
     module = sys.modules.get(strategy.settings.__module__)
     text = first_line(inspect.getdoc(module) or "" if module else "")
-    head = Entry(STRATEGY, strategy.name)
+    head = Entry(reference.STRATEGY, strategy.name)
     yield head._replace(meaning=strategy.summary, source=source_in(text))
     yield from fields_of(strategy.settings, "search.", head._replace(part="setting"))
 
@@ -197,7 +185,7 @@ def objective_entries(objective: Objective) -> Iterator[Entry]:
     module = sys.modules.get(objective.settings.__module__)
     own = objective.settings is not ObjectiveSettings
     text = first_line(inspect.getdoc(module) or "" if module and own else "")
-    head = Entry(OBJECTIVE, objective.name)
+    head = Entry(reference.OBJECTIVE, objective.name)
     told = said(objective.meaning or objective.title).meaning
     yield head._replace(meaning=told, unit=objective.unit, source=source_in(text))
     yield from fields_of(objective.settings, "fitness.", head._replace(part="setting"))
@@ -205,7 +193,7 @@ def objective_entries(objective: Objective) -> Iterator[Entry]:
 
 def reference_entries(record: type[BaseModel], passed: tuple[type[Any], ...]) -> Iterator[Entry]:
     """The entries of a kind of reference."""
-    head = Entry(REFERENCE, str(record.model_fields["kind"].default))
+    head = Entry(reference.REFERENCE, str(record.model_fields["kind"].default))
     yield head._replace(meaning=first_line(inspect.getdoc(record) or ""))
     setting = head._replace(part="setting")
     yield from fields_of(record, "reference.", setting, passed)
@@ -214,15 +202,15 @@ def reference_entries(record: type[BaseModel], passed: tuple[type[Any], ...]) ->
 def metric_entry(one: Measure) -> Entry:
     """The entry of a measure that a scenario can name."""
     meaning = one.meaning.replace("within 0", "within the band that is told beside it")
-    return Entry(METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
+    return Entry(reference.METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
 
 
 #: Plug-ins by the kind of their entries, and what makes these of one.
 PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
-    PLANT: (ALL_PLANTS, plant_entries),
-    CONTROLLER: (KINDS, kind_entries),
-    STRATEGY: (STRATEGIES, strategy_entries),
-    OBJECTIVE: (OBJECTIVES, objective_entries),
+    reference.PLANT: (ALL_PLANTS, plant_entries),
+    reference.CONTROLLER: (KINDS, kind_entries),
+    reference.STRATEGY: (STRATEGIES, strategy_entries),
+    reference.OBJECTIVE: (OBJECTIVES, objective_entries),
 }
 #: Tables with the keys of [load].
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
@@ -238,7 +226,7 @@ CHOSEN = {
 def gather() -> list[Entry]:
     """Every entry of what is built in."""
     references = records_in(AnyReference)
-    found = [*_keys(references), *fields_of(Design, "", Entry(DESIGN_KEY, ""))]
+    found = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
         for name in group.names():
             if name in group.built_in:
@@ -246,16 +234,13 @@ def gather() -> list[Entry]:
     for record in references:
         found += reference_entries(record, (*references, Load))
     found += map(metric_entry, (*MEASURES.values(), band_time(0.0)))
-    found += [Entry(FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
+    found += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
-        found.append(
-            Entry(
-                SCENARIO, name, meaning=read_toml(BUILTIN / f"{name}.toml").get("description", "")
-            )
-        )
+        told = read_toml(BUILTIN / f"{name}.toml").get("description", "")
+        found.append(Entry(reference.SCENARIO, name, meaning=told))
     for name in builtin_designs():
         told = str(named_design(name).provenance["source"])
-        found.append(Entry(DESIGN, name, meaning=told))
+        found.append(Entry(reference.DESIGN, name, meaning=told))
     return [one._replace(name=one.name or one.key) for one in found]
 
 
@@ -271,7 +256,7 @@ def live(kind: str, name: str) -> list[Entry]:
 
 def _keys(references: list[type[BaseModel]]) -> Iterator[Entry]:
     """The keys of every scenario."""
-    for one in fields_of(Scenario, "", Entry(KEY, ""), tuple(references)):
+    for one in fields_of(Scenario, "", Entry(reference.KEY, ""), tuple(references)):
         table, _, rest = one.key.partition(".")
         if one.key.startswith(AS_LOAD):
             continue
@@ -294,6 +279,5 @@ def _choice(table: str, references: list[type[BaseModel]]) -> Entry:
     if table in groups:
         group = groups[table]
         names = [name for name in group.names() if name in group.built_in]
-    return Entry(
-        KEY, "", "", f"{table}.{key}", "text", "", default, False, ", ".join(names), "which one"
-    )
+    own = Entry(reference.KEY, "", key=f"{table}.{key}", type="text", default=default)
+    return own._replace(allowed=", ".join(names), meaning="which one")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask, Scalar
+from hfc_design.core.numbers import Floats, Indices, Mask, Scalar, rms
 from hfc_design.motion.paths import Path
 from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import GLITCH_TIME, Glitch, glitches, undisturbed
@@ -265,19 +265,15 @@ def contour_metrics(
     if not all(np.isfinite(part).all() for part in (found.error, errors, commands)):
         return dict.fromkeys(contour_meanings(drives))
     values = (
-        _rms(found.error),
+        rms(found.error),
         np.abs(found.error).max(),
         max((abs(glitch.error) for glitch in found.glitches), default=None),
         np.abs(found.error[found.undisturbed]).max() if found.undisturbed.any() else None,
-        *(() if found.known is None else (_rms(found.known), np.abs(found.known).max())),
-        *(_rms(error) for error in errors),
+        *(() if found.known is None else (rms(found.known), np.abs(found.known).max())),
+        *(rms(error) for error in errors),
         *(np.abs(error).max() for error in errors),
         np.abs(commands).max(),
-        max(_rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
+        max(rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
     )
     numbers = (None if value is None else float(value) for value in values)
     return dict(zip(contour_meanings(drives), numbers, strict=True))
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))

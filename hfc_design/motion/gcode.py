@@ -8,10 +8,12 @@ refused: a program that is understood in part would be simulated wrongly.
 """
 
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import atan2, dist, hypot, pi, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from hfc_design.core.carried import AnyFile, content_of
@@ -72,42 +74,17 @@ def _number(letter: str, number: str | None) -> float:
     return float("".join(number.split()))
 
 
-# Codes that change nothing here, that are read with a note, that are refused: after LinuxCNC's
-# reference, https://linuxcnc.org/docs/html/gcode.html.
-#: Units, planes and modes: exact path, look-ahead; no offsets, no compensation.
-IDLE_G = frozenset({5.1, 40, 49, 54, 61, 80, 94, 17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 93})
-IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9, 48, 49})  # stops, spindle, tool, coolant, override
-ENDS = frozenset({2, 30})
+CODES = tomllib.loads(Path(__file__).with_name("gcode.toml").read_text("utf-8"))
+IDLE_G, IDLE_M, ENDS = frozenset(CODES["idle_g"]), frozenset(CODES["idle_m"]), frozenset({2, 30})
 #: What is read, although a machine may do something else -> how it is read.
-NOTED_G = {
-    4: "the dwell is left out",
-    43: "the length of the tool is taken as 0",
-    64: "corners are not rounded, the path is exact and slower in them",
-}
+NOTED_G = {int(code): how for code, how in CODES["noted_g"].items()}
 NOTED_BLOCK = "blocks that begin with / are carried out"
 #: Words that belong to a code, and mean nothing without it.
-PARAMETERS: dict[float, str] = {4: "P", 5.1: "Q", 43: "H", 64: "PQ"}
+PARAMETERS = {float(code): letters for code, letters in CODES["parameters"].items()}
 #: Codes that are refused, and why.
-_DRILLING = "drilling cycles are not read; write their moves with G0 and G1"
-_OFFSET = "of the offsets of a workpiece only G54 is read"
-_MACHINE = "positions of the machine are not known here; write the move in X, Y, Z"
-OTHER_G: dict[float, str] = {
-    **dict.fromkeys(
-        (41, 41.1, 42, 42.1), "the tool's radius is not compensated; write its centre's path"
-    ),
-    **dict.fromkeys((43.1, 43.2), "the length of a tool is not read, only G43 and G49"),
-    **dict.fromkeys((55, 56, 57, 58, 59, 59.1, 59.2, 59.3, 10, 52, 92), _OFFSET),
-    **dict.fromkeys((28, 28.1, 30, 30.1, 53), _MACHINE),
-    **dict.fromkeys((73, 74, 81, 82, 83, 84, 85, 86, 87, 88, 89), _DRILLING),
-    **dict.fromkeys((5, 5.2, 5.3), "splines are not read; write them as G1, G2 and G3"),
-    33: "threads are not read",
-    38.2: "probing is not read",
-    61.1: "a stop after every block is not simulated, only the exact path (G61)",
-    76: "threads are not read",
-    95: "a feed per revolution is not read, only per minute (G94)",
-}
-OTHER_M: dict[float, str] = {
-    **dict.fromkeys((97, 98, 99), "subprograms are not read; write their moves out"),
+OTHERS: dict[str, dict[float, str]] = {
+    letter: {code: why for why, codes in CODES[key].items() for code in codes}
+    for letter, key in (("G", "refused_g"), ("M", "refused_m"))
 }
 PLANES = {17: "X-Y", 18: "X-Z", 19: "Y-Z"}
 #: [mm] of a unit of length.
@@ -261,7 +238,7 @@ def _sorted(found: list[tuple[str, float]]) -> tuple[list[float], list[float], W
     codes: dict[str, list[float]] = {"G": [], "M": []}
     words: Words = {}
     for letter, code in found:
-        if why := {"G": OTHER_G, "M": OTHER_M}.get(letter, {}).get(code):
+        if why := OTHERS.get(letter, {}).get(code):
             raise ValueError(f"{letter}{code:g}: {why}")
     own = {letter for kind, code in found if kind == "G" for letter in PARAMETERS.get(code, "")}
     for letter, value in found:

@@ -11,18 +11,12 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives import objective
 from hfc_design.objectives.measures import Units
-from hfc_design.objectives.objective import (
-    NOTHING_LEFT,
-    Left,
-    Moment,
-    Objective,
-    ObjectiveSettings,
-    Sums,
-)
+from hfc_design.objectives.objective import Left, Moment, Objective, Sums
 
 
-class ContourSettings(ObjectiveSettings):
+class ContourSettings(objective.ObjectiveSettings):
     """Weights of ``contour``."""
 
     kind: Literal["contour"] = "contour"
@@ -75,7 +69,7 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
     return squares + error * error, largest, lags + behind * behind, count + 1.0
 
 
-def _best(worst: Scalar, lag: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+def _best(worst: Scalar, lag: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT) -> Scalar:
     squares, largest, lags, count = sums
     count = count + left.samples
     return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))

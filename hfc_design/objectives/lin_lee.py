@@ -10,17 +10,11 @@ from pydantic import model_validator
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import (
-    NOTHING_LEFT,
-    Left,
-    Moment,
-    Objective,
-    ObjectiveSettings,
-    Sums,
-)
+from hfc_design.objectives import objective
+from hfc_design.objectives.objective import Left, Moment, Objective, Sums
 
 
-class LinLeeSettings(ObjectiveSettings):
+class LinLeeSettings(objective.ObjectiveSettings):
     """Weights a and b of LL eq. 5."""
 
     kind: Literal["lin-lee"] = "lin-lee"
@@ -63,7 +57,9 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
     )
 
 
-def _score(error: Scalar, error_rate: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+def _score(
+    error: Scalar, error_rate: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT
+) -> Scalar:
     return 1000.0 * (error / sums[0] + error_rate / sums[1])  # both sums only grow
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, rms
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import GLITCH_TIME, Glitch, turns
@@ -90,21 +90,21 @@ def program_metrics(
     values: list[float | None] = []
     if program.linear.any():
         cutting = off.error[program.cutting(off.samples.distance)]
-        values += [_rms(off.error), float(off.error.max())]
+        values += [rms(off.error), float(off.error.max())]
         values += [float(cutting.max()) if len(cutting) else None, _worst(off.glitches)]
         quiet = off.error[off.undisturbed]
         values.append(float(quiet.max()) if len(quiet) else None)
     if off.turned is not None:
-        values += [_rms(off.turned), float(off.turned.max()), _worst(off.turned_glitches)]
+        values += [rms(off.turned), float(off.turned.max()), _worst(off.turned_glitches)]
     errors = [axis.reference - axis.position for axis in axes]
-    values += map(_rms, errors)
+    values += map(rms, errors)
     values += [float(np.abs(error).max()) for error in errors]
     values += [overshoot(axis.reference, axis.position) for axis in axes]
     for places in _commands(drives).values():
         commands = np.stack([axes[k].command for k in places])
         values.append(float(np.abs(commands).max()))
         changes = np.diff(commands)
-        values.append(max(map(_rms, changes)) if changes.size else None)
+        values.append(max(map(rms, changes)) if changes.size else None)
     largest = np.array([np.abs(axis.velocity).max() for axis in axes])
     units = np.array([axis.unit for axis in program.axes])
     values.append(float((largest * units / program.bounds.velocity).max()))
@@ -133,7 +133,3 @@ def overshoot(reference: Floats, position: Floats) -> float:
 
 def _worst(found: list[Glitch]) -> float | None:
     return max((abs(glitch.error) for glitch in found), default=None)
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))

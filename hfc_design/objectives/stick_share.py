@@ -13,20 +13,14 @@ from jax.tree_util import Partial
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import Positive
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import (
-    NOTHING_LEFT,
-    Left,
-    Moment,
-    Objective,
-    ObjectiveSettings,
-    Sums,
-)
+from hfc_design.objectives import objective
+from hfc_design.objectives.objective import Left, Moment, Objective, Sums
 
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
 
 
-class StickShareSettings(ObjectiveSettings):
+class StickShareSettings(objective.ObjectiveSettings):
     """Weight of ``stick_share``."""
 
     kind: Literal["stick-share"] = "stick-share"
@@ -68,7 +62,7 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
     return stuck, settled
 
 
-def _best(weight: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+def _best(weight: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT) -> Scalar:
     stuck, settled = sums
     return -(weight * stuck / jnp.maximum(settled + left.settled, 1.0))
 

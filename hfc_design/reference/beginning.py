@@ -5,18 +5,9 @@ from typing import NamedTuple
 
 from hfc_design.core.numbers import Plain
 from hfc_design.core.records import UserError
+from hfc_design.reference import entries as reference
 from hfc_design.reference.commented import commented
-from hfc_design.reference.entries import (
-    CONTROLLER,
-    OBJECTIVE,
-    PLANT,
-    REFERENCE,
-    STRATEGY,
-    Entry,
-    keys_of,
-    parts,
-    units_of,
-)
+from hfc_design.reference.entries import Entry
 
 HIERARCHY = "pd+hierarchical-fuzzy"
 
@@ -50,14 +41,14 @@ def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
     Raises:
         UserError: the controller needs keys that have no default.
     """
-    every = parts(PLANT, plant) or parts(PLANT, plant, own)
+    every = reference.parts(reference.PLANT, plant) or reference.parts(reference.PLANT, plant, own)
     axes = next(one.meaning for one in every if one.key == "axes").split(", ")
-    units, several = units_of(plant, every), axes != ["one"]
-    named = {PLANT: plant, REFERENCE: "per-axis" if several else "trapezoidal"}
-    named |= {OBJECTIVE: "tolerances", CONTROLLER: controller}
-    named |= {STRATEGY: "cma" if controller == HIERARCHY else "l-shade"}
+    units, several = reference.units_of(plant, every), axes != ["one"]
+    named = {reference.PLANT: plant, reference.REFERENCE: "per-axis" if several else "trapezoidal"}
+    named |= {reference.OBJECTIVE: "tolerances", reference.CONTROLLER: controller}
+    named |= {reference.STRATEGY: "cma" if controller == HIERARCHY else "l-shade"}
     live = _live(named, axes, every, units)
-    known = keys_of(named, own)
+    known = reference.keys_of(named, own)
     needed = [
         one.key
         for one in known
@@ -79,7 +70,7 @@ def _live(
     named: dict[str, str], axes: list[str], every: Sequence[Entry], units: dict[str, str]
 ) -> dict[str, Plain]:
     """The keys that people change first."""
-    plant, controller = named[PLANT], named[CONTROLLER]
+    plant, controller = named[reference.PLANT], named[reference.CONTROLLER]
     several = axes != ["one"]
     move = MOVES.get(units.get("error", ""), OTHER)
     live: dict[str, Plain] = {
@@ -91,7 +82,7 @@ def _live(
         "fitness.settled_after_s": 0.9,
         "fitness.tolerances": {"rms_error": move.tolerance, "settled_rms_error": move.tolerance},
         "controller.kind": controller,
-        "search.preset": named[STRATEGY],
+        "search.preset": named[reference.STRATEGY],
         "run.seed": 0,
     }
     if several:

@@ -4,17 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.reference.entries import (
-    PLANT,
-    REFERENCE,
-    Entry,
-    chosen,
-    entry_of,
-    in_units,
-    leaves,
-    unit_at,
-    units_of,
-)
+from hfc_design.reference import entries as reference
+from hfc_design.reference.entries import Entry
 
 FILE, DEFAULT, SCENARIO = "the file", "default", "the scenario"
 #: What a motion may say itself, and where it is from if it does not.
@@ -43,13 +34,14 @@ def values(data: Json, known: Sequence[Entry], own: Sequence[Entry] = ()) -> lis
 
     ``known`` are the keys that there are, ``own`` the entries of own parts.
     """
-    units = units_of(chosen(data)[PLANT], None) or units_of(chosen(data)[PLANT], own)
-    found = [_said(key, value, known, units) for key, value in leaves(data)]
+    named = reference.chosen(data)
+    plant, followed = named[reference.PLANT], named[reference.REFERENCE]
+    units = reference.units_of(plant, None) or reference.units_of(plant, own)
+    found = [_said(key, value, known, units) for key, value in reference.leaves(data)]
     unset = [x.key for x in known if "left out:" in x.meaning and x.type == "table"]
     unset = [key for key in unset if not any(f"{one.key}.".startswith(f"{key}.") for one in found)]
-    reference = chosen(data)[REFERENCE]
     for one in known:
-        if one.kind == REFERENCE and one.name != reference:
+        if one.kind == reference.REFERENCE and one.name != followed:
             continue  # of a motion
         if one.key.startswith(tuple(f"{key}." for key in unset)):
             continue  # nothing of it holds
@@ -57,18 +49,18 @@ def values(data: Json, known: Sequence[Entry], own: Sequence[Entry] = ()) -> lis
         free = {"N", "AXIS", "NAME"} & set(one.key.split("."))
         set_here = any(key == one.key or key.startswith(f"{one.key}.") for key, *_ in found)
         if not (passed or free or set_here):
-            unit = in_units(one.unit, units)
+            unit = reference.in_units(one.unit, units)
             found.append(Value(one.key, one.default, one.default, DEFAULT, unit, one.meaning))
     return found
 
 
 def _said(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str]) -> Value:
-    entry = entry_of(key, known)
+    entry = reference.entry_of(key, known)
     if entry is None:
         return Value(key, value, None, FILE)
     same = entry.key.rpartition(".")[2] == key.rpartition(".")[2]
     default = entry.default if same else None
-    return Value(key, value, default, FILE, unit_at(key, entry, units), entry.meaning)
+    return Value(key, value, default, FILE, reference.unit_at(key, entry, units), entry.meaning)
 
 
 def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:

@@ -19,22 +19,10 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.pictures.numbers import metric
-from hfc_design.report import REPORT, Page, plots, rendered, searches, trade_off
+from hfc_design.report import REPORT, Page, parts, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper
-from hfc_design.report.parts import (
-    Evaluations,
-    baselines,
-    best_structures,
-    everything,
-    first_metrics,
-    how_near,
-    measure,
-    metric_rows,
-    sections,
-    summary,
-    whether_used,
-)
+from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
@@ -78,13 +66,13 @@ def write_page(
         rivals,
         used=lambda: used(scenario, result, folder),
         of=folder.resolve().name,
-        attained=how_near(folder),
+        attained=parts.how_near(folder),
         front=front and trade_off.section(front),
         run=True,
         tables=tables,
         search=search,
         history=search and searches.history(search.history, scenario.judge().title),
-        structures=search and best_structures(search.archive, scenario),
+        structures=search and parts.best_structures(search.archive, scenario),
         again=again if search else f"hfc score given.json --scenario config.toml{options}",
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
@@ -134,7 +122,7 @@ def design_page(
 def _published(scenario: Scenario) -> Evaluations:
     """What the published designs for its plant do, those that fit it."""
     found = {}
-    for name in baselines(scenario):
+    for name in parts.baselines(scenario):
         with suppress(UserError):  # it does not fit the plant or the sampling
             found[name] = evaluate(load_design(name), scenario)
     return found
@@ -151,30 +139,30 @@ def _rendered(
 ) -> Page:
     """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
     evaluations = {OWN: own, **rivals}
-    scores = metric_rows(scenario, [*evaluations.values()])
-    first, found = first_metrics(own, scenario), whether_used(used)
+    scores = parts.metric_rows(scenario, [*evaluations.values()])
+    first, found = parts.first_metrics(own, scenario), parts.whether_used(used)
     return rendered(
         "report.html.j2",
         f"{of} on {scenario.name}",
         scenario=scenario,
         design=design,
         kind=design.kind.name,
-        summary=summary(scenario, own, rivals, bool(found and found["usable"])),
+        summary=parts.summary(scenario, own, rivals, bool(found and found["usable"])),
         polished=polish_told(design),
         names=list(evaluations),
         scores=[row for key, row in scores.items() if key in first],
         others=[row for key, row in scores.items() if key not in first],
         meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
-        measure=measure(scenario),
+        measure=parts.measure(scenario),
         contour=own.contour is not None and not own.contour.any_axes,
         used=found,
-        everything=everything(scenario),
+        everything=parts.everything(scenario),
         doubts=doubts(scenario),
         chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),
-        sections=sections(design, own, scenario),
+        sections=parts.sections(design, own, scenario),
         provenance=_made(design),
         **others,
     )

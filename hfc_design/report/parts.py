@@ -23,17 +23,8 @@ from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
+from hfc_design.simulation import in_use as use
 from hfc_design.simulation.evaluating import Evaluation, meanings, score_rows
-from hfc_design.simulation.in_use import (
-    TITLES,
-    WHY,
-    gain_told,
-    measured,
-    merit_told,
-    missed_told,
-    stress_table,
-    why_table,
-)
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.repeats import range_told
 from hfc_design.simulation.settling import EXPLAINED, reasons_told
@@ -86,7 +77,7 @@ def in_use(found: Json) -> Json:
         told.append(readable(unit, min(medians, default=1.0)))
     factors = [*(factor for factor, _ in told), 1.0]
     tracking = next(iter(found["units"]))
-    titles = (TITLES.get(tracking, tracking), "chatter", "peak command")
+    titles = (use.TITLES.get(tracking, tracking), "chatter", "peak command")
     named = zip(titles, told, strict=True)
     relaxed = found.get("why_not")
     heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
@@ -96,13 +87,13 @@ def in_use(found: Json) -> Json:
         "others": {name: why for name, one in each if (why := reasons_told(one["reasons"]))},
         "reasons": EXPLAINED,
         "alone": any(one.get("asked_of") == "nominal" for _, one in each),
-        "gain_told": found["gain"] and gain_told(found["gain"]),
-        "chaos_told": merit_told(found),
+        "gain_told": found["gain"] and use.gain_told(found["gain"]),
+        "chaos_told": use.merit_told(found),
         **{f"{key}_told": percent(found[key] or 0.0) for key in ("precision", "substeps")},
-        "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
-        "stress": stress_table(found["stress"]) if found.get("stress") else None,
-        "why_not": relaxed and why_table(relaxed),
-        "why_title": WHY,
+        "missed_told": use.missed_told(found.get("missed", {}), len(found["motions"])),
+        "stress": use.stress_table(found["stress"]) if found.get("stress") else None,
+        "why_not": relaxed and use.why_table(relaxed),
+        "why_title": use.WHY,
     }
 
 
@@ -111,7 +102,7 @@ def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
     cells = []
     for one, factor in zip(found["measures"].values(), factors, strict=True):
         pair = (one["median"], one["largest"])
-        cells.append(" / ".join(measured(x, factor, short, NONE) for x in pair))
+        cells.append(" / ".join(use.measured(x, factor, short, NONE) for x in pair))
     mark = " *" if found.get("asked_of") == "nominal" else ""
     return [name + mark, f"{100 * found['share']:.4g}", *cells]
 

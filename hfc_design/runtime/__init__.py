@@ -15,17 +15,8 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hfc_design.controllers.controller import (
-    AxisLaw,
-    PathView,
-    PerAxis,
-    RateLimited,
-    Signals,
-    View,
-    limited,
-    primed,
-    ramped,
-)
+from hfc_design.controllers import controller
+from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View
 from hfc_design.controllers.kind import ControllerRecord, Kind, needed
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.faults import short
@@ -93,8 +84,8 @@ class Controller:
         self._law: AxisLaw = law or made(self.design, limit)
         self._gains = kind.gains(self.design)
         self._sample = partial(self._law.sample, SCALARS, self._law, self._gains)
-        self._limited = partial(limited, SCALARS, self._law.limit)
-        self._ramped = partial(ramped, SCALARS, design.changes([named])[named])
+        self._limited = partial(controller.limited, SCALARS, self._law.limit)
+        self._ramped = partial(controller.ramped, SCALARS, design.changes([named])[named])
         self._reads = reader(kind, self.design)
         self._memory: Memory = None
         self._command = 0.0  # of the sample before
@@ -195,8 +186,8 @@ class Machine:
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
         whole = self._controller
-        inside = whole.inner if isinstance(whole, RateLimited) else whole
-        if isinstance(inside, PerAxis) and (kind.law or kind.axes):
+        inside = whole.inner if isinstance(whole, controller.RateLimited) else whole
+        if isinstance(inside, controller.PerAxis) and (kind.law or kind.axes):
             self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
@@ -227,7 +218,7 @@ class Machine:
                 view = View(axes, path, told)
                 memory = self._memory
                 if self._fresh:
-                    memory = primed(self._controller, SCALARS, self._gains, memory, view)
+                    memory = controller.primed(self._controller, SCALARS, self._gains, memory, view)
                 found, memory = self._controller.step(SCALARS, self._gains, memory, view)
                 if finite((found, memory)):
                     commands = tuple(map(float, found))

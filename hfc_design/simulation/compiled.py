@@ -17,18 +17,9 @@ from jaxtyping import Array
 from hfc_design.core import devices
 from hfc_design.core.numbers import Integers, Memory
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation import rejecting
+from hfc_design.simulation import rejecting, stepping
 from hfc_design.simulation.packing import Code, Packed, joined
-from hfc_design.simulation.stepping import (
-    Forms,
-    Inputs,
-    Motions,
-    each_motion,
-    from_packed,
-    one_motion,
-    recorded_motions,
-    trailing,
-)
+from hfc_design.simulation.stepping import Forms, Inputs, Motions
 
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
@@ -82,8 +73,8 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
         def one_chunk(own: Packed) -> Array:
-            inputs = from_packed(forms, whole, own)
-            return each_motion(joined(code, inputs.numbers), own_machine, inputs)
+            inputs = stepping.from_packed(forms, whole, own)
+            return stepping.each_motion(joined(code, inputs.numbers), own_machine, inputs)
 
         judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)
         return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
@@ -99,15 +90,14 @@ def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Arr
         def beside(leaf: Array) -> Array:
             return jnp.moveaxis(leaf, 0, 1).reshape(leaf.shape[1], len(leaf) * leaf.shape[2])
 
-        every = from_packed(forms, whole, jax.tree.map(beside, lanes))
-        return rejecting.each(joined(code, every.numbers), every, trailing(lanes))
+        every = stepping.from_packed(forms, whole, jax.tree.map(beside, lanes))
+        return rejecting.each(joined(code, every.numbers), every, stepping.trailing(lanes))
 
     return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 
 
-def _spread(on_device: Any, out: PartitionSpec) -> Any:
+def _spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) -> Any:
     mesh = Mesh(jax.devices(), ("population",))
-    specs = WHOLE, CHUNKS
     return jax.shard_map(on_device, mesh=mesh, in_specs=specs, out_specs=out, check_vma=False)
 
 
@@ -119,7 +109,7 @@ def trajectories(
 
     See ``recorded_motions``.
     """
-    return recorded_motions(joined(code, inputs.numbers), own_machine, recorded, inputs)
+    return stepping.recorded_motions(joined(code, inputs.numbers), own_machine, recorded, inputs)
 
 
 def filled_up(chosen: Integers) -> Integers:
@@ -155,16 +145,9 @@ def jacobians(
                 full[k] = leaf
             gains = jax.tree.unflatten(structure, full)
             loop, changed_inputs = joined(code, inputs.numbers), inputs._replace(gains=gains)
-            (motion,) = one_motion(loop, False, changed_inputs, lanes.size)[1]
+            (motion,) = stepping.one_motion(loop, False, changed_inputs, lanes.size)[1]
             return tuple(getattr(motion, name) for name in quantities)
 
         return jax.jvp(recorded, [copies[k] for k in moving], directions)
 
-    spread = jax.shard_map(
-        on_device,
-        mesh=Mesh(jax.devices(), ("parameters",)),
-        in_specs=PartitionSpec("parameters"),
-        out_specs=PartitionSpec(None, "parameters"),
-        check_vma=False,
-    )
-    return spread(chosen)
+    return _spread(on_device, PartitionSpec(None, "population"), (CHUNKS,))(chosen)

@@ -19,17 +19,8 @@ from jaxtyping import Array, PyTree
 from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters, Scalar, State
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
-from hfc_design.simulation.closed_loop import (
-    Loop,
-    Moving,
-    Recorded,
-    Watch,
-    moved,
-    positions,
-    start,
-    watched,
-    watching,
-)
+from hfc_design.simulation import closed_loop
+from hfc_design.simulation.closed_loop import Loop, Moving, Recorded, Watch
 from hfc_design.simulation.packing import Form, Packed, packed, unpacked
 
 #: A number of one individual, or the rows of a table as tuples of tuples.
@@ -174,7 +165,9 @@ def _remembered(carry: Carry, recorded: int) -> Memory:
 def judged(loop: Loop, carry: Carry) -> Judged:
     """What the judge says in the end; the copies come last in the states."""
     machines, watch = carry
-    places = [place[: watch.means[0].shape[0]] for place in positions(loop, machines.states)]
+    places = [
+        place[: watch.means[0].shape[0]] for place in closed_loop.positions(loop, machines.states)
+    ]
     return loop.judge.judged(watch.sums, places)
 
 
@@ -192,8 +185,8 @@ def stepping(
     fixed = loop.coefficients(true)
     doubled = loop.doubled and bool(samples.beside)
     own = 0 if own_machine else None
-    step = jax.vmap(partial(moved, loop), in_axes=(None, own, None, 0, 0, None))
-    look = jax.vmap(partial(watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
+    step = jax.vmap(partial(closed_loop.moved, loop), in_axes=(None, own, None, 0, 0, None))
+    look = jax.vmap(partial(closed_loop.watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
     both = _both if doubled else lambda tree, _: tree
     every, all_fixed = both(gains, gains), both(fixed, fixed) if own_machine else fixed
 
@@ -212,11 +205,11 @@ def stepping(
         return (after, watch), kept if recorded else None
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
-        machine = start(loop, zeros, here)
+        machine = closed_loop.start(loop, zeros, here)
         if not doubled:
-            return machine, watching(loop, zeros, machine)
-        copy = start(loop, zeros, off)
-        return _both(machine, copy), watching(loop, zeros, machine, copy)
+            return machine, closed_loop.watching(loop, zeros, machine)
+        copy = closed_loop.start(loop, zeros, off)
+        return _both(machine, copy), closed_loop.watching(loop, zeros, machine, copy)
 
     # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)

@@ -20,19 +20,10 @@ from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation import population
+from hfc_design.simulation import in_use, population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.in_use import (
-    LARGEST_TRIED,
-    NO,
-    TRIED,
-    Usable,
-    in_motion,
-    loop_in_use,
-    not_kept,
-    units,
-)
+from hfc_design.simulation.in_use import LARGEST_TRIED, NO, TRIED, Usable
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.monte_carlo import FEW, check_draw
@@ -86,11 +77,11 @@ def usable(
     found = Usable(
         robust.spread,
         seed,
-        tuple(in_motion(scenario, judged, k, one) for k, one in each),
+        tuple(in_use.in_motion(scenario, judged, k, one) for k, one in each),
         gain,
         _change(merit(scenario, judged.merit[:1]), once),
         _substeps(design, scenario, nominal, once),
-        units(scenario),
+        in_use.units(scenario),
         _margins(design, scenario, some),
         repeats,
         asked=scenario.margins,
@@ -129,7 +120,7 @@ class _InUse(NamedTuple):
     @classmethod
     def of(cls, design: Design, scenario: Scenario, later: float | None = None) -> "_InUse":
         samples = [motion.samples() for motion in scenario.each_motion()]
-        return cls(scenario, later, *loop_in_use(design, scenario, later), samples)
+        return cls(scenario, later, *in_use.loop_in_use(design, scenario, later), samples)
 
     def judged(self, machines: Machines) -> Judged:
         """(machines, motions) of each, in one program with all stresses if there are any."""
@@ -165,7 +156,7 @@ def _gain(
 
     def kept(factors: Floats) -> Mask:
         found = judged(np.append(1.0, factors))
-        bad = np.logical_or.reduce([*not_kept(scenario, found).values()])
+        bad = np.logical_or.reduce([*in_use.not_kept(scenario, found).values()])
         return np.asarray(~bad.any(axis=1))
 
     found = judged(FACTORS)

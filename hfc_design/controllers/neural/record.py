@@ -9,14 +9,8 @@ from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.gains import FEEDS, GainsSettings
 from hfc_design.controllers.kind import ControllerRecord, Target, controller_named, reach_of
-from hfc_design.controllers.neural.law import (
-    NeuralGains,
-    NeuralMemory,
-    Weights,
-    added,
-    changes,
-    passed,
-)
+from hfc_design.controllers.neural import law
+from hfc_design.controllers.neural.law import Weights
 from hfc_design.core.arguments import positive, whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked
@@ -60,9 +54,9 @@ class NeuralDesign(ControllerRecord):
     #: weight of the change in the error of the output [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
-    def gains(self) -> NeuralGains:
+    def gains(self) -> law.NeuralGains:
         """The numbers beside the weights."""
-        return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
+        return law.NeuralGains(*(getattr(self, name) for name in law.NeuralGains._fields))
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Where the network to begin with, were all its weights of one sign, commands the limit."""
@@ -76,7 +70,7 @@ class NeuralDesign(ControllerRecord):
         """What it begins with."""
         return Weights(self.weights.hidden, (self.weights.output,))
 
-    def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
+    def adapted(self, memory: law.NeuralMemory) -> "NeuralDesign | None":
         """With the weights as they have become; None: they stay."""
         return self.with_weights(memory.weights) if self.rate else None
 
@@ -101,7 +95,7 @@ def drawn(hidden: int, seed: int) -> WeightsRecord:
 
 
 #: What is searched, on a milling table: errors in mm and commands in V.
-RANGES = NeuralGains(
+RANGES = law.NeuralGains(
     (1e-3, 0.1), (1e-3, 0.1), (0.1, 20.0), (1e-6, 0.1), (1e-3, 0.9), (1e-4, 0.1), (0.0, 1.0)
 )
 
@@ -208,10 +202,10 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     rates = lesson.rate, start.momentum, start.slope
     for _ in range(lesson.passes):
         for own, target in zip(inputs.tolist(), targets.tolist(), strict=True):
-            answer = passed(SCALARS, found, start.slope, own)
+            answer = law.passed(SCALARS, found, start.slope, own)
             off = [target - answer.outputs[0]]
-            last = changes(SCALARS, found, last, answer, off, *rates)
-            found = added(found, last)
+            last = law.changes(SCALARS, found, last, answer, off, *rates)
+            found = law.added(found, last)
     design = start.with_weights(found)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):

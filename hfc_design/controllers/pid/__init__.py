@@ -6,26 +6,17 @@ Its law, its gains and its templates; never imports JAX.
 from pathlib import Path
 from typing import NamedTuple
 
+from hfc_design.controllers import kind
 from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import FEEDS, kind_of_gains
-from hfc_design.controllers.kind import (
-    CHANGES,
-    STARTED,
-    ControllerRecord,
-    DeadZone,
-    Member,
-    Template,
-    reach_of,
-    remembered,
-    zone_told,
-)
+from hfc_design.controllers.kind import STARTED, ControllerRecord, Member, Template
 from hfc_design.core.numbers import Json, Own, Scalar, Xp
 
 
 class PidRecord(ControllerRecord):
     """What a design may say beside its gains."""
 
-    dead_zone: DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
+    dead_zone: kind.DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
 
 
 class PidGains(NamedTuple):
@@ -83,7 +74,7 @@ def _st(record: Own) -> Json:
 
 def _reach(record: Own, limit: float | None) -> dict[str, float]:
     k_p, _, k_d = dict(record.pid).values()
-    return reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
+    return kind.reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
 def _c(record: Own) -> Json:
@@ -106,8 +97,8 @@ KIND = kind_of_gains(
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
     reach=_reach,
-    connecting=lambda record: [CHANGES, *zone_told(record)],
-    saved=remembered(
+    connecting=lambda record: [kind.CHANGES, *kind.zone_told(record)],
+    saved=kind.remembered(
         lambda record: [STARTED, Member("error"), Member("sum", what="of all errors")]
     ),
     c=Template(HERE, _c),

@@ -2,17 +2,9 @@
 
 from pathlib import Path
 
+from hfc_design.controllers import kind
 from hfc_design.controllers.gains import FEEDS, genome_of_gains, settings_of
-from hfc_design.controllers.kind import (
-    CHANGES,
-    STARTED,
-    Explain,
-    Kind,
-    Member,
-    Saved,
-    Template,
-    later,
-)
+from hfc_design.controllers.kind import STARTED, Kind, Member, Template
 from hfc_design.controllers.rules import fired, side
 from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
@@ -54,16 +46,16 @@ KIND = Kind(
     of_gains=of_gains,
     reads=lambda record: ["error"],
     reach=SocDesign.reach,
-    connecting=lambda record: [CHANGES],
+    connecting=lambda record: [kind.CHANGES],
     adapted=SocDesign.adapted,
-    explain=Explain(
+    explain=kind.Explain(
         signals=lambda record: (["error"], ["previous_error"]),
         remember=lambda memory, now: memory._replace(error=now.get("error", memory.error)),
         shown=_shown,
         held=SocDesign.held,
         changes={"error_change": "previous_error"},
     ),
-    saved=Saved(_learnt, lambda record: PAST, _taken),
+    saved=kind.Saved(_learnt, lambda record: PAST, _taken),
     no_rules="it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do",
     c=Template(
         (Path(__file__).parent / "templates",),
@@ -75,6 +67,6 @@ KIND = Kind(
             "in_place": True,
         },
     ),
-    pictures=later("hfc_design.controllers.soc.section", "pictures"),
-    sections=later("hfc_design.controllers.soc.section", "sections"),
+    pictures=kind.later("hfc_design.controllers.soc.section", "pictures"),
+    sections=kind.later("hfc_design.controllers.soc.section", "sections"),
 )

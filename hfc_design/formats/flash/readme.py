@@ -99,38 +99,26 @@ def _signals(
     design: Design, names: list[str], axes: tuple[str, ...], found: Vectors
 ) -> list[Signal]:
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
-    units, meanings = signal_units(design), signal_meanings(design)
-    idle = unused(design, found) if "command" not in names else set()
-    if units or not axes:
-        return [
-            Signal(
-                identifier(x),
-                "",
-                plain(units.get(x, "")),
-                plain(meanings.get(x, "")),
-                NOT_USED
-                if x in idle
-                else f"{max(found.largest(axis, x) for axis in found.axes):.3g}",
-            )
-            for x in names
+    idle = {*map(identifier, unused(design, found) if "command" not in names else ())}
+    units = signal_units(design)
+    alike = bool(units or not axes)
+    each = [("", found.axes, units, signal_meanings(design))]
+    if not alike:
+        each = [
+            (x.name, (x.name,), units_of(x.drive.units), MEANINGS | meanings_of(x.drive))
+            for x in PlantSettings(**design.plant.model_dump()).each()
         ]
     rows: dict[tuple[str, str, str], list[str]] = {}
     largest: dict[tuple[str, str, str], float] = {}
-    for axis in PlantSettings(**design.plant.model_dump()).each():
-        own, told = units_of(axis.drive.units), MEANINGS | meanings_of(axis.drive)
+    for of, own, units, meanings in each:
         for name in names:
-            row = identifier(name), plain(own.get(name, "")), plain(told.get(name, ""))
-            rows.setdefault(row, []).append(axis.name)
-            largest[row] = max(largest.get(row, 0.0), found.largest(axis.name, name))
-    return [
-        Signal(
-            row[0],
-            ", ".join(of),
-            *row[1:],
-            NOT_USED if row[0] in map(identifier, idle) else f"{largest[row]:.3g}",
-        )
-        for row, of in sorted(rows.items())
-    ]
+            row = identifier(name), plain(units.get(name, "")), plain(meanings.get(name, ""))
+            rows.setdefault(row, []).append(of)
+            sizes = (found.largest(axis, name) for axis in own)
+            largest[row] = max(largest.get(row, 0.0), *sizes)
+    told = {row: NOT_USED if row[0] in idle else f"{x:.3g}" for row, x in largest.items()}
+    order = rows if alike else sorted(rows)
+    return [Signal(row[0], ", ".join(rows[row]), *row[1:], told[row]) for row in order]
 
 
 def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:

@@ -9,9 +9,11 @@ as close as that, commands are not compared until all is forgotten.
 """
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from hfc_design.controllers.controller import (
@@ -22,7 +24,7 @@ from hfc_design.controllers.controller import (
     primed,
     rate_limited,
 )
-from hfc_design.core.numbers import ARRAYS, Floats, Gains, Mask, Memory, Plain
+from hfc_design.core.numbers import ARRAYS, Floats, Gains, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.flash.driving import RESETS
 
@@ -39,17 +41,14 @@ def _rounded(function: np.ufunc, x: Floats) -> np.ndarray:
 
 def single(value: Plain) -> Plain:
     """All real numbers in tables and records rounded to single precision."""
-    if isinstance(value, float):
-        return np.float32(value)
-    if isinstance(value, dict):
-        return {key: single(part) for key, part in value.items()}
-    if hasattr(value, "_fields"):
-        return type(value)(*map(single, value))
-    if isinstance(value, list | tuple):
-        return type(value)(map(single, value))
-    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
-        return value.astype(np.float32)
-    return value
+
+    def rounded(leaf: Any) -> Any:
+        if isinstance(leaf, float):
+            return np.float32(leaf)
+        real = isinstance(leaf, np.ndarray) and leaf.dtype.kind == "f"
+        return leaf.astype(np.float32) if real else leaf
+
+    return jax.tree.map(rounded, value)
 
 
 def commands(
@@ -98,19 +97,9 @@ def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes:
             told, after = controller.step(SINGLE, gains, before, view)
             found.append(np.stack([zero + command for command in told], axis=1))
             finite = np.isfinite(found[-1]).all(axis=1)
-            memory = after if finite.all() else _where(finite, after, memory)
+            kept = partial(np.where, finite)  # what is remembered of each try
+            memory = after if finite.all() else jax.tree.map(kept, after, memory)
     return np.stack(found, dtype=np.float64)
-
-
-def _where(finite: Mask, after: Memory, before: Memory) -> Memory:
-    """What is remembered of each try."""
-    if hasattr(after, "_fields"):
-        return type(after)(*map(_where, [finite] * len(after), after, before))
-    if isinstance(after, dict):
-        return {key: _where(finite, own, before[key]) for key, own in after.items()}
-    if isinstance(after, list | tuple):
-        return type(after)(map(_where, [finite] * len(after), after, before))
-    return after if after is None else np.where(finite, after, before)
 
 
 #: Of a command in double precision, in shares of the largest one.

@@ -4,6 +4,7 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Mapping
+from functools import partial
 from html import escape
 from itertools import pairwise
 from sys import float_info
@@ -18,7 +19,7 @@ from hfc_design.files.pairing import axes_of
 from hfc_design.formats import compiling
 from hfc_design.formats.flash import readme
 from hfc_design.formats.fmu.control import commands_machine
-from hfc_design.formats.fmu.description import Description, Model, Variable
+from hfc_design.formats.fmu.description import Model, Variable, described
 from hfc_design.formats.writing import rendered
 
 #: Files around the model; that of the version beside them.
@@ -66,8 +67,8 @@ def _fmu(model: Model, design: Design, version: Version) -> bytes:
     """The archive; its token is a hash of the rest of it but for the binary."""
     documentation = page(model, design)
     sources = _sources(model, design, version, "")
-    described = Description(model, sorted(name for name in sources if name.endswith(".c")))
-    describe = getattr(described, version.name)
+    compiled = sorted(name for name in sources if name.endswith(".c"))
+    describe = partial(described, model, design, compiled, version.name)
     token = _token(
         [describe(""), documentation, *(f"{name} {text}" for name, text in sorted(sources.items()))]
     )
@@ -76,7 +77,9 @@ def _fmu(model: Model, design: Design, version: Version) -> bytes:
     files["documentation/index.html"] = documentation
     files |= {f"sources/{name}": text for name, text in sorted(sources.items())}
     if version.build:
-        files["sources/buildDescription.xml"] = described.build()
+        files["sources/buildDescription.xml"] = rendered(
+            "fmu/build.xml.j2", design, name=model.name, compiled=compiled
+        )
     if binary := compiling.shared_library(sources, model.name):
         files[f"binaries/{version.binaries}/{model.name}.so"] = binary
     return _archive(files)

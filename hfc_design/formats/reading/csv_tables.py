@@ -10,16 +10,8 @@ from pathlib import Path
 from shlex import quote
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.formats.reading.system import (
-    Input,
-    Output,
-    Shape,
-    Singleton,
-    System,
-    Token,
-    input_of,
-    shape_of,
-)
+from hfc_design.formats.reading import system
+from hfc_design.formats.reading.system import Input, Shape, System, Token
 
 FILES = ("rules.csv", "error_terms.csv", "error_change_terms.csv")
 #: What need not be there: names of the rules' singletons, and of the output.
@@ -63,14 +55,14 @@ def read(texts: dict[str, str]) -> System:
     corner = CORNER.fullmatch(rules[0][0].text)
     names = corner.groups() if corner else SIGNALS
     inputs = _input(names[0], first), _input(names[1], second)
-    output = Output(_output(tables.get("manifest.csv", [])))
-    system = System("", inputs, output, {}, SIGNALS)
+    output = system.Output(_output(tables.get("manifest.csv", [])))
+    found = System("", inputs, output, {}, SIGNALS)
     labels = {}
     if "labels.csv" in tables:
         labels = {place: cell.text for place, cell in _cells(tables["labels.csv"], inputs)}
     for place, cell in _cells(rules, inputs):
-        system.add(cell, place, Singleton(labels.get(place, ""), cell.number()))
-    return system
+        found.add(cell, place, system.Singleton(labels.get(place, ""), cell.number()))
+    return found
 
 
 def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
@@ -109,7 +101,9 @@ def _input(name: str, rows: Rows) -> Input:
     header, *rest = rows
     if [cell.text for cell in header] != HEADER:
         raise header[0].fault(f"the first line has to be {','.join(HEADER)}")
-    return input_of(header[0]._replace(text=name), -inf, inf, [_shape(cells) for cells in rest])
+    return system.input_of(
+        header[0]._replace(text=name), -inf, inf, [_shape(cells) for cells in rest]
+    )
 
 
 def _shape(cells: list[Token]) -> Shape:
@@ -119,4 +113,4 @@ def _shape(cells: list[Token]) -> Shape:
     middle = centre.number()
     below = left.number() if left.text else -inf
     above = right.number() if right.text else inf
-    return shape_of(label, "Triangle", "abbc", (below, middle, above))
+    return system.shape_of(label, "Triangle", "abbc", (below, middle, above))

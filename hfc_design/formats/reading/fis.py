@@ -13,19 +13,9 @@ from math import inf, nan
 
 import numpy as np
 
+from hfc_design.formats.reading import inference
 from hfc_design.formats.reading.inference import FIS as CURVES
-from hfc_design.formats.reading.inference import (
-    Clause,
-    Conclusion,
-    Methods,
-    Rule,
-    RuleBase,
-    Term,
-    Variable,
-    plane,
-    sigmoid,
-    term_of,
-)
+from hfc_design.formats.reading.inference import Clause, Rule, RuleBase, Term, Variable, sigmoid
 from hfc_design.formats.reading.system import (
     ALLOWED,
     Allowed,
@@ -273,7 +263,7 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     )
     aggregation = aggregation if mamdani else "sum"
     by = conjunction, disjunction, implication, aggregation, defuzzifier
-    methods = Methods(*by, places, shares, default=nan)
+    methods = inference.Methods(*by, places, shares, default=nan)
     counts = [len(found.terms) for found in (first, second, told)]
     found = [_rule(rule, counts, mamdani) for _, rule in rules.entries]
     name = unquoted(head.get("Name")).text
@@ -295,7 +285,7 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
             continue
         curve = CURVES[kind.one_of(f"shape of the term {label.text}", CURVES)]
         numbers = corners_of(kind.text, value, curve.needs)
-        terms.append(term_of(label, curve, numbers))
+        terms.append(inference.term_of(label, curve, numbers))
         if kind.text == "dsigmf":
             places = np.linspace(low, high, 10 * PLACES)
             if (sigmoid(places, *numbers[1::-1]) < sigmoid(places, *numbers[:1:-1]) - SAME).any():
@@ -306,12 +296,12 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
     return Variable(unquoted(section.get("Name")), low, high, terms)
 
 
-def _conclusion(label: Token, kind: Token, value: Token) -> Conclusion:
+def _conclusion(label: Token, kind: Token, value: Token) -> inference.Conclusion:
     """A Sugeno term: a number, or numbers for the inputs and one more."""
     kind.one_of(f"kind of the output term {label.text}", ("constant", "linear"))
     if kind.text == "constant":
-        return plane(0.0, 0.0, *numbers_of(value, 1))
-    return plane(*numbers_of(value, 3))
+        return inference.plane(0.0, 0.0, *numbers_of(value, 1))
+    return inference.plane(*numbers_of(value, 3))
 
 
 def _rule(rule: Token, counts: list[int], mamdani: bool) -> Rule:

@@ -11,21 +11,9 @@ from math import inf, nan
 import numpy as np
 
 from hfc_design.core.numbers import Floats
-from hfc_design.formats.reading.inference import (
-    AVERAGES,
-    DEFUZZIFIERS,
-    HEDGES,
-    Clause,
-    Conclusion,
-    Methods,
-    Rule,
-    RuleBase,
-    Term,
-    Variable,
-    plane,
-    term_of,
-)
+from hfc_design.formats.reading import inference
 from hfc_design.formats.reading.inference import FLL as CURVES
+from hfc_design.formats.reading.inference import Clause, Rule, RuleBase, Term, Variable
 from hfc_design.formats.reading.system import (
     ALLOWED,
     GAUSSIANS,
@@ -212,10 +200,10 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
 
 ANY = ALLOWED["fll-sampled"]
 #: What integrates over terms with a shape, in so many places; fuzzylite's own number of these.
-INTEGRALS = [name for name in DEFUZZIFIERS if name[0].isupper()]
+INTEGRALS = [name for name in inference.DEFUZZIFIERS if name[0].isupper()]
 PLACES, MOST_PLACES = 1000, 10_000
 #: What averages or adds the output's numbers.
-WEIGHTED = [*(name for name in AVERAGES if name[0].isupper()), "WeightedSum"]
+WEIGHTED = [*(name for name in inference.AVERAGES if name[0].isupper()), "WeightedSum"]
 WORD = re.compile(r"[()]|[^\s()]+")
 SAMPLED_RULE = re.compile(r"if (.+) then (\S+) is (.+?)(?: with (\S+))?")
 CLAUSE = re.compile(r"(\S+) is (.+)")
@@ -265,7 +253,7 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     if locked and not result.low <= result.high:
         raise output.get("range").fault("lock-range = true of a range that falls")
     limits = (result.low, result.high) if locked else (-inf, inf)
-    methods = Methods(*by, name.text, places, shares, number, limits)
+    methods = inference.Methods(*by, name.text, places, shares, number, limits)
     variables = (*inputs, result)
     found = [_rule(rule, variables, by) for rule in rules.all("rule")]
     if not found:
@@ -324,10 +312,10 @@ def _term(term: Token, shaped: bool) -> Term:
         raise term.fault(f"term {label.text}: a {kind.text} has {curve.needs} numbers")
     if kind.text == "Ramp" and numbers[0] == numbers[1]:
         raise term.fault(f"term {label.text}: a Ramp has to rise or to fall")
-    return term_of(label, curve, numbers)
+    return inference.term_of(label, curve, numbers)
 
 
-def _conclusion(term: Token, kinds: dict[str, int]) -> Conclusion:
+def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
     """A number, numbers for the inputs and one more, or where a ramp has its degree."""
     label, kind, rest = term.match(TERM)
     kind.one_of(f"kind of the output term {label.text}", kinds)
@@ -339,7 +327,7 @@ def _conclusion(term: Token, kinds: dict[str, int]) -> Conclusion:
     if kind.text == "Ramp":
         start, end = numbers
         return lambda _x, _y, degree: start + (end - start) * degree
-    return plane(*[0.0, 0.0, *numbers][-3:])
+    return inference.plane(*[0.0, 0.0, *numbers][-3:])
 
 
 def _rule(rule: Token, variables: tuple[Variable, ...], by: tuple[str, ...]) -> Rule:
@@ -396,7 +384,7 @@ def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:
     """Place of a term, and the hedges before it, the nearest first."""
     *hedges, label = text.words()
     if label.text == "any":  # which stands without a term
-        return 0, [hedge.one_of("hedge", HEDGES) for hedge in (label, *reversed(hedges))]
+        return 0, [hedge.one_of("hedge", inference.HEDGES) for hedge in (label, *reversed(hedges))]
     labels = [term.label.text for term in variable.terms]
     place = label.place(labels, f"term of {variable.name.text}")
-    return place, [hedge.one_of("hedge", HEDGES) for hedge in reversed(hedges)]
+    return place, [hedge.one_of("hedge", inference.HEDGES) for hedge in reversed(hedges)]

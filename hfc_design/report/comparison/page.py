@@ -4,15 +4,8 @@ from typing import Any
 
 from hfc_design.pictures.files import small_address
 from hfc_design.report import Page, inside, rendered
-from hfc_design.report.comparison import traces
+from hfc_design.report.comparison import tables, traces
 from hfc_design.report.comparison.plots import contours, machines, motions, ratios
-from hfc_design.report.comparison.tables import (
-    DIFFERENCE_HEAD,
-    called,
-    difference_row,
-    failures,
-    lines,
-)
 from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import SCORES, Bout, Comparison
 from hfc_design.simulation.settling import EXPLAINED
@@ -37,14 +30,14 @@ def page(comparison: Comparison, command: str = "") -> Page:
         machines=comparison.machines,
         within=comparison.within,
         seed=comparison.seed,
-        failures=list(failures(comparison)),
+        failures=list(tables.failures(comparison)),
         reasons=EXPLAINED,
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
         motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
         meant=_meant(comparison),
         machines_drawn=machines(comparison),
         ratios=ratios(comparison),
-        head=DIFFERENCE_HEAD,
+        head=tables.DIFFERENCE_HEAD,
         count=len(comparison.differences),
         slices=traces.SLICES,
         notes=comparison.notes,
@@ -64,7 +57,9 @@ def page(comparison: Comparison, command: str = "") -> Page:
 def _meant(comparison: Comparison) -> list[tuple[str, str]]:
     """Names and meanings of all metrics, each once."""
     each = ((bout, *item) for bout in comparison.bouts for item in bout.meanings.items())
-    return list({called(bout, key): text for bout, key, text in each if key not in SCORES}.items())
+    return list(
+        {tables.called(bout, key): text for bout, key, text in each if key not in SCORES}.items()
+    )
 
 
 def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:
@@ -75,11 +70,11 @@ def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:
     shown = [x for x in found if (x.metric, x.first) == (main, first)]
     return {
         "name": bout.name,
-        "lines": lines(bout),
-        "metric": called(bout, main),
-        "differences": [[x.first, x.second, *difference_row(x)] for x in shown],
+        "lines": tables.lines(bout),
+        "metric": tables.called(bout, main),
+        "differences": [[x.first, x.second, *tables.difference_row(x)] for x in shown],
         "others": [
-            [x.first, x.second, called(bout, x.metric), *difference_row(x)]
+            [x.first, x.second, tables.called(bout, x.metric), *tables.difference_row(x)]
             for x in found
             if x not in shown
         ],
@@ -91,7 +86,7 @@ def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dic
     assert bout.scenario is not None
     return _told(comparison, bout) | {
         "description": bout.scenario.description,
-        "every": lines(bout, every=True),
+        "every": tables.lines(bout, every=True),
         "contour": contours(bout),
         "errors": errors({name: one.motion for name, one in bout.found.items()}),
         "curves": [motions(bout, shown[k : k + PRINTED]) for k in range(0, len(shown), PRINTED)],
