@@ -133,7 +133,7 @@ def generations(
             best if np.isfinite(best) else np.nan,
             np.median(score[finished]) if finished.any() else np.nan,
             np.count_nonzero(~finished),
-            getattr(asked, "structures", len(np.unique(asked.population.tree))),
+            getattr(asked, "structures", None) or len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
         told = _without(told, ~finished)

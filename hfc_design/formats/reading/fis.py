@@ -255,7 +255,8 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     first, second = (_variable(section) for section in inputs)
     conclusions = [] if mamdani else [_conclusion(*term) for term in terms_in(output)]
     told = _variable(output) if mamdani else _variable(output, shaped=False)
-    places = np.linspace(told.low, told.high, PLACES)
+    ends = (told.low, told.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
+    places = np.linspace(*ends, PLACES)
     shares = np.ones(PLACES)
     shares[[0, -1]] = 0.5
     conjunction, disjunction, implication, aggregation, defuzzifier = (

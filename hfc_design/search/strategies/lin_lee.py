@@ -201,9 +201,11 @@ def _genes(bits: Mask, inputs: int) -> Integers:
 def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | None:
     if controller.kind != "pd+hierarchical-fuzzy":
         return "searches hierarchies; use race"
-    alone = getattr(controller, "linear", None) is getattr(controller, "used", None) is None
-    told = "searches hierarchies of all inputs beside a PD alone; use cma or race"
-    return None if alone else told
+    if getattr(controller, "linear", None) is not None:
+        return "searches hierarchies beside a PD alone; use cma or race"
+    return (
+        "searches hierarchies of all inputs; use race" if getattr(controller, "used", 0) else None
+    )
 
 
 def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:

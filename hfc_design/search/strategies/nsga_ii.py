@@ -97,6 +97,7 @@ class Asked(NamedTuple):
     step: Floats  # (n,)
     machines: Integers | None = None
     sampled: cma.Asked | None = None  # by what leads, if they are its samples
+    structures: int | None = None  # that compete there
 
 
 class Nsga2(NamedTuple):
@@ -187,7 +188,7 @@ def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
 
 def _sampled(asked: cma.Asked, settings: Nsga2Settings) -> Asked:
     steps = np.full(len(asked.points), settings.step)
-    return Asked(asked.population, steps, asked.machines, asked)
+    return Asked(asked.population, steps, asked.machines, asked, asked.structures)
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
