@@ -38,7 +38,7 @@ LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
 #: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 #: So near to -1 the stress by a mode may lead a loop that is searched.
-NEAR = 0.8
+NEAR = 0.6
 #: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
 LONG, ROUNDED = 1000, 1e-6
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
