@@ -68,6 +68,22 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
     assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
 
 
+def test_machines_under_stress_are_asked_what_the_scenario_asks(one):
+    """A third of it is allowed of all others: the limit of 10 urad is one of 3.3 there."""
+    stress = SCENARIO["stress"] | {"friction": 2.0}
+    problem = Problem(api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress}))
+    loop, machines, motions, ensemble = problem.parts
+    assert [x.most for x in ensemble.constraints] == [pytest.approx(1e-5 / 3.0)]
+    assert problem.calm.tolist() == [k for k in range(12) if k % 4 != 1]
+    for machine, share in ((5, 1.0 / 3.0), (6, 1.0)):
+        some = np.array([0, machine])
+        judged = simulate.scores(loop, machines.take(some), motions, problem.genome.gains(one))
+        values = np.array(judged.values)
+        values[:, 1, :, -1] *= share
+        expected = ensemble.verdict(judged._replace(values=values))
+        assert problem.rank_on(one, some) == expected.rank
+
+
 def test_finalists_meet_a_quarter_of_the_machines_and_the_best_all(problem):
     """Of eight with different gains two meet all twelve machines; nobody else ranks above them.
 
