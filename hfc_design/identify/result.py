@@ -19,6 +19,7 @@ from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.texts import toml_of
 from hfc_design.files.machine import Axis
+from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, Profile
@@ -41,7 +42,7 @@ OTHERS = 0.1
 #: Of a search of many individuals on few machines, and what its loops have to be.
 FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
 ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
-#: A step is so many times the error of the loop that recorded the log (rms).
+#: A step is so many times the error of the loop that recorded the log (rms), if the scale tells it.
 STEP = 3.0
 #: A recorded velocity is a difference over some samples if it is off that by less than a share.
 MOST_SAMPLES, SAME_RATE = 16, 1e-3
@@ -469,7 +470,8 @@ def _motions(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )
     sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
-    step = _rounded(kind="step", height=STEP * error)
+    height = max(STEP * error, LEAST_STEPS * (told.step or 0.0))
+    step = _rounded(kind="step", height=height)
     return [
         {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
         {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},

@@ -1,8 +1,12 @@
 """What is looked for, and what somebody knows."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from hfc_design.identify.free import looked_for, task_of
+from hfc_design.identify.result import _motions
 
 
 def wanted(plant, changes, free=None):
@@ -30,3 +34,11 @@ def test_a_start_is_said_beside_the_name():
     found = wanted("milling-table", (), ["table_mass=180", "load=20"])
     assert found.starts["table_mass"] == 180.0
     assert found.values(found.begun) == pytest.approx([180.0, 20.0])
+
+
+@pytest.mark.parametrize(("error", "height"), [(0.002, 0.1), (1.0, 3.0)])
+def test_the_scale_tells_a_step_that_is_made(error, height):
+    """Three times the error of the log's loop, and a hundred steps of the scale at least."""
+    told = SimpleNamespace(place=np.array([0.0, 10.0]), step=0.001)
+    found = _motions(told, speed=5.0, acceleration=50.0, duration=3.0, error=error)
+    assert found[-1]["reference"] == {"kind": "step", "height": height}
