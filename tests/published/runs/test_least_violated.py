@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from run_folders import hfc
 
-from hfc_design.controllers.genome import taken
+from hfc_design.controllers.genome import joined
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.runs.champion import _finalists
 from hfc_design.runs.problem import final_problem
 from hfc_design.runs.run import finished_run
 
@@ -46,9 +47,7 @@ def test_contradictory_constraints(tmp_path, front):
     assert score["least_violated"] is True
     if not front:
         scenario, result = finished_run(tmp_path / "run")
-        archive, problem = result.search.archive, final_problem(scenario)
-        best = np.argsort(-archive.score, kind="stable")[:16]
-        tried = taken(archive.population, best[np.isfinite(archive.score[best])])
+        problem, tried = final_problem(scenario), joined(*_finalists(result.search))
         rank = problem.rank_of_finalists(tried)
         assert (rank < 0.0).all()
         own = json.loads((tmp_path / "run" / "design.json").read_text())["controller"]
