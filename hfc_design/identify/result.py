@@ -470,8 +470,7 @@ def _motions(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )
     sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
-    height = max(STEP * error, LEAST_STEPS * (told.step or 0.0))
-    step = _rounded(kind="step", height=height)
+    step = _rounded(kind="step", height=max(STEP * error, LEAST_STEPS * (told.step or 0.0)))
     return [
         {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
         {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
