@@ -203,10 +203,17 @@ def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
 
 
 def measured_apart(drive: Drive) -> list[str]:
-    """The signals of a drive that no encoder forms: they stay as they are when all of them move."""
+    """The signals of a drive that no encoder forms."""
+    return unmoved(drive, drive.encoders)
+
+
+def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
+    """The signals of a drive that stay as they are when what some of its encoders tell moves."""
     fixed, state = drive.coefficients(drive.parameters()), drive.initial_state(0.0)
     state = type(state)(*(0.1 + 0.01 * k for k in range(len(state))))
-    moved = {key: 1.7 * getattr(state, key) for pair in drive.encoders.items() for key in pair}
+    moved = {
+        key: 1.7 * getattr(state, key) for one in encoders for key in (one, drive.encoders[one])
+    }
     before, after = drive.signals(fixed, state), drive.signals(fixed, state._replace(**moved))
     return [name for name, value in before.items() if value == after[name]]
 

@@ -8,7 +8,7 @@ error at a calm command.
 import json
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import tomli_w
@@ -18,14 +18,14 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.texts import toml_of
-from hfc_design.files.machine import Axis
-from hfc_design.files.motions import LEAST_STEPS
+from hfc_design.files.machine import Axis, unmoved
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.certainty import CONFIDENCE, GIVEN, HELD, Certainty, Combination
 from hfc_design.identify.fit import Found
 from hfc_design.identify.free import LATE, LOAD, Free, Task
+from hfc_design.identify.motions_like import fastest, motions_like
 from hfc_design.identify.replay import Recording
 from hfc_design.identify.response import LAGS, Response
 from hfc_design.logs.sensors import noise_of
@@ -42,8 +42,6 @@ OTHERS = 0.1
 #: Of a search of many individuals on few machines, and what its loops have to be.
 FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
 ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
-#: A step is so many times the error of the loop that recorded the log (rms), if the scale tells it.
-STEP = 3.0
 #: A recorded velocity is a difference over some samples if it is off that by less than a share.
 MOST_SAMPLES, SAME_RATE = 16, 1e-3
 #: Digits of a parameter in a file, and of what stands around it.
@@ -392,7 +390,7 @@ def scenario_text(found: Identified) -> str:
 def _made(found: Identified) -> Json:
     """Motions like those of the log."""
     told, scenario, axis = found.told, found.task.scenario, found.axis
-    speed, acceleration = _fastest(told)
+    speed, acceleration = fastest(told)
     distance = float(np.ptp(told.place))
     low, high = axis.drive.largest_commands(axis.parameters, scenario.limits.command)
     limit = float(min(-low, high))
@@ -416,7 +414,7 @@ def _made(found: Identified) -> Json:
             **differences(told, found.free.drive.seen[1]),
             **scenario.sensors.of(axis.name).model_dump(include={"feedback"}, exclude_none=True),
         },
-        "motions": _motions(told, speed, acceleration, duration, error),
+        "motions": motions_like(told, speed, acceleration, duration, error),
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
@@ -432,7 +430,7 @@ def _made(found: Identified) -> Json:
                 {"name": "reference_rate", "scale": float(f"{40.0 / speed:.2g}")},
                 {"name": "error", "scale": float(f"{1.0 / error:.2g}")},
             ],
-            "linear": {},
+            "linear": _linear(scenario, told),
         },
         "constraints": ASKED,
         "search": {"preset": "cma", "population": 42, "generations": 360},
@@ -443,6 +441,18 @@ def _made(found: Identified) -> Json:
     if noise := noise_of(off, told.place, told.step or axis.resolution):
         data["sensors"]["noise"] = noise
     return data
+
+
+def _linear(scenario: Scenario, told: Recording) -> Json:
+    """A linear part, which reads no encoder that the log shows nothing of.
+
+    An axis whose motor's encoder is fed back need not have a scale.
+    """
+    (axis,) = scenario.machine.drives
+    missing = axis.encoders.keys() - {axis.seen[0]} - told.outputs.keys()
+    if axis.seen[0] == axis.position or not missing:
+        return {}
+    return {"signals": sorted({*unmoved(axis, missing)} - {*axis.seen})}
 
 
 def differences(told: Recording, rate: str) -> Json:
@@ -456,42 +466,6 @@ def differences(told: Recording, rate: str) -> Json:
     best = min(off, key=off.__getitem__)
     is_one = best > 1 and off[best] < SAME_RATE * np.std(told.outputs[rate])
     return {"difference_samples": best} if is_one else {}
-
-
-def _motions(
-    told: Recording, speed: float, acceleration: float, duration: float, error: float
-) -> list[Json]:
-    """A move as far as that of the log, a slow one, one to and fro, and a step."""
-    distance, slow = float(np.ptp(told.place)), 0.05 * speed
-    lasts = distance / speed + speed / acceleration
-    # Two periods, so that it reverses at the end too; no faster than the log.
-    often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
-    move = _rounded(
-        kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
-    )
-    sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
-    step = _rounded(kind="step", height=max(STEP * error, LEAST_STEPS * (told.step or 0.0)))
-    return [
-        {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
-        {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
-        {"name": "reversal", "reference": sine},
-        {"name": "step", "reference": step, "settled_after_s": round(0.5 * duration, 2)},
-    ]
-
-
-def _rounded(**reference: Any) -> Json:
-    return {key: float(f"{x:.3g}") if isinstance(x, float) else x for key, x in reference.items()}
-
-
-def _fastest(told: Recording) -> tuple[float, float]:
-    """Speed and acceleration that the log reaches, but for its noise."""
-    place = told.place if told.reference is None else told.reference
-    width = max(min(round(0.01 / told.sample_time), len(place) // 8), 1)
-    smooth = np.convolve(place, np.ones(width) / width, "valid")
-    rate = (smooth[width:] - smooth[:-width]) / (width * told.sample_time)
-    change = (rate[width:] - rate[:-width]) / (width * told.sample_time)
-    speed = max(float(np.quantile(np.abs(rate), 0.99)), float(np.ptp(place)) / told.duration)
-    return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
 
 
 def called(log: str) -> str:

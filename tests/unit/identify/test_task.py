@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hfc_design.identify.free import looked_for, task_of
-from hfc_design.identify.result import _motions
+from hfc_design.identify.motions_like import motions_like
+from hfc_design.identify.result import _linear
 
 
 def wanted(plant, changes, free=None):
@@ -40,5 +41,27 @@ def test_a_start_is_said_beside_the_name():
 def test_the_scale_tells_a_step_that_is_made(error, height):
     """Three times the error of the log's loop, and a hundred steps of the scale at least."""
     told = SimpleNamespace(place=np.array([0.0, 10.0]), step=0.001)
-    found = _motions(told, speed=5.0, acceleration=50.0, duration=3.0, error=error)
+    found = motions_like(told, speed=5.0, acceleration=50.0, duration=3.0, error=error)
     assert found[-1]["reference"] == {"kind": "step", "height": height}
+
+
+@pytest.mark.parametrize(
+    ("feedback", "logged", "read"),
+    [
+        ("position", ["position"], {}),  # a motor has an encoder of its own
+        ("motor_position", ["motor_position", "position"], {}),
+        ("motor_position", ["motor_position"], {"signals": []}),
+        ("motor_position", ["motor_position", "motor_velocity"], {"signals": []}),
+    ],
+)
+def test_a_law_reads_no_scale_that_no_log_shows(feedback, logged, read):
+    own = task_of("milling-table", None, {"sensors.feedback": feedback}, None, None, None, None, 0)
+    told = SimpleNamespace(outputs=dict.fromkeys(logged))
+    assert _linear(own.scenario, told) == read
+
+
+def test_beside_a_rotor_alone_a_law_reads_its_current():
+    changes = {"sensors.feedback": "rotor_angle"}
+    own = task_of("c-axis", None, changes, None, None, None, None, 0)
+    told = SimpleNamespace(outputs={"rotor_angle": None})
+    assert _linear(own.scenario, told) == {"signals": ["current"]}
