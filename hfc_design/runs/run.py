@@ -29,6 +29,7 @@ from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
 from hfc_design.simulation.evaluating import Evaluation, evaluate
+from hfc_design.simulation.in_use import NO
 from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
@@ -247,7 +248,7 @@ def used(scenario: Scenario, result: Result, folder: Path) -> Json:
     if asked and (stored := kept_use(folder)) is not None:
         return stored
     numbers = usable(result.design, scenario).numbers()
-    if result.design.score.get(LEAST_VIOLATED) and not numbers["usable"]:
+    if result.design.score.get(LEAST_VIOLATED) and numbers["verdict"] == NO:
         numbers["answer"] = f"no: {NO_DESIGN}: {numbers['answer'].removeprefix('no: ')}"
     checkpoint.write_whole(folder / USABLE, (json.dumps(numbers, indent=1) + "\n").encode())
     return numbers
