@@ -31,6 +31,7 @@ from hfc_design.identify.response import LAGS, Response
 from hfc_design.logs.sensors import noise_of
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
+from plants import Drive
 
 HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
 CHECKED = ["log", "replayed in", "rms before", "rms after"]
@@ -430,7 +431,7 @@ def _made(found: Identified) -> Json:
                 {"name": "reference_rate", "scale": float(f"{40.0 / speed:.2g}")},
                 {"name": "error", "scale": float(f"{1.0 / error:.2g}")},
             ],
-            "linear": _linear(scenario, told),
+            "linear": _linear(found.free.drive, told),
         },
         "constraints": ASKED,
         "search": {"preset": "cma", "population": 42, "generations": 360},
@@ -443,16 +444,15 @@ def _made(found: Identified) -> Json:
     return data
 
 
-def _linear(scenario: Scenario, told: Recording) -> Json:
+def _linear(drive: Drive, told: Recording) -> Json:
     """A linear part, which reads no encoder that the log shows nothing of.
 
     An axis whose motor's encoder is fed back need not have a scale.
     """
-    (axis,) = scenario.machine.drives
-    missing = axis.encoders.keys() - {axis.seen[0]} - told.outputs.keys()
-    if axis.seen[0] == axis.position or not missing:
+    missing = drive.encoders.keys() - {drive.seen[0]} - told.outputs.keys()
+    if drive.seen[0] == drive.position or not missing:
         return {}
-    return {"signals": sorted({*unmoved(axis, missing)} - {*axis.seen})}
+    return {"signals": sorted({*unmoved(drive, missing)} - {*drive.seen})}
 
 
 def differences(told: Recording, rate: str) -> Json:
