@@ -39,6 +39,7 @@ def told(share, reasons, scale=1.0):
 REASONS = {"is far off": 1, "oscillates": 2, "exceeds unsettled": 2, "stays at a limit": 1}
 USED = {
     "usable": False,
+    "verdict": "no",
     "answer": "no: only 99.6 % of 1000 unseen machines within +-15 % pass",
     "spread": 0.15,
     "machines": 1000,
