@@ -9,7 +9,7 @@ from hfc_design.core.records import RunError
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import design_of, with_score
-from hfc_design.runs.problem import final_problem
+from hfc_design.runs.problem import BEHIND, final_problem
 from hfc_design.search.loop import Search
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 
@@ -68,11 +68,9 @@ def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population
 
     And whether it keeps every constraint on those that are under no stress.
     """
-    problem = final_problem(scenario)
-    rank = problem.rank_of_finalists(finalists)
+    rank = final_problem(scenario).rank_of_finalists(finalists)
     best = int(np.argmax(rank))
-    one = taken(finalists, np.array([best]))
-    return one, bool(rank[best] >= 0.0) or problem.is_sound(one, len(rank))
+    return taken(finalists, np.array([best])), bool(rank[best] > -BEHIND)
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -90,13 +90,14 @@ class Judging:
         machines: Integers,
         penalty: float | None = None,
         needed: Floats | None = None,
+        beside: Floats | None = None,
     ) -> Floats:
         """(n, 2) rank with broken constraints below all others, and with them weighed.
 
         On all ``machines``; on the first ``FEW`` alone who cannot reach what is ``needed``.
         """
         gains, ensemble = self.genome.gains(population), self._ensemble
-        beside = self._beside(gains)
+        beside = self._beside(gains) if beside is None else beside
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
             judged = self._eased(gains, machines)
             return self._rank(judged, ensemble, penalty, beside)

@@ -71,6 +71,7 @@ class Problem(Judging):
         generation: int = 0,
         needed: Floats | None = None,
         hard: Integers | None = None,
+        broken: Floats | None = None,
     ) -> Floats:
         """(n, 2) rank with broken constraints below all others, and what ``rank`` gives."""
         robust, penalty = self._robust, self._penalty(generation)
@@ -80,14 +81,17 @@ class Problem(Judging):
             return self._alone(population, needed)
         some = partial(self._some, generation=generation, hard=hard)
         once = robust.first == robust.elite
-        rank = self._ranked(population, some(robust.first), penalty, needed if once else None)
+        beside = self._beside(self.genome.gains(population)) if broken is None else broken
+        first = some(robust.first)
+        rank = self._ranked(population, first, penalty, needed if once else None, beside)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
             # So many that it costs no more than the first round; the others cannot pass them.
             most = max(len(rank) * robust.first // count, 1)
             best = np.argsort(-rank[:, 1], kind="stable")[:most]
-            found = self._ranked(taken(population, best), some(count), penalty)
+            few = taken(population, best)
+            found = self._ranked(few, some(count), penalty, beside=beside[best])
             rank = np.minimum(rank, found.min(axis=0))
             rank[best] = found
         return rank
@@ -98,6 +102,7 @@ class Problem(Judging):
         generation: int = 0,
         machines: Integers | None = None,
         needed: Floats | None = None,
+        broken: Floats | None = None,
     ) -> Floats | Scored | Weighed:
         """What the strategy of the scenario is told: ranks, or with them what it trades off.
 
@@ -106,7 +111,7 @@ class Problem(Judging):
         """
         fresh = generation < self._fresh
         if fresh or not self._traded:
-            rank, told = self._met(population, generation, needed, machines).T
+            rank, told = self._met(population, generation, needed, machines, broken).T
             if fresh and self._traded:  # before it trades
                 unknown = np.full((len(rank), len(self._traded)), np.inf)
                 return Weighed(rank, Scored(told, unknown, unknown[:, 0]))
@@ -149,14 +154,6 @@ class Problem(Judging):
         calm = Judged(*(np.asarray(part)[:, some] for part in judged))
         rank, alone = (self._rank(x, self._ensemble, beside=beside)[:, 0] for x in (judged, calm))
         return np.where(alone < 0.0, alone - BEHIND, rank)
-
-    def is_sound(self, one: Population, finalists: int) -> bool:
-        """Whether a finalist of so many keeps every constraint where there is no stress.
-
-        In the program that ranked all of them.
-        """
-        lanes = finalists * -(-self._machines.size // 4)
-        return bool(self.rank_on(one, self.calm, lanes)[0] >= 0.0)
 
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0

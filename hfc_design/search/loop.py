@@ -66,7 +66,8 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
 
 #: What the population of a generation is ranked by, no finite number where an individual failed;
 #: for a strategy that trades with the costs of each, on the ``machines`` that it names if it does.
-#: One that says what is ``needed`` of each may be told less where that is not reached.
+#: One that says what is ``needed`` of each may be told less where that is not reached; one that
+#: knows by how much each is ``broken`` says so.
 Evaluate = Callable[..., Floats | Scored | Weighed]
 
 
@@ -120,7 +121,7 @@ def generations(
             state, asked = searcher.start(rng)
         else:
             state, asked = searcher.ask(search.state, generation, rng)
-        more = {name: getattr(asked, name, None) for name in ("machines", "needed")}
+        more = {name: getattr(asked, name, None) for name in ("machines", "needed", "broken")}
         named = {name: value for name, value in more.items() if value is not None}
         judged = evaluate(asked.population, generation, **named)
         told = judged.told if isinstance(judged, Weighed) else judged

@@ -21,8 +21,8 @@ from hfc_design.search.heats import heats
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
-#: Generations after which it is asked anew which machines are hard.
-EVERY = 20
+#: How often it is asked in a search which machines are hard, if they were from the start.
+ASKING = 18
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
 #: First means that are looked at, and how far around, in first standard deviations.
@@ -70,6 +70,7 @@ class Asked(NamedTuple):
     island: int
     stage: int
     machines: Integers | None  # that are hard
+    broken: Floats | None  # (n,) by how much each breaks what is known of it, see ``Task.broken``
     structures: int  # that still compete
 
 
@@ -139,7 +140,7 @@ class Cma(NamedTuple):
         """With the machines that are hard by now, if it is time."""
         total, hardest = self.settings.generations, self.task.hardest
         behind = generation - round((1.0 - self.settings.hardened) * total)
-        if hardest is None or behind < 0 or behind % EVERY:
+        if hardest is None or behind < 0 or behind % max(total // ASKING, 1):
             return state
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
         found = hardest(best, 0.0)
@@ -216,21 +217,25 @@ class Cma(NamedTuple):
         island = place.within % len(state.score)
         own = Distribution(*(leaf[island] for leaf in state.islands))
         tree, stage = state.population.tree[island : island + 1], self._stage(state, place.stage)
-        points = np.concatenate([self._drawn(own, stage, tree, rng), own.mean[None]])
+        points, off = self._drawn(own, stage, tree, rng)
         members = stage.members(points, np.repeat(tree, len(points)))
         hard = state.hard if len(state.hard) else None
         competing = len(np.unique(state.population.tree))
-        return state, Asked(members, points, island, place.stage, hard, competing)
+        return state, Asked(members, points, island, place.stage, hard, off, competing)
 
     def _drawn(
         self, own: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator
-    ) -> Floats:
-        """(n, size) samples that are not broken, or those that are least."""
+    ) -> tuple[Floats, Floats | None]:
+        """(n, size) samples that are not broken, or those that are least, and the mean.
+
+        And by how much each of them is, if that is known.
+        """
         count, broken = self.settings.population - 1, self.task.broken
-        points = drawn(own, count, rng)
+        points, mean = drawn(own, count, rng), own.mean[None]
         if broken is None:
-            return points
-        off = broken(stage.members(points, np.repeat(tree, count)))
+            return np.concatenate([points, mean]), None
+        off = broken(stage.members(np.concatenate([points, mean]), np.repeat(tree, count + 1)))
+        off, of_mean = off[:-1], off[-1:]
         for _ in range(AGAIN):
             if not off.any():
                 break
@@ -238,7 +243,7 @@ class Cma(NamedTuple):
             off = np.append(off, broken(stage.members(more, np.repeat(tree, count))))
             best = np.argsort(off, kind="stable")[:count]
             points, off = np.concatenate([points, more])[best], off[best]
-        return points
+        return np.concatenate([points, mean]), np.append(off, of_mean)
 
 
 def _put(leaf: Any, place: int, value: Any) -> Any:
