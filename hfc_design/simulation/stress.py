@@ -62,6 +62,7 @@ class Case(NamedTuple):
     applied: Callable[[float], Applied]  # of a size
     shown: float = 1.0  # factor of the size in words
     factor: bool = False  # its size is a factor, of which the half is a root
+    whole: bool = False  # its size is all that there can be
 
     @property
     def asked(self) -> bool:
@@ -69,7 +70,8 @@ class Case(NamedTuple):
         return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
-        """The size of a part of it."""
+        """The size of a part of it, or of more than it is."""
+        part = min(part, 1.0) if self.whole else part
         return self.size**part if self.factor else self.size * part
 
     def told(self, part: float) -> str:
@@ -117,10 +119,12 @@ def stressed(
     return tuple(told)
 
 
-def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
-    """The machines, of which some are under a stress, ``EVERY`` so many one, each in turn.
+def among(
+    machines: Machines, scenario: Scenario, loop: Loop, part: float
+) -> tuple[Machines, Integers]:
+    """The machines, of which some are under a ``part`` of a stress, ``EVERY`` so many one.
 
-    And which are under none. What needs another motion is not among them.
+    Each stress in turn. And which are under none. What needs another motion is not among them.
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size).samples is None]
@@ -132,7 +136,7 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
     for k, case in enumerate(kinds):
         own = np.arange(1 + EVERY * k, machines.size, EVERY * len(kinds))
         if len(own):
-            one = case.applied(case.size)
+            one = case.applied(case.of(part))
             some = _rubbing(scenario, machines.take(own), one.friction)
             places.append(own)
             parts.append(standing(some, scenario, loop, one.around).true)
@@ -266,7 +270,8 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
             found = {"mode_hz": one.hz, "mode_damping": one.damping, "mode_share": share(part)}
             return Applied(found)
 
-        return Case(f"a mode at {three_digits(one.hz)} Hz{words}", size, swings, 100.0)
+        told = f"a mode at {three_digits(one.hz)} Hz{words}"
+        return Case(told, size, swings, 100.0, whole=size == 1.0)
 
     for one in own.modes:
         shown = partial(operator.mul, one.share)

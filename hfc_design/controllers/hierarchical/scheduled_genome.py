@@ -141,8 +141,12 @@ class ScheduledGenome(Genome):
         size = len(places)
 
         def members(points: Floats, tree: Integers) -> ScheduledHierarchies:
-            first = self.on_one.regulated(points[:, :size], tree)
-            second = self.on_one.regulated(points[:, size : 2 * size], tree)
+            one, other = points[:, :size], points[:, size : 2 * size]
+            both = self.on_one.regulated(one, tree), self.on_one.regulated(other, tree)
+            # The second holds at rest, which needs an integral; slow axes stick and slip with one.
+            more = both[0].linear[:, :1] > both[1].linear[:, :1]
+            first = self.on_one.regulated(np.where(more, other, one), tree)
+            second = self.on_one.regulated(np.where(more, one, other), tree)
             shares = SHARES + points[:, 2 * size : 2 * size + len(SHARES)]
             shared = self._sharing(first, shares, points)
             return ScheduledHierarchies(tree, shared, _law(second))
