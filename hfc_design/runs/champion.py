@@ -70,7 +70,7 @@ def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population
     """
     rank = final_problem(scenario).rank_of_finalists(finalists)
     best = int(np.argmax(rank))
-    return taken(finalists, np.array([best])), bool(rank[best] > -BEHIND)
+    return taken(finalists, np.array([best])), bool(rank[best] > -0.5 * BEHIND)
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -54,7 +54,7 @@ class Judging:
         check_laws(design, scenario.plant.machine)
         controller, _ = controller_of(design, scenario)  # that of any individual
         part = 1.0 if final else HARDER
-        later = part * scenario.stress.delay_samples if scenario.robust else None
+        later = HARDER * scenario.stress.delay_samples if scenario.robust else None
         self._loop = closed_loop(scenario, controller, later)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = [motion.samples() for motion in scenario.each_motion()]

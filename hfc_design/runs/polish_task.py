@@ -8,7 +8,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.problem import Problem, final_problem
+from hfc_design.runs.problem import final_problem
 from hfc_design.search.polish import Polishable, Quadratic
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.traces import RECORDED, Traces, motion_slopes
@@ -35,7 +35,6 @@ class PolishTask:
         self._many = self._parts.machines.size > 1
         self._ensemble = self._parts.ensemble or Ensemble((1.0,))
         if self._many:
-            self._quick = Problem(scenario, final=True)  # in the precision of the search
             self._hard = self._final.nearest_to_breaking(individual, HARD)
 
     @property
@@ -60,8 +59,7 @@ class PolishTask:
 
     def screened(self, population: Population, rng: np.random.Generator) -> Floats:
         """(n,) rank on some machines."""
-        problem = self._quick if self._many else self._final
-        return problem.rank_on(population, self._some(rng))
+        return self._final.rank_on(population, self._some(rng))
 
     def _some(self, rng: np.random.Generator) -> Integers:
         if not self._many:

@@ -41,7 +41,7 @@ MODES = 4
 #: Share of the largest command that holds the load of a scenario that has none.
 HELD = 0.1
 #: Of so many machines of a search one is under stress.
-EVERY = 4
+EVERY = 2
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
@@ -128,21 +128,17 @@ def among(
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size).samples is None]
-    turns = np.arange(machines.size)
-    if not kinds:
-        return standing(machines, scenario, loop), turns
-    places = [turns[turns % EVERY != 1]]
-    parts = [standing(machines.take(places[0]), scenario, loop).true]
-    for k, case in enumerate(kinds):
-        own = np.arange(1 + EVERY * k, machines.size, EVERY * len(kinds))
-        if len(own):
-            one = case.applied(case.of(part))
-            some = _rubbing(scenario, machines.take(own), one.friction)
-            places.append(own)
-            parts.append(standing(some, scenario, loop, one.around).true)
-    order = np.argsort(np.concatenate(places))
+    under = np.full(machines.size, -1)  # no stress
+    if kinds:
+        under[1::EVERY] = np.arange(len(under[1::EVERY])) % len(kinds)
+    parts = []
+    for k, case in enumerate([None, *kinds], -1):
+        one = case.applied(case.of(part)) if case else Applied()
+        some = _rubbing(scenario, machines.take(np.flatnonzero(under == k)), one.friction)
+        parts.append(standing(some, scenario, loop, one.around).true)
+    order = np.argsort(np.argsort(under, kind="stable"))
     true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
-    return Machines(machines.told, true), places[0]
+    return Machines(machines.told, true), np.flatnonzero(under < 0)
 
 
 def _enough(scenario: Scenario, held: Mask) -> bool:

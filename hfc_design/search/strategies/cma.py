@@ -25,10 +25,11 @@ BOUNDS = Bounds()
 ASKING = 18
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
-#: First means that are looked at, and how far around, in first standard deviations.
-MANY, WIDE = 2048, 4.0
+#: First means that are looked at, how far around, in first standard deviations, and how many
+#: generations of them are simulated.
+MANY, WIDE, TRIED = 2048, 4.0, 6
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
-TRAIL = 16
+TRAIL = 40
 
 
 class CmaSettings(StrategySettings):
@@ -195,7 +196,7 @@ class Cma(NamedTuple):
         """(``count``, size) first means: what begins elsewhere may end elsewhere.
 
         The first is that of the stage, unless it is broken. Then all are the best of many, from far
-        around, of which those that are broken least make a first generation.
+        around, of which those that are broken least are simulated.
         """
         means = one.mean + one.step * rng.standard_normal((count, one.mean.size))
         means[0] = one.mean
@@ -204,8 +205,9 @@ class Cma(NamedTuple):
             return means
         many = one.mean + WIDE * one.step * rng.standard_normal((MANY, one.mean.size))
         off = broken(stage.members(many, tree))
-        some = many[np.argsort(off, kind="stable")[: self.settings.population]]
-        rank = worth(stage.members(some, tree[: len(some)]))
+        some = many[np.argsort(off, kind="stable")[: TRIED * self.settings.population]]
+        each = np.array_split(some, TRIED)  # in the program of a generation
+        rank = np.concatenate([worth(stage.members(x, tree[: len(x)])) for x in each])
         return np.asarray(some[np.argsort(-rank, kind="stable")[:count]])
 
     def _stage(self, state: CmaState, number: int) -> Stage:
