@@ -64,9 +64,9 @@ def best_of(
 
 
 def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
-    """The finalist that ranks first on machines within the tolerances, in float64.
+    """The finalist that ranks first on machines within the tolerances.
 
-    And whether it keeps every constraint on those that are under no stress.
+    And whether it keeps every constraint on most of them.
     """
     rank = final_problem(scenario).rank_of_finalists(finalists)
     best = int(np.argmax(rank))

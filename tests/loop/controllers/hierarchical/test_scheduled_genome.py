@@ -202,13 +202,17 @@ def test_a_stage_begins_at_the_individual_that_it_is_about(number, genome):
 
 
 def test_the_first_stage_begins_with_two_regulators_that_are_alike(genome):
-    """And with weights of their own they are those of the genome of one regulator."""
+    """With weights of their own they are those of the genome of one, at rest that of larger k_i."""
     stage = genome.stage(0, None)
     same = stage.members(stage.start[None], np.zeros(1, int))
     assert np.array_equal(columns(genome, same, False), columns(genome, same, True))
     points = stage.start + np.random.default_rng(3).normal(0.0, 0.1, (5, len(stage.start)))
     found, size = stage.members(points, np.zeros(5, int)), (len(stage.start) - 5) // 2
+    halves = points[:, :size], points[:, size : 2 * size]
+    alone = [genome.on_one.regulated(half, np.zeros(5, int)) for half in halves]
+    both = [np.concatenate([one.fuzzy.gains, one.linear], axis=1) for one in alone]
+    more = both[0][:, 2] > both[1][:, 2]  # k_i
+    assert set(more.tolist()) == {True, False}
     for k in (0, 1):
-        alone = genome.on_one.regulated(points[:, k * size : (k + 1) * size], np.zeros(5, int))
-        wanted = np.concatenate([alone.fuzzy.gains, alone.linear], axis=1)
+        wanted = np.where(more[:, None], both[1 - k], both[k])
         np.testing.assert_array_equal(columns(genome, found, bool(k)), wanted)
