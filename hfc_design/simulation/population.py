@@ -122,7 +122,7 @@ def scores(
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, lanes, width):
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
-            some = _lanes_of(gains, lane // each) if width > count else gains
+            some = gains if lanes == width == count else _lanes_of(gains, lane // each)
             true = machines.take(lane % each if each > 1 else 0).true
             inputs = Inputs(data, machines.told, true, samples, some, bounds)
             numbers = inputs.packed(each > 1, dtype, compiled.together(width), before)

@@ -106,6 +106,14 @@ def test_finalists_meet_a_quarter_of_the_machines_and_the_best_all():
     assert np.argmax(found) in best
 
 
+@pytest.mark.parametrize("count", [32, 80])
+def test_fewer_at_once_than_individuals_or_as_many(problem, count):
+    """Each individual is on its own machines all the same."""
+    many = problem.genome.fresh(np.zeros(count, int), np.random.default_rng(3))
+    found = problem.rank_on(many, np.arange(3), 32)
+    assert found == pytest.approx(problem.rank_on(many, np.arange(3)), rel=1e-5)
+
+
 def test_whoever_cannot_reach_what_it_needs_meets_four_machines_alone():
     """A race on many machines: the same ranks as without, of fewer samples."""
     more = {"first": 12, "machines": 12, "elite": 12}
