@@ -142,9 +142,9 @@ def connected(
         client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, **given)
     except TypeError:
         raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
-    except (ValueError, AssertionError) as error:
+    except ValueError as error:
         raise UserError(f"--scheduler {scheduler}: is no address; {error}") from None
-    except OSError:
+    except (OSError, AssertionError):  # the latter where a handshake is broken off late
         known = " that knows these certificates" if given else ""
         raise RunError(f"--scheduler {scheduler}: no scheduler{known} answers there") from None
     with client:
