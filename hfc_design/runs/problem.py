@@ -228,7 +228,7 @@ class Problem(Judging):
         broken = found.broken.sum(axis=(2, 3)).mean(axis=0)
         order = np.lexsort((found.merit.mean(axis=0), -broken))
         others = order[kept[order] & (order > 0)]
-        calm = np.isin(others, self.calm)  # a third of them
+        calm = np.isin(others, self.calm)  # a third of them, or all that there are
         stressed = others[~calm][: 2 * HARD // 3]
         return np.sort(np.concatenate([[0], others[calm][: HARD - 1 - len(stressed)], stressed]))
 
