@@ -14,7 +14,6 @@ import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.core.numbers import Floats, Gains, Json, Mask
-from hfc_design.core.plugins import own_code
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
@@ -22,7 +21,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
-from hfc_design.simulation.population import Machines, one_machine, standing
+from hfc_design.simulation.population import Machines, one_machine, own_code_of, standing
 from hfc_design.simulation.sensors import largest_command
 from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins, swung
 from hfc_design.stability.report import At, LoopMargins, band, numbers
@@ -42,6 +41,7 @@ NEAR = 0.6
 #: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
 LONG, ROUNDED = 1000, 1e-6
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
+CANNOT = " cannot be linearised"
 OPEN = "the law does not answer a small error there, so that the loop is open"
 
 
@@ -122,9 +122,7 @@ def loop_margins(
     if machines is None:
         machines = one_machine(machine(design, scenario).values())
     machines = machines.take(np.arange(min(machines.size, BAND + 1)))
-    parts = [("plant", drive.name) for drive in loop.machine.drives]
-    parts += [("plant", loop.machine.name), ("controller", design.controller.kind)]
-    with own_code(" cannot be linearised", *parts):
+    with own_code_of(loop, CANNOT):
         points = operating_points(scenario)
         about = near(loop, standing(machines, scenario, loop), points)
         lanes = np.zeros(len(about.found), int)
@@ -190,7 +188,8 @@ class AskedMargins:
         # What shakes is not held by friction: as to modes the law at rest meets what moves.
         self._rest = len(places) if last > 0 else -1
         places += [0] * (last > 0)
-        self._machines = every = near(loop, machines, [points[k] for k in places])
+        with own_code_of(loop, CANNOT):
+            self._machines = every = near(loop, machines, [points[k] for k in places])
         if last > 0:
             every = jax.tree.map(lambda leaf: np.append(leaf[:-1], leaf[1:2], axis=0), every)
         self._loop, self._told, self._asked = loop, machines.told, scenario.margins
@@ -242,7 +241,7 @@ class AskedMargins:
         machines: Steady = jax.tree.map(
             lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
         )
-        with np.errstate(all="ignore"):
+        with own_code_of(self._loop, CANNOT), np.errstate(all="ignore"):
             own = controlled(self._loop, self._told, every, machines)
         return machines, own, (own.found & machines.found)[:, None]
 

@@ -119,7 +119,7 @@ def scores(
     joined = len(motions) > 1 or steps > 0
     samples, bounds = _joined(motions, least=steps) if joined else (motions[0], None)
     parts, before = [], None  # what all lanes share is packed once
-    with _own_code(loop), jax.enable_x64(True):
+    with own_code_of(loop), jax.enable_x64(True):
         for start in range(0, lanes, width):
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = gains if lanes == width == count else _lanes_of(gains, lane // each)
@@ -159,7 +159,7 @@ def scores_needed(
     dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
     code, data = loop.apart
     parts, before = [], None
-    with _own_code(loop), jax.enable_x64(True):
+    with own_code_of(loop), jax.enable_x64(True):
         for start in range(0, count, width):
             own = start + dealt
             lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
@@ -204,7 +204,7 @@ def trajectories(
     own, (code, data) = machines.size > 1, loop.apart
     samples, bounds = _joined(motions, recorded)
     inputs = Inputs(data, *(machines.each if own else machines.one), samples, gains, bounds)
-    with _own_code(loop), jax.enable_x64(True):
+    with own_code_of(loop), jax.enable_x64(True):
         found, moved, memory = jax.tree.map(
             np.asarray, compiled.trajectories(code, own, recorded, inputs.cast(np.float64))
         )
@@ -275,7 +275,7 @@ def jacobians(
         sizes = [leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f"]
         chosen = np.arange(sum(sizes))
     code, data = loop.apart
-    with _own_code(loop), jax.enable_x64(True):
+    with own_code_of(loop), jax.enable_x64(True):
         inputs = Inputs(data, *machines.one, samples, gains).cast(dtype)
         values, slopes = compiled.jacobians(code, quantities, inputs, compiled.filled_up(chosen))
     count = len(chosen)
@@ -285,14 +285,14 @@ def jacobians(
     }
 
 
-def _own_code(loop: Loop) -> AbstractContextManager[None]:
+def own_code_of(loop: Loop, doing: str = " cannot be simulated") -> AbstractContextManager[None]:
     """What goes wrong in a user's own plant, controller or objective becomes a line."""
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
     parts += [("fitness", objective.name) for objective in loop.judge.objectives]
     no_memory = jax.errors.JaxRuntimeError  # for one
     devices.make_room()
-    return own_code(" cannot be simulated", *parts, passing=(no_memory,))
+    return own_code(doing, *parts, passing=(no_memory,))
 
 
 def _joined(

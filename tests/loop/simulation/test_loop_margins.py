@@ -1,6 +1,7 @@
 """Margins that a scenario asks for: what a search takes for them against the exact loops."""
 
 from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -11,6 +12,7 @@ from hfc_design import api
 from hfc_design.files.pairing import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.problem import Problem
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins, _why, loop_margins
 from hfc_design.stability.margins import ASKED
@@ -99,3 +101,23 @@ def test_a_gap_is_said_to_be_why_there_is_no_steady_motion(gap):
     about, machine = SimpleNamespace(found=[False]), SimpleNamespace(true=(own,))
     told = _why(None, about, None, 0, machine)
     assert told.startswith("with its backlash " * (gap > 0.0) + "no steady motion was found there")
+
+
+class Gain(NamedTuple):
+    """What is searched."""
+
+    kp: Any
+
+
+def test_margins_of_an_own_law_that_cannot_be_differentiated():
+    """As one that leaves JAX: it needs the number itself."""
+
+    def step(sample_time, gains, memory, signals):
+        return 3.0 * float(signals["error"]), memory
+
+    api.register(api.Law("outside", Gain((1e4, 1e6)), lambda zero: (), step))
+    changes = {"controller": {"kind": "outside"}, "constraints.sensitivity": 2.0}
+    problem = Problem(api.load_scenario("c-axis-ramp", changes | {"robust.spread": 0.1}))
+    with refused() as found:
+        problem.task.broken(problem.genome.empty())
+    assert found.where == "controller 'outside' cannot be linearised"
