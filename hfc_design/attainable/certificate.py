@@ -55,7 +55,8 @@ def certified(
     gain = back @ one.voltage
     pushed = np.abs(gain) * bounds.voltage
     starts, ends = back @ (one.a @ machine.bristle), back @ machine.bristle
-    worst = [_worst(density, bounds) for density in (starts, ends)]
+    # What bristles at a bound take away at a moment, by what one radian does.
+    worst = [np.maximum(x * bounds.low, x * bounds.high) for x in (starts, ends)]
     bent = 0.5 * one.time * (worst[0] + worst[1])
     between = _between(machine, one, back, bounds)
     value = float(found @ errors - pushed.sum() - bent.sum())
@@ -74,11 +75,6 @@ def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floa
             x[MOMENTUM] -= momentum[k]
         back[k] = x
     return back
-
-
-def _worst(density: Floats, bounds: Bounds) -> Floats:
-    """What bristles at a bound take away at a moment, by what one radian does."""
-    return np.maximum(density * bounds.low, density * bounds.high)
 
 
 def _between(machine: Freed, one: Sampled, back: Floats, bounds: Bounds) -> float:

@@ -127,7 +127,9 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
     differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
     tasks: dict[str, dict[tuple[str, ...], list[Run]]] = {}
     for run in known:
-        members = tasks.setdefault(_task(run, differing), {})
+        # The scenario, and what else the fitness depends on.
+        own = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
+        members = tasks.setdefault(", ".join([run.setting(SCENARIO), *own]), {})
         members.setdefault(tuple(run.setting(key) for key in differing), []).append(run)
     found: list[Group] = []
     for task, members in tasks.items():
@@ -141,12 +143,6 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
         ]
         found += sorted(groups, key=lambda group: group.place)
     return [group._replace(number=k) for k, group in enumerate(found, 1)]
-
-
-def _task(run: Run, differing: Sequence[str]) -> str:
-    """The scenario, and what else the fitness depends on."""
-    own = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
-    return ", ".join([run.setting(SCENARIO), *own])
 
 
 def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:

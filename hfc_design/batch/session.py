@@ -98,7 +98,7 @@ def _show(cells: Iterable[tuple[str, str, str]]) -> None:
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
-    same, told = shared(cell.settings for cell in cells), _names(cells)
+    same, told = shared(cell.settings for cell in cells), names({x.name: x.settings for x in cells})
     alike = harmless(", ".join(f"{key}={value}" for key, value in same.items()))
     print(f"{len(cells)} cells in {out}" + (f", all with {alike}" if same else ""))
     _show((told[name], state, name) for name, state in states.items())
@@ -113,10 +113,6 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
         f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
         f"min {rest % 60:02d} s to go ({source}), {compiling:.0f} s of it to compile"
     )
-
-
-def _names(cells: Iterable[Cell]) -> dict[str, str]:
-    return names({cell.name: cell.settings for cell in cells})
 
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
@@ -147,7 +143,7 @@ class Watch(ProgressBar):
 
     def __init__(self, cells: list[Cell]):
         super().__init__("cells", len(cells))
-        self._names = _names(cells)
+        self._names = names({cell.name: cell.settings for cell in cells})
         self._done, self._waited = 0, False
         self.failed: dict[str, str] = {}  # cell -> reason
 

@@ -79,7 +79,8 @@ def _unit(unit: Json, least: float) -> None:
         table = _table(title, "input", "value", "term", "degree")
         table.columns[2].justify = "left"
         for side in (row, column):
-            for k, (label, degree) in enumerate(_counting(side)):
+            counting = [pair for pair in side["degrees"].items() if pair[1]]
+            for k, (label, degree) in enumerate(counting):
                 head = ("", "") if k else (side["input"], f"{side['value']:.4g}")
                 table.add_row(*head, label, f"{degree:.3f}")
     show_whole(table)
@@ -99,11 +100,6 @@ def _unit(unit: Json, least: float) -> None:
     terminal().print(
         f"  output of fuzzy unit '{unit['unit']}' = {unit['output']:.6g}\n", highlight=False
     )
-
-
-def _counting(side: Json) -> list[tuple[str, float]]:
-    """Terms of an input to which its value belongs."""
-    return [(label, degree) for label, degree in side["degrees"].items() if degree]
 
 
 def _command(found: Json) -> None:

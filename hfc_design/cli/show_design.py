@@ -9,14 +9,15 @@ from hfc_design.core.console import terminal
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
-from hfc_design.reference.entries import CONTROLLER, PLANT, Entry, in_units, parts, units_of
+from hfc_design.reference.entries import CONTROLLER, PLANT, in_units, parts, units_of
 
 
 def facts(design: Design) -> Json:
     """A design in words and numbers: kind, plant, source, signals, units of a tree, keys."""
     plant, record = design.plant, design.controller
     units = units_of(plant.name)
-    signals = {one.key.rpartition(".")[2]: one for one in parts(PLANT, plant.name)}
+    own = {one.key.rpartition(".")[2]: one.meaning for one in parts(PLANT, plant.name)}
+    meanings = {**FOLLOWED, **own}
     read = followed_too(units) if units else {}  # of an own plant that is not known here: none
     reads = design.kind.reads(record) if design.kind.reads else []
     return {
@@ -30,7 +31,7 @@ def facts(design: Design) -> Json:
         "limits": design.limits.model_dump(mode="json", exclude_none=True),
         "score": {key: x for key, x in design.score.items() if isinstance(x, str | float)},
         "signals": [
-            {"name": name, "unit": read.get(name, ""), "meaning": _meaning(signals, name)}
+            {"name": name, "unit": read.get(name, ""), "meaning": meanings.get(name, "")}
             for name in reads
         ],
         "units": [
@@ -39,10 +40,6 @@ def facts(design: Design) -> Json:
         ],
         "keys": _keys(design, units),
     }
-
-
-def _meaning(signals: dict[str, Entry], name: str) -> str:
-    return signals[name].meaning if name in signals else FOLLOWED.get(name, "")
 
 
 def _keys(design: Design, units: dict[str, str]) -> list[Json]:

@@ -61,7 +61,9 @@ def show_thing(every: Sequence[Entry]) -> None:
     out.print(f"{head.kind} {head.name}: {head.meaning}{unit}", highlight=False)
     if head.source:
         out.print(f"source: {head.source}", highlight=False)
-    for part, own in groupby(sorted(rest, key=_order), key=lambda one: one.part):
+    order = ["fact", *(name for name in TITLES if name != "fact")]
+    rest.sort(key=lambda one: order.index(one.part))
+    for part, own in groupby(rest, key=lambda one: one.part):
         if part == "fact":
             for one in own:
                 out.print(f"{one.key}: {one.meaning}", highlight=False)
@@ -70,10 +72,6 @@ def show_thing(every: Sequence[Entry]) -> None:
             out.print()
             title = f"{TITLES[part]}, [{table}]" if table else TITLES[part]
             _table(title, list(rows), f"{table}." if table else "")
-
-
-def _order(one: Entry) -> int:
-    return ["fact", *(name for name in TITLES if name != "fact")].index(one.part)
 
 
 def _table_of(one: Entry) -> str:

@@ -40,7 +40,8 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
         wanted(one, (str, Path, Design), "design, nor the name of one")
     for k, one in enumerate(given):
         if any(_same(one, other) for other in given[:k]):
-            raise UserError(f"{_called(one)}: stands there twice; it does what it does")
+            name = one.name if isinstance(one, Design) else one
+            raise UserError(f"{name}: stands there twice; it does what it does")
     found = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
     own = ["" if isinstance(one, Design) else called(one) for one in given]
@@ -69,10 +70,6 @@ def _parts(name: str | Path) -> tuple[str, ...]:
     path = Path(name)
     whole = path.resolve().with_name(path.resolve().name.removesuffix(".json"))
     return whole.parts[1:-1] if whole.name == "design" and path.is_file() else whole.parts[1:]
-
-
-def _called(one: AnyDesign) -> str:
-    return one.name if isinstance(one, Design) else str(one)
 
 
 def _same(one: AnyDesign, other: AnyDesign) -> bool:

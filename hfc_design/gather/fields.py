@@ -67,7 +67,8 @@ def fields_of(
 
 def placeholder(name: str, schema: Json) -> str:
     """What stands in the key of a record inside a list or a table with names of its own."""
-    found = _plain_part(schema)
+    branches = _branches(schema)
+    found = branches[0] if len(branches) == 1 else schema
     if found.get("type") == "array":
         return ".N"
     if _named(found) is not None:
@@ -129,12 +130,6 @@ def _branches(schema: Json) -> list[Json]:
     return [one for one in found if one.get("type") != "null"]
 
 
-def _plain_part(schema: Json) -> Json:
-    """The schema of what is not left out."""
-    branches = _branches(schema)
-    return branches[0] if len(branches) == 1 else schema
-
-
 def type_of(schema: Json) -> str:
     """The type that a schema asks for, in words."""
     if len(branches := _branches(schema)) > 0:
@@ -166,7 +161,7 @@ def allowed(schema: Json) -> str:
         return "; ".join(filter(None, dict.fromkeys(map(allowed, branches))))
     if "enum" in schema or "const" in schema:
         return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
-    words = [f"{words} {_number(schema[key])}" for key, words in BOUNDS.items() if key in schema]
+    words = [f"{words} {schema[key]:.12g}" for key, words in BOUNDS.items() if key in schema]
     if "prefixItems" in schema:
         inner = allowed(schema["prefixItems"][0])
         return f"{len(schema['prefixItems'])} of them" + (f", each {inner}" if inner else "")
@@ -180,8 +175,3 @@ def allowed(schema: Json) -> str:
         if isinstance(part, dict) and (inner := allowed(part)):
             words.append(f"each {inner}")
     return ", ".join(words)
-
-
-def _number(bound: float) -> str:
-    """A bound as people write it."""
-    return str(int(bound)) if bound == int(bound) else f"{bound:g}"

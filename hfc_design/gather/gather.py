@@ -30,7 +30,7 @@ from hfc_design.gather.fields import fields_of, plain, records_in
 from hfc_design.motion.contour import contour_meanings
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
-from hfc_design.objectives.measures import MEASURES, Measure, band_time
+from hfc_design.objectives.measures import MEASURES, band_time
 from hfc_design.objectives.metrics import meanings
 from hfc_design.objectives.objective import Objective, ObjectiveSettings
 from hfc_design.objectives.program_metrics import program_meanings
@@ -199,12 +199,6 @@ def reference_entries(record: type[BaseModel], passed: tuple[type[Any], ...]) ->
     yield from fields_of(record, "reference.", setting, passed)
 
 
-def metric_entry(one: Measure) -> Entry:
-    """The entry of a measure that a scenario can name."""
-    meaning = one.meaning.replace("within 0", "within the band that is told beside it")
-    return Entry(reference.METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
-
-
 #: Plug-ins by the kind of their entries, and what makes these of one.
 PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
     reference.PLANT: (ALL_PLANTS, plant_entries),
@@ -233,7 +227,11 @@ def gather() -> list[Entry]:
                 found += entries_of(group.get(name))
     for record in references:
         found += reference_entries(record, (*references, Load))
-    found += map(metric_entry, (*MEASURES.values(), band_time(0.0)))
+    for one in (*MEASURES.values(), band_time(0.0)):
+        meaning = one.meaning.replace("within 0", "within the band that is told beside it")
+        found.append(
+            Entry(reference.METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
+        )
     found += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
         told = read_toml(BUILTIN / f"{name}.toml").get("description", "")

@@ -168,7 +168,8 @@ def motion(path: Path, acceleration: float | None) -> Motion:
         rate = 0.0
     else:
         rate = acceleration
-        speed = _speeds_between(path, feed, rate)
+        passing = np.where(path.corners(), 0.0, np.minimum(feed[:-1], feed[1:]))
+        speed = reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
         entry, leave = speed[:-1], speed[1:]
         peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
         up, down = (peak - entry) / rate, (peak - leave) / rate
@@ -205,12 +206,6 @@ def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motio
         np.append(np.stack([rate, np.zeros_like(rate), -rate], axis=1), 0.0),
         peak,
     )
-
-
-def _speeds_between(path: Path, feed: Floats, rate: float) -> Floats:
-    """(segments + 1,) speed [mm/s] at the start of each segment and at the end of the path."""
-    passing = np.where(path.corners(), 0.0, np.minimum(feed[:-1], feed[1:]))
-    return reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
 
 
 def reachable(most: Floats, gain: Floats) -> Floats:

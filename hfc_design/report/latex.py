@@ -38,14 +38,19 @@ def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
     """
     numeric = [all(map(NUMERIC.match, column)) for column in zip(*listing.rows, strict=True)]
     numeric = [False, *numeric[1:]] if numeric else [False] * len(listing.head)
-    told_in = [_unit if cell == "unit" else _words for cell in listing.head]
+    told_in = [
+        (lambda x: escaped(_powers(x))) if cell == "unit" else _words for cell in listing.head
+    ]
     written = [_number if digits else words for digits, words in zip(numeric, told_in, strict=True)]
     rows = [[write(x) for write, x in zip(written, row, strict=True)] for row in listing.rows]
     for row, best in zip(rows, listing.best, strict=False):
         for k in best:
             row[k] = rf"\textbf{{{row[k]}}}"
     head = [_words(cell) for cell in listing.head]
-    columns = [*map(_column, numeric, _longest([listing.head, *listing.rows]))]
+    # Numbers on the right, words on the left, long ones in lines of their own.
+    wide = (x > LONG for x in _longest([listing.head, *listing.rows]))
+    in_lines = rf"p{{{SHARE}\linewidth}}"
+    columns = ["r" if x else in_lines if y else "l" for x, y in zip(numeric, wide, strict=True)]
     lines = [
         r"% A table of hfc-design. In the preamble: \usepackage{booktabs}",
         *_room([head, *rows], columns),
@@ -70,11 +75,6 @@ def _longest(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(map(len, column)) for column in zip(*rows, strict=True)]
 
 
-def _column(digits: bool, longest: int) -> str:
-    """Numbers on the right, words on the left, long ones in lines of their own."""
-    return "r" if digits else "l" if longest <= LONG else rf"p{{{SHARE}\linewidth}}"
-
-
 def _room(rows: Sequence[Sequence[str]], columns: Sequence[str]) -> list[str]:
     """What a comment says of a table that is wider than a column."""
     printed = _longest([[COMMAND.sub("", cell) for cell in row] for row in rows])
@@ -97,11 +97,6 @@ def _row(cells: Sequence[str]) -> str:
 def _words(cell: str) -> str:
     """Words, behind which a unit in brackets has its powers above the line."""
     return escaped(UNIT.sub(lambda unit: _powers(unit[0]), cell))
-
-
-def _unit(cell: str) -> str:
-    """A unit in a column of its own."""
-    return escaped(_powers(cell))
 
 
 def _powers(unit: str) -> str:

@@ -28,9 +28,7 @@ def _reads(record: CrossCoupledDesign) -> list[str]:
     return list(dict.fromkeys([*own, *record.inner_reads()]))
 
 
-def _past(record: CrossCoupledDesign) -> list[Member]:
-    error = Member("error", what="contour error of the sample before")
-    return [STARTED, error, Member("integral")]
+PAST = [STARTED, Member("error", what="contour error of the sample before"), Member("integral")]
 
 
 class _OwnGenome(GainsGenome):
@@ -88,7 +86,7 @@ KIND = Kind(
     path=True,
     reads=_reads,
     reach=CrossCoupledDesign.reach,
-    saved=remembered(_past),
+    saved=remembered(lambda record: PAST),
     c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.cross_coupled.section", "sections"),
 )

@@ -29,6 +29,7 @@ from hfc_design.stability.stable_range import stable_range
 from plants import Drive
 
 ORIGINAL = "as designed"
+HELD = ", as the adaptation holds them from the first sample on"
 #: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
 FORMS = {
     "P": "In the form P it takes the change for zero. ",
@@ -104,7 +105,7 @@ def controller(
                 "Membership functions of the error and of its change",
                 "What the terms mean: the degree to which an error and its change belong to each.",
             ),
-            drawn_surface(record, f"control surface {ORIGINAL}", _whose(record)),
+            drawn_surface(record, f"control surface {ORIGINAL}", HELD * record.adapts),
         ],
     )
 
@@ -119,10 +120,6 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
         + f" An error of up to {zone:g} BLU enters as 0."
         * bool(zone),
     )
-
-
-def _whose(record: FuzzyRecord) -> str:
-    return ", as the adaptation holds them from the first sample on" if record.adapts else ""
 
 
 def stable_gains(

@@ -9,7 +9,7 @@ from hfc_design.controllers.fuzzy_sliding.law import Parts
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
 from hfc_design.controllers.kind import Explain, Member, Saved, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import TERMS, ZR
 
 HERE = (Path(__file__).parent / "templates",)
@@ -127,14 +127,6 @@ def _learnt(record: SlidingDesign) -> list[Member]:
     return [Member("moves", (TERMS, TERMS), told)]
 
 
-def _past(record: SlidingDesign) -> list[Member]:
-    return [Member("sum", what="the integral")] if record.pid else []
-
-
-def _taken(record: SlidingDesign, found: dict[str, Floats]) -> SlidingDesign:
-    return record.with_moves(tuple(map(tuple, found["moves"].tolist())))
-
-
 RULES = RuleBase(units, lambda record: ["error_rate", "error"], about, notes, tables)
 EXPLAIN = Explain(
     lambda record: (["error", "error_rate"], []),
@@ -144,4 +136,8 @@ EXPLAIN = Explain(
 )
 C = Template(HERE, _c)
 ST = Template(HERE, _st)
-SAVED = Saved(_learnt, _past, _taken)
+SAVED = Saved(
+    _learnt,
+    lambda record: [Member("sum", what="the integral")] if record.pid else [],
+    lambda record, found: record.with_moves(tuple(map(tuple, found["moves"].tolist()))),
+)

@@ -155,7 +155,13 @@ def kind_of(law: Law) -> Kind:
         "summary": "an own law",
         "reads": None,
     }
-    return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
+    return kind_of_gains(
+        law.name,
+        law.ranges,
+        _sample,
+        lambda law, zero: law.structure[0].initial_memory(zero),
+        **own,
+    )
 
 
 def _sample(
@@ -163,7 +169,3 @@ def _sample(
 ) -> tuple[Scalar, Memory, None]:
     own, sample_time = law.structure
     return *own.step(sample_time, gains, memory, signals), None
-
-
-def _start(law: AxisLaw, zero: Scalar) -> Memory:
-    return law.structure[0].initial_memory(zero)

@@ -14,7 +14,6 @@ from hfc_design.controllers.linear.code import integral_step, resonator_step
 from hfc_design.controllers.linear.code import shares as linear_shares
 from hfc_design.controllers.linear.code import step as linear_step
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
-from hfc_design.controllers.linear.record import LinearDesign
 from hfc_design.controllers.rules import (
     FlatGaussian,
     Rows,
@@ -84,12 +83,12 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "kp": record.pd.kp,
         "kd": record.pd.kd,
         **({"linear": linear_about(part, signal_units)} if part else {}),
-        **({"scheduled": _scheduled(own, signal_units)} if own else {}),
+        **(
+            {"scheduled": {"kp": own.kp, "kd": own.kd, **linear_about(own, signal_units)}}
+            if own
+            else {}
+        ),
     }
-
-
-def _scheduled(part: LinearDesign, signal_units: dict[str, str]) -> Json:
-    return {"kp": part.kp, "kd": part.kd, **linear_about(part, signal_units)}
 
 
 def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:

@@ -79,12 +79,9 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
         rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
     return Listing(
         f"Gains of the {part_called(controller)} part"
-        + ", of the scheduled law, which the hierarchy's output multiplies" * _schedules(controller)
+        + ", of the scheduled law, which the hierarchy's output multiplies"
+        * (controller.scheduled is not None)
         + ", scales of the inputs of the hierarchy and of its output.",
         ["parameter", "value", "unit"],
         [[name, f"{value:.6g}", unit] for name, value, unit in rows],
     )
-
-
-def _schedules(controller: HierarchicalDesign) -> bool:
-    return controller.scheduled is not None

@@ -171,16 +171,11 @@ def begun(
     if start is not None:
         data = start.model_dump()
     else:
-        error, command = (_usual(own) for own in (errors, commands))
+        usual = (np.sqrt(np.mean(own * own)) for own in (errors, commands))
+        error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 of what is always 0
         data = {"weights": drawn(lesson.hidden, lesson.seed).model_dump(), "error_unit": error}
         data |= {"change_unit": CHANGE * error, "command_unit": COMMAND * command}
     return checked(NeuralDesign, data | numbers, "--network", Path())
-
-
-def _usual(values: Floats) -> float:
-    """The root mean square in two digits; 1 of what is always 0."""
-    found = float(np.sqrt(np.mean(values * values)))
-    return float(f"{found:.2g}") or 1.0
 
 
 def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesson) -> Trained:

@@ -77,10 +77,6 @@ def _reach(record: Own, limit: float | None) -> dict[str, float]:
     return kind.reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
-def _c(record: Own) -> Json:
-    return {"gains": record.pid, "integrates": True, "dead_zone": record.dead_zone}
-
-
 HERE = (Path(__file__).parent / "templates",)
 #: On a feed drive.
 RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
@@ -101,6 +97,9 @@ KIND = kind_of_gains(
     saved=kind.remembered(
         lambda record: [STARTED, Member("error"), Member("sum", what="of all errors")]
     ),
-    c=Template(HERE, _c),
+    c=Template(
+        HERE,
+        lambda record: {"gains": record.pid, "integrates": True, "dead_zone": record.dead_zone},
+    ),
     st=Template(HERE, _st),
 )

@@ -150,7 +150,7 @@ def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
     ``near`` are those of ``rounded``, ``far`` those of ``disturbed`` inputs.
     """
     largest = float(np.abs(commands).max())
-    off, further = (_off(commands, each) for each in (near, far))
+    off, further = (np.abs(each - commands).max(axis=(0, 2)) for each in (near, far))
     alike = np.ones(len(commands), dtype=bool)
     usual = max(ROUNDING * largest, 2.0 * float(np.median(off)))
     begins = sorted(RESETS)
@@ -165,9 +165,3 @@ def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
             level = max(level, off[k])
     worst = float(off[alike].max(initial=ROUNDING * largest / MARGIN))
     return Tolerance(DOUBLE * largest, MARGIN * worst, tuple(map(bool, alike)))
-
-
-def _off(commands: Floats, tried: Floats) -> Floats:
-    """(samples,) the largest difference."""
-    found: Floats = np.abs(tried - commands).max(axis=(0, 2))
-    return found

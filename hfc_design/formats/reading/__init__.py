@@ -160,28 +160,20 @@ def design_that_learned(
     if axis is None and len(parts) > 1:
         raise UserError(f"--axis: has to say whose state that is; there is {', '.join(parts)}")
     if axis is not None:
-        axes = _axes(design)
+        from hfc_design.files.pairing import axes_of  # with JAX
+
+        together = design.kind.controller and not design.kind.axes  # there is one state for all
+        axes = () if together else axes_of(design)
         if axis not in axes:
             known = ", ".join(axes) or "one state for all"
             raise UserError(f"--axis {axis}: there is {known}")
-    numbers = _numbers(text) if ending == ".txt" else _parameters(text, axis)
+    words = re.split(r"[\s,;]+", text.strip())
+    numbers = [*map(number_of, words)] if ending == ".txt" else _parameters(text, axis)
     found = taken(parts.get(axis or "", design), numbers)
     if axis is not None:
         each = {name: parts.get(name, design).controller for name in axes}
         found = PerAxisDesign(sample_time_s=found.sample_time_s, axes=each | {axis: found})
     return with_learned(design, found, told)
-
-
-def _axes(design: Design) -> tuple[str, ...]:
-    """The axes that have a state each."""
-    from hfc_design.files.pairing import axes_of  # with JAX
-
-    return () if design.kind.controller and not design.kind.axes else axes_of(design)
-
-
-def _numbers(text: str) -> list[float]:
-    """Numbers with blanks, commas, semicolons or line ends between them."""
-    return [number_of(word) for word in re.split(r"[\s,;]+", text.strip())]
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:

@@ -55,7 +55,11 @@ def read(texts: dict[str, str]) -> System:
     corner = CORNER.fullmatch(rules[0][0].text)
     names = corner.groups() if corner else SIGNALS
     inputs = _input(names[0], first), _input(names[1], second)
-    output = system.Output(_output(tables.get("manifest.csv", [])))
+    # Without a name what is there is that of a kind, or nothing.
+    rows = tables.get("manifest.csv", [])
+    named = [row[0].text for row in rows if row[-1].text == FILES[0]]
+    own = len(named) == 1 and named[0] not in KINDS.known
+    output = system.Output(named[0] if own else "")
     found = System("", inputs, output, {}, SIGNALS)
     labels = {}
     if "labels.csv" in tables:
@@ -79,12 +83,6 @@ def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int
             raise label.fault(f"{len(cells)} numbers; needed are {len(change)}")
         for column, cell in zip(columns, cells, strict=True):
             yield (row, column), cell
-
-
-def _output(manifest: Rows) -> str:
-    """The name of the output; "": what is there is that of a kind, or nothing."""
-    named = [row[0].text for row in manifest if row[-1].text == FILES[0]]
-    return named[0] if len(named) == 1 and named[0] not in KINDS.known else ""
 
 
 def _rows(file: str, text: str) -> Rows:

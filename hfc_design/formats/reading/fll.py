@@ -19,7 +19,6 @@ from hfc_design.formats.reading.system import (
     GAUSSIANS,
     Allowed,
     Block,
-    Input,
     Output,
     Shape,
     Singleton,
@@ -49,7 +48,10 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 def read(text: str, wanted: str | None = None) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
     head, *inputs, output, rules = engine(text, KEYS, wanted)
-    first, second = map(_input, inputs)
+    each = ([_shape(term) for term in block.all("term")] for block in inputs)
+    first, second = (
+        input_of(x.name, *ends_of(x), own) for x, own in zip(inputs, each, strict=True)
+    )
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
         found = _singleton(term)
@@ -145,10 +147,6 @@ def ends_of(block: Block) -> tuple[float, float]:
     if len(ends) != 2:
         raise told.fault(f"range: {told.text!r} has to be two numbers")
     return ends[0], ends[1]
-
-
-def _input(block: Block) -> Input:
-    return input_of(block.name, *ends_of(block), [_shape(term) for term in block.all("term")])
 
 
 def _shape(term: Token) -> Shape:

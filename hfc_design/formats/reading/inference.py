@@ -43,11 +43,6 @@ def _trapezoid(x: Floats, a: float, b: float, c: float, d: float) -> Floats:
     return np.minimum(_rising(x, a, b), _falling(x, c, d))
 
 
-def _ramp(x: Floats, a: float, b: float) -> Floats:
-    """fuzzylite's: it rises from a to b, or falls from a to b where b is the lower."""
-    return _rising(x, a, b) if a <= b else _falling(x, b, a)
-
-
 def _gaussian(x: Floats, centre: float, sigma: float) -> Floats:
     return np.exp(-0.5 * ((x - centre) / sigma) ** 2)
 
@@ -79,10 +74,6 @@ def _z(x: Floats, a: float, b: float) -> Floats:
     return np.where(x > a, _s(-x, -b, -a), 1.0)
 
 
-def _pi(x: Floats, a: float, b: float, c: float, d: float) -> Floats:
-    return np.minimum(_s(x, a, b), _z(x, c, d))
-
-
 #: Of .fis, MATLAB's and Octave's.
 FIS = {
     "trimf": Curve(lambda x, a, b, c: _trapezoid(x, a, b, b, c), 3, (0, 1, 2), reaches=True),
@@ -101,14 +92,16 @@ FIS = {
     ),
     "smf": Curve(_s, 2, (0, 1)),
     "zmf": Curve(_z, 2, (0, 1)),
-    "pimf": Curve(_pi, 4, (0, 1, 2, 3)),
+    "pimf": Curve(lambda x, a, b, c, d: np.minimum(_s(x, a, b), _z(x, c, d)), 4, (0, 1, 2, 3)),
 }
 #: Of FLL.
 FLL = {
     "Triangle": FIS["trimf"],
     "Trapezoid": FIS["trapmf"],
     "Rectangle": Curve(lambda x, a, b: _trapezoid(x, a, a, b, b), 2, (0, 1), reaches=True),
-    "Ramp": Curve(_ramp, 2, (0, 1), falls=True),
+    "Ramp": Curve(
+        lambda x, a, b: (_rising if a <= b else _falling)(x, *sorted((a, b))), 2, (0, 1), falls=True
+    ),
     "Gaussian": Curve(_gaussian, 2, (0,)),
     "GaussianProduct": Curve(_two_gaussians, 4, (0, 2)),
     "Bell": Curve(_bell, 3, (0,)),

@@ -21,6 +21,8 @@ def page(comparison: Comparison, command: str = "") -> Page:
     moved = [bout for bout in comparison.bouts if bout.scenario is not None]
     shown = [traces.panels(bout) for bout in moved]
     data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
+    each = ((bout, *item) for bout in comparison.bouts for item in bout.meanings.items())
+    meant = {tables.called(bout, key): text for bout, key, text in each if key not in SCORES}
     return rendered(
         "comparison.html.j2",
         "",
@@ -34,7 +36,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
         reasons=EXPLAINED,
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
         motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
-        meant=_meant(comparison),
+        meant=[*meant.items()],
         machines_drawn=machines(comparison),
         ratios=ratios(comparison),
         head=tables.DIFFERENCE_HEAD,
@@ -51,14 +53,6 @@ def page(comparison: Comparison, command: str = "") -> Page:
         library=inside("uplot/uPlot.iife.min.js"),
         script=inside("templates/comparison.js"),
         licence=inside("uplot/LICENSE"),
-    )
-
-
-def _meant(comparison: Comparison) -> list[tuple[str, str]]:
-    """Names and meanings of all metrics, each once."""
-    each = ((bout, *item) for bout in comparison.bouts for item in bout.meanings.items())
-    return list(
-        {tables.called(bout, key): text for bout, key, text in each if key not in SCORES}.items()
     )
 
 
