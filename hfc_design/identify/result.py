@@ -434,7 +434,7 @@ def _made(found: Identified) -> Json:
             "linear": _linear(found.free.drive, told),
         },
         "constraints": ASKED,
-        "search": {"preset": "cma", "population": 42, "generations": 360},
+        "search": {"preset": "cma", "generations": 700, "hardened": 0.85},
     }
     if told.step and not axis.resolution:
         data["sensors"]["encoder_resolution"] = told.step

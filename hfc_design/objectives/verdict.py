@@ -138,11 +138,13 @@ class Ensemble(NamedTuple):
 
         A penalty that grows on the way (Joines and Houck, CEC 1994) here multiplies costs, so that
         it has no unit: 1 / ``penalty`` of violation is worth a factor e. A machine that fails costs
-        ``WORST`` times the median of them; where half of them fail, the violation ranks alone.
+        ``WORST`` times the median of them; where half of them fail, or too little is left for a
+        number, the violation ranks alone.
         """
         median = np.median(merit, axis=1)
         kept = self._kept(np.maximum(merit, median[:, None] / WORST))
-        return np.where(median > 0.0, kept * np.exp(-penalty * violation), -violation)
+        weighed = kept * np.exp(-penalty * violation)
+        return np.where((median > 0.0) & (weighed > 0.0), weighed, -violation)
 
     def _broken(self, judged: Judged) -> Floats:
         failed = judged.failed[..., None].astype(float)

@@ -1,5 +1,6 @@
 """What individuals are worth on machines of a scenario: simulated, judged and ranked."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
-from hfc_design.simulation.stress import among
+from hfc_design.simulation.stress import among, rubbing
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
 #: much of that rounding may take away.
@@ -30,6 +31,8 @@ FEW, SLACK = 4, 1e-9
 HARDER = 1.25
 #: The machines on which the choice is made in the end are drawn with a seed so far beyond.
 CHOSEN = 2**33
+#: So many machines are sorted by how they slide, the same in all runs.
+RUBBING = 199
 
 
 class Parts(NamedTuple):
@@ -47,7 +50,7 @@ class Judging:
     UserError: its controller cannot be searched.
     """
 
-    def __init__(self, scenario: Scenario, final: bool = False):
+    def __init__(self, scenario: Scenario, final: bool = False, broken_by: Sequence[str] = ()):
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(self.genome.empty(), scenario)  # what any of them reads
@@ -64,7 +67,7 @@ class Judging:
             wider = 1.0 if final else self._robust.margin
             seed = scenario.run.seed + CHOSEN * final
             own = drawn_for(scenario, self._robust.final - 1, seed, wider)
-            self._machines, self.calm = among(own, scenario, self._loop, part)
+            self._machines, self.calm = among(own, scenario, self._loop, part, broken_by)
         else:
             self.calm = np.zeros(1, int)  # the machines that are under no stress
         self._allowed, self._tighter = self._ensemble, 1.0
@@ -76,7 +79,8 @@ class Judging:
         #: Individuals and machines of a generation.
         self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
         self._record = design.controller
-        self._margins = AskedMargins(scenario, self._loop) if scenario.margins else None
+        about = scenario, self._loop, _rubbing(scenario)
+        self._margins = AskedMargins(*about) if scenario.margins else None
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
@@ -186,6 +190,14 @@ class Judging:
         """What each signal of the first axis reaches at most, on the nominal machine."""
         gains = self.genome.gains(individual)
         return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
+
+
+def _rubbing(scenario: Scenario) -> Machines | None:
+    """Machines within the tolerances with the friction of the stress; None: none is asked for."""
+    if not scenario.robust or scenario.stress.friction <= 1.0:
+        return None
+    some = drawn_for(scenario, RUBBING, 0)
+    return rubbing(scenario, some, scenario.stress.friction)
 
 
 def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:

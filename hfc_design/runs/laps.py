@@ -1,7 +1,8 @@
-"""A search that goes on: laps, each from another start and on other machines, until one is usable.
+"""A search that goes on: laps, each on other machines, until one is usable.
 
-Each has a checkpoint of its own, and what decides of it follows from that, so that a run which was
-stopped ends as one that was not.
+One whose scores are compared within a generation only goes on from the best so far, if that passes
+on most machines, with more of them at once: a few do not tell what is missing. Others start
+elsewhere. Each has a checkpoint, and all else follows, so that a stopped run ends as another.
 """
 
 from typing import NamedTuple
@@ -10,15 +11,18 @@ from hfc_design.controllers.genome import Population
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.front import Front
-from hfc_design.search.loop import Search
+from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.simulation.evaluating import Evaluation
 from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Usable
-from hfc_design.simulation.usable import usable
 
 #: In the score of a design that a later lap has found: which.
 LAP = "lap"
-#: A lap is seeded so far beyond the one before; the machines that decide of it, that far more.
-BEYOND, DECIDING = 2**34, 2**33
+#: A lap is seeded so far beyond the one before.
+BEYOND = 2**34
+#: A lap that goes on: so many times the machines for each candidate, so much fewer generations.
+FINER = 4
+#: Least share of the machines that are all right for it.
+NEARLY = 0.9
 
 
 class Lap(NamedTuple):
@@ -28,24 +32,21 @@ class Lap(NamedTuple):
     search: Search
     found: tuple[Population, Design, Evaluation]
     front: Front | None
-    use: Usable | None = None  # on machines that neither search nor answer meets
+    use: Usable | None = None  # on machines that no search meets, the same for all laps
+
+    def goes_on(self, scenario: Scenario) -> bool:
+        """Whether the next one begins with its design."""
+        able = STRATEGIES.get(scenario.search.preset).forgets(scenario.search) > 0
+        return able and self.use is not None and float(self.use.good.mean()) >= NEARLY
 
     @property
-    def enough(self) -> bool:
-        """Whether nobody has to go on."""
-        return self.use is None or self.use.yes
+    def broken_by(self) -> tuple[str, ...]:
+        """The stresses that break its design."""
+        return tuple(one.name for one in self.use.stress if not one.holds) if self.use else ()
 
-    def decided(self, scenario: Scenario) -> "Lap":
-        """The same with its use."""
-        seed = lap_of(scenario, self.number).run.seed + DECIDING
-        return self._replace(use=usable(self.found[1], scenario, seed=seed))
-
-    def better_than(self, other: "Lap") -> bool:
+    @property
+    def rank(self) -> tuple[int, float, float]:
         """By the answer, then the share of the machines, then the merit."""
-        return self._rank > other._rank
-
-    @property
-    def _rank(self) -> tuple[int, float, float]:
         assert self.use is not None
         answer = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
         return answer, float(self.use.good.mean()), self.found[2].worth
@@ -56,10 +57,17 @@ def laps(scenario: Scenario) -> int:
     return scenario.run.extend if scenario.robust and not scenario.traded else 1
 
 
-def lap_of(scenario: Scenario, number: int) -> Scenario:
-    """The scenario as a lap has it."""
-    seed = scenario.run.seed + number * BEYOND
-    return scenario.model_copy(update={"run": scenario.run.model_copy(update={"seed": seed})})
+def lap_of(scenario: Scenario, number: int, finer: bool = False) -> Scenario:
+    """The scenario as a lap has it; with more machines and fewer generations where it goes on."""
+    run = scenario.run.model_copy(update={"seed": scenario.run.seed + number * BEYOND})
+    own = scenario.model_copy(update={"run": run})
+    if not finer or own.robust is None:
+        return own
+    names = "first", "machines", "elite"
+    more = {name: min(FINER * getattr(own.robust, name), own.robust.final) for name in names}
+    fewer = {"generations": max(own.search.generations // FINER, 1)}
+    changes = {"robust": own.robust.model_copy(update=more)}
+    return own.model_copy(update=changes | {"search": own.search.model_copy(update=fewer)})
 
 
 def lap_file(name: str, number: int) -> str:

@@ -1,5 +1,6 @@
 """What a search needs of a scenario: which machines a generation meets, and enough memory."""
 
+from collections.abc import Sequence
 from copy import copy
 from functools import partial
 
@@ -23,8 +24,11 @@ from hfc_design.simulation import memory
 
 #: What the penalty of broken constraints grows to in a search whose scores are compared within a
 #: generation only, and the power of the share of its generations by which it grows.
-PENALTY, GROWING = 300.0, 2.0
-#: Machines that the points of a front meet where a single design was looked for before.
+PENALTY, GROWING = 1000.0, 2.0
+#: The same, from the start, of one that goes on from a design.
+GOING_ON = 4000.0
+#: Machines that the points of a front meet where a single design was looked for before; the search
+#: for one design meets twice as many in turn.
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
@@ -37,8 +41,15 @@ NEAR = 2.0
 class Problem(Judging):
     """A scenario as what a search needs of it."""
 
-    def __init__(self, scenario: Scenario, final: bool = False):
-        super().__init__(scenario, final)
+    def __init__(
+        self,
+        scenario: Scenario,
+        final: bool = False,
+        known: Population | None = None,
+        broken_by: Sequence[str] = (),
+    ):
+        super().__init__(scenario, final, broken_by)
+        self._known = known  # what the search goes on from
         self._traded, self._traded_by = scenario.traded, self._allowed
         if self._robust and self._allowed and not final:
             self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
@@ -61,7 +72,7 @@ class Problem(Judging):
 
         Of many machines everybody meets a few, the best of them more. Where scores are not
         compared, each generation has others of the same machines; half of them are ``hard`` ones
-        if there are any.
+        if there are any, two thirds in a search that goes on.
         """
         return self._met(population, generation, needed, hard)[:, 1]
 
@@ -163,15 +174,16 @@ class Problem(Judging):
 
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
-        return PENALTY * done**GROWING if done < 1.0 else None
+        now = PENALTY * done**GROWING if self._known is None else GOING_ON
+        return now if done < 1.0 else None
 
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
         start = generation * (count - 1) if generation < self._fresh else 0
         some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
         if hard is not None and len(hard):
-            half = count // 2
-            some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
+            most = count // 2 if self._known is None else 2 * count // 3
+            some[count - most :] = hard[(generation * most + np.arange(most)) % len(hard)]
         return some
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
@@ -204,14 +216,12 @@ class Problem(Judging):
         differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
         hardest = self._hardest if self._robust else None
         linear = self._linear if differs else None
-        found = Task(self.genome, linear, hardest, self._informed)
+        found = Task(self.genome, linear, hardest, self._informed, known=self._known)
         if self._margins and self._robust:
-            return found._replace(broken=self._unsound, worth=self.rank)
+            return found._replace(
+                broken=lambda x: self._beside(self.genome.gains(x)), worth=self.rank
+            )
         return found
-
-    def _unsound(self, population: Population) -> Floats:
-        """(n,) by how much individuals break what is asked of the margins of their loops."""
-        return self._beside(self.genome.gains(population))
 
     def _hardest(self, population: Population, keeping: float) -> Integers:
         """The nominal machine and those on which most is broken, or with least to spare.
@@ -228,9 +238,9 @@ class Problem(Judging):
         broken = found.broken.sum(axis=(2, 3)).mean(axis=0)
         order = np.lexsort((found.merit.mean(axis=0), -broken))
         others = order[kept[order] & (order > 0)]
-        calm = np.isin(others, self.calm)  # a third of them, or all that there are
-        stressed = others[~calm][: 2 * HARD // 3]
-        return np.sort(np.concatenate([[0], others[calm][: HARD - 1 - len(stressed)], stressed]))
+        calm, most = np.isin(others, self.calm), HARD if keeping else 2 * HARD
+        stressed = others[~calm][: 2 * most // 3]  # two thirds of them, or all that there are
+        return np.sort(np.concatenate([[0], others[calm][: most - 1 - len(stressed)], stressed]))
 
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
         """First individuals on the given trees, of laws that are searched; None: nobody knows."""

@@ -29,7 +29,7 @@ from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.in_use import NO
+from hfc_design.simulation.in_use import NO, Usable
 from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
@@ -123,11 +123,11 @@ def run(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
     on_polish: Callable[[Polished], None] = lambda done: None,
-    on_lap: Callable[[Lap], None] = lambda lap: None,
+    on_lap: Callable[[Lap, Scenario], None] = lambda lap, where: None,
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and fill the folder.
 
-    While the answer is not yes it searches again, from another start, up to ``run.extend`` times.
+    While the answer is not yes it searches on (see ``laps``), up to ``run.extend`` times.
     Stopped at any moment and called again, it ends with the same files as without the stop.
 
     Raises:
@@ -148,16 +148,21 @@ def run(
     made_by = stored.made_by(scenario, folder)
     needed = {} if anyway else made_by
     best: Lap | None = None
+    lap: Lap | None = None
     for k in range(laps(scenario)):
-        search = _searched(scenario, folder, k, needed, made_by, on_generation)
+        known = best if best and best.goes_on(scenario) else None
+        where = lap_of(scenario, k, known is not None)
+        if lap:
+            on_lap(lap, where)
+        parts = (where, known, folder / lap_file(CHECKPOINT, k))
+        search = _searched(*parts, needed, made_by, on_generation)
         front = front_of(search, scenario) if k == 0 else None
         one = front.individual(search, front.best) if front and len(front.merit) else None
         lap = Lap(k, search, best_of(search, scenario, one), front)
         if laps(scenario) > 1:
-            lap = lap.decided(scenario)
-            on_lap(lap)
-        best = lap if best is None or lap.better_than(best) else best
-        if lap.enough:
+            lap = lap._replace(use=usable(lap.found[1], scenario))
+        best = lap if best is None or lap.rank > best.rank else best
+        if lap.use is None or lap.use.yes:
             break
     assert best is not None
     search, front, (individual, design, evaluation) = best.search, best.front, best.found
@@ -168,7 +173,8 @@ def run(
         begun = (individual, design, evaluation)
         design, evaluation = polished(scenario, folder, begun, made_by, anyway, on_polish)
     if scenario.robust:
-        design = _with_use(design, used(scenario, Result(design, evaluation, search), folder))
+        about = scenario, Result(design, evaluation, search), folder
+        design = _with_use(design, used(*about, None if scenario.run.polish else best.use))
     if front is not None:
         write_front(front, folder)
     _write_design(folder / DESIGN, design)
@@ -177,19 +183,19 @@ def run(
 
 def _searched(
     scenario: Scenario,
-    folder: Path,
-    number: int,
+    known: Lap | None,
+    path: Path,
     needed: dict[str, str],
     made_by: dict[str, str],
     on_generation: Callable[[Search], None],
 ) -> Search:
-    """The search of a lap, from the start or from its checkpoint."""
-    path, where = folder / lap_file(CHECKPOINT, number), lap_of(scenario, number)
+    """The search of a lap, from its start or from its checkpoint at a path."""
     search = stored.load(path, scenario, needed, HINT)
-    problem, settings = Problem(where), scenario.search
+    about = (known.found[0], known.broken_by) if known else ()
+    problem, settings = Problem(scenario, False, *about), scenario.search
     saved = time.monotonic()
     parts = (searcher(settings, problem.task), problem.genome, settings.generations)
-    steps = generations(*parts, where.run.seed, problem.scored, search)
+    steps = generations(*parts, scenario.run.seed, problem.scored, search)
     try:
         for search in steps:
             interrupt.heard()
@@ -238,8 +244,10 @@ def _with_use(design: Design, numbers: Json) -> Design:
     return design.model_copy(update={"score": {**design.score, **told}})
 
 
-def used(scenario: Scenario, result: Result, folder: Path) -> Json:
+def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = None) -> Json:
     """Whether the design of a run can be used, in numbers; the folder keeps them.
+
+    ``use`` is that, if it is known.
 
     Raises:
         RunError: the folder cannot be written.
@@ -247,7 +255,7 @@ def used(scenario: Scenario, result: Result, folder: Path) -> Json:
     asked = "usable" in result.design.score  # once is enough
     if asked and (stored := kept_use(folder)) is not None:
         return stored
-    numbers = usable(result.design, scenario).numbers()
+    numbers = (use or usable(result.design, scenario)).numbers()
     if result.design.score.get(LEAST_VIOLATED) and numbers["verdict"] == NO:
         numbers["answer"] = f"no: {NO_DESIGN}: {numbers['answer'].removeprefix('no: ')}"
     checkpoint.write_whole(folder / USABLE, (json.dumps(numbers, indent=1) + "\n").encode())

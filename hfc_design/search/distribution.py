@@ -13,6 +13,9 @@ from hfc_design.core.numbers import Floats
 
 #: Numbers of which the whole covariance is adapted, at most.
 WHOLE = 40
+#: How much more the later means count in their average, as one that follows noise wanders: it is
+#: about that of the last third (Shamir and Zhang, ICML 2013).
+LATER = 2.0
 #: Smallest variance of a direction, in shares of the largest, and the largest step.
 SMALLEST, LARGEST_STEP = 1e-16, 1e6
 
@@ -26,6 +29,7 @@ class Distribution(NamedTuple):
     path: Floats  # (size,) of the mean
     steady_path: Floats  # (size,) of the mean, as if the covariance were one
     age: Floats  # (1,) generations
+    average: Floats  # (size,) of the means, the later ones the more
 
 
 class Constants(NamedTuple):
@@ -46,7 +50,8 @@ def begun(mean: Floats, step: float) -> Distribution:
     size = len(mean)
     covariance = np.eye(size) if size <= WHOLE else np.ones((size, 1))
     one = np.ones(1)
-    return Distribution(mean, step * one, covariance, np.zeros(size), np.zeros(size), 0.0 * one)
+    still = np.zeros(size)
+    return Distribution(mean, step * one, covariance, still, still, 0.0 * one, mean)
 
 
 def constants(samples: int, size: int) -> Constants:
@@ -78,7 +83,7 @@ def drawn(distribution: Distribution, samples: int, rng: np.random.Generator) ->
 
 def learnt(distribution: Distribution, points: Floats, score: Floats) -> Distribution:
     """The distribution after ``points`` (samples, size) have been scored, the larger the better."""
-    mean, step, covariance, path, steady, age = distribution
+    mean, step, covariance, path, steady, age, average = distribution
     size = len(mean)
     c = constants(len(points), size)
     best = points[np.argsort(-score, kind="stable")[: len(c.weights)]]
@@ -100,8 +105,10 @@ def learnt(distribution: Distribution, points: Floats, score: Floats) -> Distrib
     else:
         more = c.rank_one * np.outer(path, path) + c.rank_mu * (moves.T * c.weights) @ moves
     grown = step * np.exp(c.step_rate / c.damping * (length / c.length - 1.0))
-    parts = (np.minimum(grown, LARGEST_STEP), old * covariance + more, path, steady, age + 1.0)
-    return Distribution(mean + step * move, *parts)
+    mean = mean + step * move
+    average = average + (mean - average) * (LATER + 1.0) / (LATER + 1.0 + age)
+    others = (np.minimum(grown, LARGEST_STEP), old * covariance + more, path, steady)
+    return Distribution(mean, *others, age + 1.0, average)
 
 
 def _axes(covariance: Floats) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ from pydantic import SerializeAsAny
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.core.checkpoint import flat
-from hfc_design.core.numbers import Floats, Integers, Mask
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.search import strategies
 from hfc_design.search.strategy import (
@@ -137,7 +137,10 @@ def generations(
             getattr(asked, "structures", None) or len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        told = _without(told, ~finished)
+        if isinstance(told, Scored):
+            told = told._replace(score=score)
+        else:
+            told = np.where(finished, told, -np.inf)
         search = Search(generation + 1, searcher.tell(state, asked, told), archive, history)
         yield search
 
@@ -178,13 +181,6 @@ def _possible(scored: State, empty: Population) -> bool:
         and (array.dtype.kind != "f" or np.isfinite(array[alive]).all())
         for name, array in flat(population)
     )
-
-
-def _without(told: Floats | Scored, failed: Mask) -> Floats | Scored:
-    """What a strategy is told, with -inf where a candidate failed."""
-    if isinstance(told, Scored):
-        return told._replace(score=np.where(failed, -np.inf, told.score))
-    return np.where(failed, -np.inf, told)
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:

@@ -40,7 +40,7 @@ class Task(NamedTuple):
     #: The numbers of the machines on which individuals break constraints most, the nominal one
     #: among them, without those on which less than a share of the individuals passes; of
     #: (individuals, share). None where there is but one machine. What a strategy asks may have
-    #: ``machines``: one that trades meets these and no others, in others half of all are of them.
+    #: ``machines``: one that trades meets these and no others, in others a share is of them.
     hardest: Callable[[Population, float], Integers] | None = None
     #: First individuals on the given trees that know the machine, of (trees, generator); None, or
     #: giving None, where nothing is known.
@@ -49,6 +49,7 @@ class Task(NamedTuple):
     broken: Callable[[Population], Floats] | None = None
     #: (n,) what they are worth in the first generation; None with ``broken``.
     worth: Callable[[Population], Floats] | None = None
+    known: Population | None = None  # (1,) that a search goes on from; None: it starts anew
 
 
 class Scored(NamedTuple):

@@ -40,6 +40,8 @@ FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 NEAR = 0.6
 #: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
 LONG, ROUNDED = 1000, 1e-6
+#: Places of the machines that just have to hold, in shares of those that a stress forgives.
+LIMIT = np.array([0.55, 0.7, 0.85, 1.0])
 HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
 CANNOT = " cannot be linearised"
 OPEN = "the law does not answer a small error there, so that the loop is open"
@@ -179,12 +181,16 @@ def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine
 
 
 class AskedMargins:
-    """The loop of a scenario on its nominal machine, and what its margins have to be."""
+    """The loop of a scenario on its nominal machine, and what its margins have to be.
 
-    def __init__(self, scenario: Scenario, loop: Loop):
+    And on ``rubbing`` ones, which have the friction of a stress, where they slide as slowly as all
+    have to: at the limit of what the stress forgives their loops must not grow.
+    """
+
+    def __init__(self, scenario: Scenario, loop: Loop, rubbing: Machines | None = None):
         machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
         last = len(points) - 1
-        places = sorted({0, min(1, last), (last + 1) // 2, last})
+        places = sorted({0, min(1, last), min(2, last), (last + 1) // 2, last})
         # What shakes is not held by friction: as to modes the law at rest meets what moves.
         self._rest = len(places) if last > 0 else -1
         places += [0] * (last > 0)
@@ -194,6 +200,9 @@ class AskedMargins:
             every = jax.tree.map(lambda leaf: np.append(leaf[:-1], leaf[1:2], axis=0), every)
         self._loop, self._told, self._asked = loop, machines.told, scenario.margins
         self._stress = scenario.stress if scenario.robust else None
+        sliding = _at_the_limit(scenario, loop, rubbing) if rubbing else None
+        if sliding is not None:  # behind the points
+            self._machines = jax.tree.map(lambda *x: np.concatenate(x), self._machines, sliding)
         self._every = scenario.simulation.sample_time_s
         poles = np.linalg.eigvals(every.a).ravel()
         light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
@@ -215,8 +224,10 @@ class AskedMargins:
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
         machines, own, known = self._near(gains)
+        places, each = len(self._machines.found), []
+        grown = np.where(known[:, 0], _growth(machines, own), 0.0).reshape(-1, places)
+        own, known = self._of_points((own, known))
         found = self._margins(own, known)
-        each = [np.where(known, _growth(machines, own)[:, None], 0.0)]
         rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
         for name, limit in (self._asked | {"modes": NEAR}).items():
             value, more = found[name], name == "modes" or ASKED[name][1]
@@ -224,19 +235,28 @@ class AskedMargins:
                 over = value / limit * STRICTER if more else limit * STRICTER / value
             over = np.where(rest & (name != "modes"), 0.0, over)  # of margins it is asked as it is
             each.append(np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf))
-        worst = (one.max(axis=1, initial=0.0).reshape(-1, len(self._answers)) for one in each)
-        return np.asarray(sum(1.0 - 1.0 / (1.0 + one.max(axis=1)) for one in worst))
+        count = len(self._answers)
+        worst = [one.max(axis=1, initial=0.0).reshape(-1, count).max(axis=1) for one in each]
+        worst.append(grown[:, :count].max(axis=1))
+        if grown.shape[1] > count:
+            worst.append(grown[:, count:].max(axis=1))
+        return np.asarray(sum(1.0 - 1.0 / (1.0 + one) for one in worst))
 
     def margins(self, gains: Gains) -> dict[str, Floats]:
         """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised.
 
         Of an unstable loop they say nothing.
         """
-        return self._margins(*self._near(gains)[1:])
+        return self._margins(*self._of_points(self._near(gains)[1:]))
+
+    def _of_points(self, every: Any) -> Any:
+        """(individuals x points) of what is of all machines, those that rub behind the points."""
+        lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.found)
+        return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
     def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
-        """(individuals x points) machines, controllers, and whether both were found."""
-        points, count = len(self._answers), jax.tree.leaves(gains)[0].shape[-1]
+        """(individuals x machines) machines, controllers, and whether both were found."""
+        points, count = len(self._machines.found), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
             lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
@@ -281,6 +301,22 @@ class AskedMargins:
             place = int(np.abs(hz - one.hz).argmin())
             nearest = np.fmax(nearest, swung(loop[..., place], one.damping, one.share))
         return nearest
+
+
+def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady | None:
+    """Of many machines those that just have to hold, where all move slowest; None: none is moved.
+
+    They are sorted by how fast each leaves its sliding by itself.
+    """
+    pairs = zip(scenario.motions, scenario.nominal_only, strict=False)  # no motions: it is one
+    of_all = {"motions": tuple(motion for motion, alone in pairs if not alone)}
+    points = operating_points(scenario.model_copy(update=of_all))
+    if not (moving := [point for point in points if any(point.speeds)]):
+        return None
+    about = near(loop, standing(machines, scenario, loop), moving[:1])
+    hard = np.argsort(-np.abs(np.linalg.eigvals(about.a)).max(axis=1))
+    some = hard[(LIMIT * (1.0 - scenario.stress.share) * len(hard)).astype(int)]
+    return jax.tree.map(lambda leaf: leaf[some], about)
 
 
 def _growth(machines: Steady, own: Controllers) -> Floats:

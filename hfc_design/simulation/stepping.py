@@ -145,7 +145,9 @@ def recorded_motions(
             return carry, jax.tree.map(put, now[1], outputs)
 
         carry, kept = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), kept))
-        return kept, (judged(loop, carry), _remembered(carry, recorded))
+        # What the controllers of the first individuals remember.
+        memory = jax.tree.map(lambda leaf: leaf[..., :recorded], carry[0].memory)
+        return kept, (judged(loop, carry), memory)
 
     samples = inputs.samples
     first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside)))
@@ -155,11 +157,6 @@ def recorded_motions(
     kept, ends = lax.scan(one, kept, (inputs.bounds, samples.start, samples.beside))
     found, memory = ends
     return found, kept, memory
-
-
-def _remembered(carry: Carry, recorded: int) -> Memory:
-    """What the controllers of the first individuals remember."""
-    return jax.tree.map(lambda leaf: leaf[..., :recorded], carry[0].memory)
 
 
 def judged(loop: Loop, carry: Carry) -> Judged:

@@ -6,8 +6,9 @@ start and a rest are other samples of the same motions.
 """
 
 import operator
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import jax
@@ -42,6 +43,8 @@ MODES = 4
 HELD = 0.1
 #: Of so many machines of a search one is under stress.
 EVERY = 2
+#: Where so near to the share that is asked, so many times as many machines decide.
+CLOSE, MORE = 0.06, 4
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
 
@@ -92,21 +95,26 @@ def stressed(
     ``loop`` has room around its drives, ``found`` (machines, motions) is what the ``machines`` do
     without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
     """
-    count = min(scenario.stress.machines, machines.size)
-    some = machines.take(np.arange(count))
-    without = Judged(*(part[:count] for part in found))
+    asked = scenario.stress
+    counts = np.minimum([asked.machines, MORE * asked.machines], machines.size)
+    some, many = (machines.take(np.arange(count)) for count in counts)
     each = [one for one in cases(scenario, crossover) if one.asked]
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
-    holding = _holding(scenario, without)
+    holding = _holding(scenario, found)
+    shares = [_share(holding(one)[0]) for one in judged]
+    close = [k for k, share in enumerate(shares) if abs(share - asked.share) < CLOSE]
+    again = _judged(scenario, loop, many, gains, [(each[k], 1.0) for k in close])
+    for k, one in zip(close, again, strict=True):
+        judged[k] = one
     broken = [k for k, one in enumerate(judged) if not _enough(scenario, holding(one)[0])]
     tried = [(each[k], float(part)) for k in broken for part in PARTS]
     less = iter(_judged(scenario, loop, some, gains, tried))
     told = []
     for k, (case, whole) in enumerate(zip(each, judged, strict=True)):
         held, _ = holding(whole)
+        without = Judged(*(part[: len(whole.failed)] for part in found))
         worth = 0.0 if k in broken else _worth(scenario, whole) / _worth(scenario, without)
-        share = float(held.mean()) if len(held) else 1.0
-        row = Stressed(case.told(1.0), k not in broken, share, worth)
+        row = Stressed(case.told(1.0), k not in broken, _share(held), worth)
         parts = [(part, next(less)) for part in PARTS] if k in broken else []
         for part, one in (*parts, (1.0, whole)):
             held, why = holding(one)
@@ -120,21 +128,24 @@ def stressed(
 
 
 def among(
-    machines: Machines, scenario: Scenario, loop: Loop, part: float
+    machines: Machines, scenario: Scenario, loop: Loop, part: float, broken_by: Collection[str]
 ) -> tuple[Machines, Integers]:
     """The machines, of which some are under a ``part`` of a stress, ``EVERY`` so many one.
 
-    Each stress in turn. And which are under none. What needs another motion is not among them.
+    Each stress in turn; half of these are under what a design is ``broken_by``. And which are under
+    none. What needs another motion is not among them.
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size).samples is None]
+    worst = [one for one in kinds if one.told(1.0) in broken_by]
+    kinds = [one for pair in zip(kinds, cycle(worst)) for one in pair] if worst else kinds
     under = np.full(machines.size, -1)  # no stress
     if kinds:
         under[1::EVERY] = np.arange(len(under[1::EVERY])) % len(kinds)
     parts = []
     for k, case in enumerate([None, *kinds], -1):
         one = case.applied(case.of(part)) if case else Applied()
-        some = _rubbing(scenario, machines.take(np.flatnonzero(under == k)), one.friction)
+        some = rubbing(scenario, machines.take(np.flatnonzero(under == k)), one.friction)
         parts.append(standing(some, scenario, loop, one.around).true)
     order = np.argsort(np.argsort(under, kind="stable"))
     true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
@@ -143,7 +154,11 @@ def among(
 
 def _enough(scenario: Scenario, held: Mask) -> bool:
     """Whether the nominal machine holds, the first, and so many of the others."""
-    return bool(not len(held) or (held[0] and held.mean() >= scenario.stress.share))
+    return bool(not len(held) or (held[0] and _share(held) >= scenario.stress.share))
+
+
+def _share(held: Mask) -> float:
+    return float(held.mean()) if len(held) else 1.0
 
 
 def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
@@ -158,7 +173,7 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
     before = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
 
     def holding(found: Judged) -> tuple[Mask, str]:
-        reasons = {why: mask[before] for why, mask in lost(found).items()}
+        reasons = {why: mask[before[: len(mask)]] for why, mask in lost(found).items()}
         holds = ~np.logical_or.reduce([*reasons.values()]).any(axis=1)
         why = max(reasons, key=lambda name: reasons[name].any(axis=1).sum())
         where = int(reasons[why].sum(axis=0).argmax())
@@ -192,7 +207,7 @@ def _judged(
     groups: dict[int, list[tuple[int, Machines, Applied]]] = {}
     for k, (case, part) in enumerate(tried):
         own = case.applied(case.of(part))
-        one = standing(_rubbing(scenario, machines, own.friction), scenario, loop, own.around)
+        one = standing(rubbing(scenario, machines, own.friction), scenario, loop, own.around)
         groups.setdefault(k if own.samples else -1, []).append((k, one, own))
     for group in groups.values():
         change = group[0][2].samples
@@ -207,7 +222,7 @@ def _judged(
     return [found[k] for k in range(len(tried))]
 
 
-def _rubbing(scenario: Scenario, machines: Machines, factor: float) -> Machines:
+def rubbing(scenario: Scenario, machines: Machines, factor: float) -> Machines:
     """The machines with so many times the friction."""
     if factor == 1.0:
         return machines

@@ -28,8 +28,10 @@ AGAIN = 3
 #: First means that are looked at, how far around, in first standard deviations, and how many
 #: generations of them are simulated.
 MANY, WIDE, TRIED = 2048, 4.0, 6
-#: Means that are kept on the way: of few machines the last one need not be the soundest.
+#: Averages that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 40
+#: Factor on the first standard deviations of a search that goes on.
+NEARER = 0.5
 
 
 class CmaSettings(StrategySettings):
@@ -58,7 +60,7 @@ class CmaState(NamedTuple):
     population: Population  # (islands,) the means
     score: Floats  # (islands,) of the means when they were last judged
     about: Population  # (1,) what the stage before ended with, in the first anything
-    trail: Population  # (``TRAIL``,) means of the last half, at even intervals
+    trail: Population  # (``TRAIL``,) averages of means in the last half, at even intervals
     islands: Distribution  # each leaf with an axis of islands in front
     hard: Integers  # numbers of the machines that are hard for the best mean; none: not asked yet
 
@@ -90,9 +92,10 @@ class Cma(NamedTuple):
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
-        """The first stage, about the genome's first individual."""
-        anything, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
-        return self._asked(self._begun(place, anything, rng), place, rng)
+        """The first stage about the genome's first individual, or the last about what is known."""
+        known, place = self.task.known, self._place(0)
+        about = taken(self.task.genome.empty(), slice(1)) if known is None else known
+        return self._asked(self._begun(place, about, rng), place, rng)
 
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
@@ -115,7 +118,7 @@ class Cma(NamedTuple):
 
     def tell(self, state: CmaState, asked: Asked, score: Floats) -> CmaState:
         """The island after its samples have been scored."""
-        k, stage = asked.island, self._stage(state, asked.stage)
+        k, stage = asked.island, self._stage(state.about, asked.stage)
         before = Distribution(*(leaf[k] for leaf in state.islands))
         after = learnt(before, asked.points[:-1], score[:-1])
         islands = Distribution(
@@ -128,19 +131,22 @@ class Cma(NamedTuple):
         )
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
-        """With the best mean of now in the trail, if it is time."""
+        """With the average of the best means of now in the trail, if it is time."""
         total = self.settings.generations
         every = max(total // (2 * TRAIL), 1)
         behind = generation - (total - every * TRAIL)
         if behind < 0 or behind % every:
             return state
-        best = taken(state.population, np.array([int(np.argmax(state.score))]))
-        return state._replace(trail=replaced(state.trail, np.array([behind // every]), best))
+        k = np.array([int(np.argmax(state.score))])
+        stage = self._stage(state.about, self._place(generation - 1).stage)
+        average = stage.members(state.islands.average[k], state.population.tree[k])
+        return state._replace(trail=replaced(state.trail, np.array([behind // every]), average))
 
     def _hardened(self, state: CmaState, generation: int) -> CmaState:
         """With the machines that are hard by now, if it is time."""
         total, hardest = self.settings.generations, self.task.hardest
-        behind = generation - round((1.0 - self.settings.hardened) * total)
+        hardened = self.settings.hardened if self.task.known is None else 1.0
+        behind = generation - round((1.0 - hardened) * total)
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):
             return state
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
@@ -149,6 +155,8 @@ class Cma(NamedTuple):
 
     def _place(self, generation: int) -> Place:
         stages = self.task.genome.stages
+        if self.task.known is not None:
+            return Place(len(stages) - 1, generation, 1)
         ends = [*accumulate(share for share, _ in stages)]
         total = self.settings.generations
         last = [round(total * end / ends[-1]) for end in ends]
@@ -167,12 +175,13 @@ class Cma(NamedTuple):
         state: CmaState | None = None,
     ) -> CmaState:
         genome = self.task.genome
-        stage = genome.stage(place.stage, about if place.stage else None)
-        one = begun(stage.start, stage.step * self.settings.step)
+        stage = self._stage(about, place.stage)
+        shorter = 1.0 if self.task.known is None else NEARER
+        one = begun(stage.start, shorter * stage.step * self.settings.step)
         each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others))
-        if not place.stage:
+        if not place.stage and self.task.known is None:
             means = self._apart(stage, one, place.room, rng)
             tree = self._promising(stage, means[:1], tree)
             each.mean[:] = means
@@ -210,15 +219,17 @@ class Cma(NamedTuple):
         rank = np.concatenate([worth(stage.members(x, tree[: len(x)])) for x in each])
         return np.asarray(some[np.argsort(-rank, kind="stable")[:count]])
 
-    def _stage(self, state: CmaState, number: int) -> Stage:
-        return self.task.genome.stage(number, state.about if number else None)
+    def _stage(self, about: Population, number: int) -> Stage:
+        anew = not number and self.task.known is None
+        return self.task.genome.stage(number, None if anew else about)
 
     def _asked(
         self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)
         own = Distribution(*(leaf[island] for leaf in state.islands))
-        tree, stage = state.population.tree[island : island + 1], self._stage(state, place.stage)
+        tree = state.population.tree[island : island + 1]
+        stage = self._stage(state.about, place.stage)
         points, off = self._drawn(own, stage, tree, rng)
         members = stage.members(points, np.repeat(tree, len(points)))
         hard = state.hard if len(state.hard) else None
@@ -266,7 +277,7 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
 
 
 def _sound(settings: CmaSettings, state: CmaState) -> bool:
-    mean, step, covariance, path, steady, age = state.islands
+    mean, step, covariance, path, steady, age, average = state.islands
     islands, size = mean.shape
     told = flat((state.islands, state.about, state.trail))
     finite = all(np.isfinite(numbers).all() for _, numbers in told)
@@ -279,7 +290,7 @@ def _sound(settings: CmaSettings, state: CmaState) -> bool:
         and bool((state.hard > 0).all())
         and state.trail.tree.shape == (TRAIL,)
         and step.shape == age.shape == (islands, 1)
-        and mean.shape == path.shape == steady.shape
+        and mean.shape == path.shape == steady.shape == average.shape
         and covariance.shape == (islands, size, size if size <= WHOLE else 1)
         and bool((state.score < np.inf).all())
         and finite

@@ -137,7 +137,8 @@ class Nsga2(NamedTuple):
     def _children(self, state: Nsga2State, rng: np.random.Generator) -> Asked:
         s, genome = self.settings, self.task.genome
         population, step = _pool(state)
-        one = _won(rng, len(step), s.tournament, s.population)
+        drawn = rng.random((s.tournament, s.population)).min(axis=0)  # the best stand first
+        one = (drawn * len(step)).astype(np.int64)
         other = _alike(population.tree, one, rng)
         share = np.where(rng.random(len(one)) < s.blend, rng.uniform(-0.25, 1.25, len(one)), 0.0)
         mixed = genome.blended(taken(population, one), taken(population, other), share)
@@ -170,7 +171,7 @@ class Nsga2(NamedTuple):
 
 def _nothing(genome: Genome) -> cma.CmaState:
     """What leads nowhere."""
-    nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((6, 0, 0)))
+    nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((7, 0, 0)))
     return cma.CmaState(nobody, np.empty(0), nobody, nobody, islands, np.empty(0, np.int64))
 
 
@@ -199,11 +200,6 @@ def _pool(state: Nsga2State) -> tuple[Population, Floats]:
     order = fronts.best_first(costs, violation)
     population = taken(joined(state.population, front.population), order)
     return population, np.append(state.step, front.step)[order]
-
-
-def _won(rng: np.random.Generator, size: int, rounds: int, count: int) -> Integers:
-    """Winners of ``count`` tournaments among ``size`` that stand the best first."""
-    return (rng.random((rounds, count)).min(axis=0) * size).astype(np.int64)
 
 
 def _alike(tree: Integers, one: Integers, rng: np.random.Generator) -> Integers:

@@ -43,10 +43,10 @@ def test_hard_are_those_that_break_most(problem, one, monkeypatch):
     """The error at the end of the ramp grows with the inertia: every machine breaks the limit."""
     inertia = problem.parts.machines.true[0].own.spindle_inertia
     heaviest = 1 + np.argsort(-inertia[1:])
-    for count in (2, 5):
+    for count in (1, 3):  # twice as many
         monkeypatch.setattr(problems, "HARD", count)
         found = problem.task.hardest(one, 0.0)
-        assert found.tolist() == sorted([0, *heaviest[: count - 1]])
+        assert found.tolist() == sorted([0, *heaviest[: 2 * count - 1]])
         assert problem.task.hardest(one, 0.5).tolist() == [0]  # no machine passes anywhere
 
 
@@ -55,7 +55,7 @@ def met_with(problem, one, generation, machine):
     loop, machines, motions, ensemble = problem.parts
     some = machines.take(np.array([0, machine]))
     judged = simulate.scores(loop, some, motions, problem.genome.gains(one))
-    return ensemble.verdict(judged, 300.0 * (generation / 40) ** 2)
+    return ensemble.verdict(judged, 1000.0 * (generation / 40) ** 2)
 
 
 def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
@@ -66,6 +66,35 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
         found = problem.scored(one, generation, machines=hard)
         assert (found.score, found.told) == (expected.rank, expected.weighed)
     assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
+
+
+def test_a_search_that_goes_on_meets_more_hard_machines_and_weighs_what_is_broken_more(one):
+    """In generation 2 one of three, of 3, 8 and 7, then two; the fifth would come in its turn."""
+    three = {"robust": SCENARIO["robust"] | {"first": 3, "machines": 3, "elite": 3}}
+    scenario = api.load_scenario("c-axis-ramp", SCENARIO | three)
+    for known, met, penalty in (
+        (None, [0, 5, 3], 1000.0 * (2 / 40) ** 2),
+        (one, [0, 7, 3], 4000.0),
+    ):
+        own = Problem(scenario, known=known)
+        assert own._some(3, 2, np.array([8, 7, 3])).tolist() == met
+        assert own._penalty(2) == pytest.approx(penalty)
+        assert own.task.known is known
+
+
+@pytest.mark.parametrize(
+    ("broken_by", "doubled"), [([], 3), (["2 times the friction"], 5), (["another"], 3)]
+)
+def test_a_search_that_goes_on_meets_what_broke_its_design_more(broken_by, doubled):
+    """Of six machines under stress every second, beside its turn; a search meets 1.25 of it."""
+    stress = SCENARIO["stress"] | {"friction": 2.0}
+    scenario = api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress})
+    machines = Problem(scenario, broken_by=broken_by).parts.machines
+    nominal = scenario.plant.values()[0].coulomb_torque
+    factors = machines.true[0].own.coulomb_torque / nominal
+    assert np.sum(np.isclose(factors, 2.0**1.25, rtol=1e-5)) == doubled
+    assert np.sum(np.isclose(factors, 0.5**1.25, rtol=1e-5)) == 6 - doubled
+    assert np.sum(np.isclose(factors, 1.0, rtol=1e-5)) == 6
 
 
 def test_machines_under_stress_are_asked_what_the_scenario_asks(one):

@@ -10,7 +10,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import fault, generations, searcher
-from hfc_design.search.strategies.cma import CmaSettings, _sound
+from hfc_design.search.strategies.cma import Cma, CmaSettings, _sound
 from hfc_design.search.strategy import Task
 
 INPUTS = [{"name": name, "scale": 10.0} for name in ("error", "error_rate", "deflection")]
@@ -51,6 +51,32 @@ def test_continued_equals_uninterrupted(stop, genome, whole):
     part = searched(genome, total=stop)
     assert fault(part, genome.empty(), CMA) is None
     assert same(searched(genome, search=part), whole)
+
+
+def test_one_that_goes_on_begins_in_the_last_stage_about_what_is_known(genome, whole):
+    """With half the first step, and from the first generation asks which machines are hard."""
+    known, seen, asked = whole.state.population, [], []
+
+    def watched(population, generation, machines=None):
+        seen.append(population)
+        return hill(population)
+
+    def hardest(population, share):
+        asked.append(len(seen))
+        return np.array([0, 3])
+
+    task = Task(genome, hardest=hardest, known=known)
+    found = searches.searched(CMA, task, watched, total=30)
+    assert asked == [6, 12, 18, 24]
+    assert {int(tree) for population in seen for tree in population.tree} == {int(known.tree[0])}
+    first = taken(seen[0], np.array([-1]))  # the mean
+    assert np.allclose(first.fuzzy.consequents, known.fuzzy.consequents, atol=1e-12)
+    stage = genome.stage(2, known)
+    one = Cma(CMA, task)
+    begun, drawn = one.start(np.random.default_rng(0))
+    assert begun.islands.step == pytest.approx(stage.step / 2.0)
+    assert drawn.stage == 2
+    assert found.archive.score.max() >= hill(known)[0]
 
 
 def test_stages_come_in_turn(genome):
@@ -136,13 +162,18 @@ def test_a_state_that_cannot_be_is_refused(change, genome):
     assert told is not None
 
 
-def test_forty_means_are_kept_on_the_way(genome):
-    """As they were before generations 80, 81, ... 119 of 120: the best of the islands."""
-    own, best = searcher(CMA, Task(genome)), {}
+def test_forty_averages_are_kept_on_the_way(genome):
+    """As they were before generations 80, 81, ... 119 of 120: of the best island."""
+    own, cma, averages = searcher(CMA, Task(genome)), Cma(CMA, Task(genome)), {}
     for search in generations(own, genome, CMA.generations, 0, hill):
         state = search.state
-        best[search.generation] = taken(state.population, np.array([np.argmax(state.score)]))
-    for k, wanted in enumerate(best[generation] for generation in range(80, 120)):
+        if search.generation < 80:
+            continue
+        stage, k = cma._stage(state.about, 2), np.array([np.argmax(state.score)])
+        averages[search.generation] = stage.members(
+            state.islands.average[k], state.population.tree[k]
+        )
+    for k, wanted in enumerate(averages[generation] for generation in range(80, 120)):
         assert same(taken(state.trail, np.array([k])), wanted)
 
 

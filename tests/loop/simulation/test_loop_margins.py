@@ -12,10 +12,15 @@ from hfc_design import api
 from hfc_design.files.pairing import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.judging import drawn_for
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins, _why, loop_margins
+from hfc_design.simulation.stress import rubbing
 from hfc_design.stability.margins import ASKED
+
+#: Factors on a gain that damps.
+KD = (0.3, 1.0, 3.0)
 
 
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-2", "pd-only"])
@@ -77,6 +82,38 @@ def test_an_unstable_loop_is_broken_however_small_its_sensitivity_is():
     wrong = design.controller.model_copy(update={"pd": pd})
     rows = loop_margins(design.model_copy(update={"controller": wrong}), scenario).rows
     assert [row.numbers["stable"] for row in rows] == [True, False]  # at rest friction holds it
+
+
+def test_a_machine_that_a_stress_just_does_not_forgive_must_not_grow_as_it_slides():
+    """Of 200 with twice the friction a tenth may break; the 11th, 14th, 17th and 20th are asked.
+
+    Those that stick most come first. Whether loops grow is known from their poles (``hfc
+    stability``).
+    """
+    changes = {
+        "constraints.sensitivity": 99.0,
+        "robust": {"spread": 1e-6, "tolerances": {"static_torque": 0.5}, "final": 24},
+        "stress": {"friction": 2.0, "share": 0.9},
+        "reference": {"kind": "ramp", "velocity": 0.005},
+        "plant.parameters.stribeck_velocity": 0.02,
+    }
+    scenario = api.load_scenario("c-axis-ramp", changes)
+    machines = rubbing(scenario, drawn_for(scenario, 199, 7), 2.0)
+    some = np.argsort(-machines.true[0].static_torque)[[10, 13, 16, 19]]
+    design = api.load_design("pd-only")
+    controller, gains = controller_of(design, scenario)
+    loop, found = closed_loop(scenario, controller, 1.0), []
+    calm, asked = AskedMargins(scenario, loop), AskedMargins(scenario, loop, machines)
+    for part in KD:
+        own = gains._replace(kd=part * gains.kd)
+        pd = design.controller.pd.model_copy(update={"kd": part * design.controller.pd.kd})
+        law = design.controller.model_copy(update={"pd": pd})
+        own_design = design.model_copy(update={"controller": law})
+        each = (loop_margins(own_design, scenario, machines.take(k[None])) for k in some)
+        grows = any(not one.rows[-1].numbers["stable"] for one in each)
+        found.append(grows)
+        assert (asked.broken(own) > calm.broken(own)) == grows
+    assert set(found) == {False, True}
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,9 @@ from scipy.signal import cont2discrete
 from hfc_design.api import with_gains
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.stress import PARTS, _resting
-from hfc_design.simulation.usable import usable
+from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
 
@@ -39,8 +40,8 @@ STAGE = {
 }
 
 
-def found(**stress):
-    scenario = load_scenario({**STAGE, "stress": NONE | stress})
+def found(robust=STAGE["robust"], **stress):
+    scenario = load_scenario({**STAGE, "robust": robust, "stress": NONE | stress})
     gains = {"kp": KP, "kd": KD, "ki": 0.0, "velocity": DRAG / GAIN * 1e-3}
     return usable(
         with_gains(scenario, "pid+ff", {k: gains[k] for k in ("kp", "kd", "ki")}), scenario
@@ -137,6 +138,21 @@ def test_a_load_is_where_the_static_error_is_too_large(times):
         parts = {one.part for one in rows.values()}
         assert parts == {PARTS[np.argmax(times * PARTS > 1.0)]}
         assert all(one.why.startswith("is far off") for one in rows.values())
+
+
+@pytest.mark.parametrize(("share", "machines"), [(0.75, 32), (0.9, 8)])
+def test_where_it_is_close_four_times_as_many_machines_decide(share, machines):
+    """Two of the first eight amplifiers are too weak for the load, by hand as above."""
+    spread = {"amplifier_gain": 0.2}
+    robust = STAGE["robust"] | {"tolerances": spread, "unseen": 50}
+    scenario = load_scenario({**STAGE, "robust": robust})
+    some, _ = drawn(scenario.plant, 1e-6, 50, scenario.run.seed + BEYOND, spread)
+    gains = some.true[0].amplifier_gain
+    weak = np.sort(gains[:8])[1:3].mean()
+    own = found(robust, load=0.05 * 5.0 * weak * KP, share=share, machines=8)
+    (row,) = (one for one in own.stress if one.name.startswith("a load of -"))
+    assert row.share == np.mean(gains[:machines] > weak)
+    assert row.holds == (row.share >= share)
 
 
 def test_a_rest_goes_on_where_the_motion_has_ended():

@@ -87,6 +87,9 @@ def test_a_search_may_weigh_what_is_broken():
     weighed = [2.0, 9.0 * np.exp(-2.0), 99.0 * np.exp(-22 / 3)]
     assert ensemble.verdict(told, 22.0).weighed == pytest.approx(weighed)
     assert ensemble.verdict(told, 22.0).sound.ravel().tolist() == [True, False, False]
+    # exp(-2,333) is 0 to a computer: the violation ranks, below whatever is left of others
+    weighed = [2.0, 9.0 * np.exp(-7000 / 11), -1 / 3]
+    assert ensemble.verdict(told, 7000.0).weighed == pytest.approx(weighed, rel=1e-9)
 
 
 def test_a_search_may_allow_less():

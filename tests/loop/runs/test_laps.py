@@ -1,0 +1,81 @@
+"""A search that goes on while the answer is no, and how: from where it was, or elsewhere."""
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from hfc_design import api
+from hfc_design.runs import run as runs
+from hfc_design.runs.laps import Lap, lap_of
+from hfc_design.runs.problem import Problem
+from hfc_design.runs.run import CONFIG, KEPT, new_run, run
+from hfc_design.simulation.in_use import ON_THIS_MODEL, Stressed
+
+SCENARIO = {
+    "simulation.duration_s": 0.3,
+    "controller": {"kind": "pd"},
+    "robust": {"spread": 0.01, **{"first": 2, "machines": 2, "elite": 2, "final": 12}},
+    "search": {"preset": "cma", "population": 6, "generations": 8},
+}
+
+
+@pytest.mark.parametrize(
+    ("preset", "share", "goes_on"), [("cma", 0.95, True), ("cma", 0.8, False), ("race", 1.0, False)]
+)
+def test_it_goes_on_from_what_is_nearly_right(preset, share, goes_on):
+    """If its scores are compared within a generation only; others start elsewhere."""
+    changes = {"search.preset": preset, "robust.spread": 0.1, "controller": {"kind": "pd"}}
+    scenario = api.load_scenario("c-axis-ramp", changes)
+    use = SimpleNamespace(good=np.arange(20) < 20 * share)
+    assert Lap(0, None, None, None, use).goes_on(scenario) is goes_on
+
+
+def test_a_lap_that_goes_on_costs_as_much_with_more_machines_at_once():
+    three = {"first": 3, "machines": 3, "elite": 3}
+    scenario = api.load_scenario("c-axis-practical", {f"robust.{k}": x for k, x in three.items()})
+    for k in (0, 1, 2):
+        other, finer = lap_of(scenario, k), lap_of(scenario, k, finer=True)
+        assert other.run.seed == finer.run.seed == scenario.run.seed + k * 2**34
+        assert (other.robust, other.search) == (scenario.robust, scenario.search)
+        robust, search = finer.robust, finer.search
+        assert (robust.first, robust.machines, robust.elite) == (12, 12, 12)
+        assert search.generations == scenario.search.generations // 4
+
+
+class Use(NamedTuple):
+    """An answer that is never yes."""
+
+    good: Any = np.arange(20) < 19
+    yes: bool = False
+    verdict: str = ON_THIS_MODEL
+    stress: Any = tuple(Stressed(name, name == "holds", 1.0, 1.0) for name in ("holds", "breaks"))
+
+    def numbers(self):
+        return dict.fromkeys(KEPT) | {"verdict": self.verdict, "answer": "not quite"}
+
+
+def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
+    """The second and the third go on from the best; stopped before the third the same comes out."""
+    monkeypatch.setattr(runs, "usable", lambda design, scenario: Use())
+    scenario, told, made = api.load_scenario("c-axis-ramp", SCENARIO), [], []
+    monkeypatch.setattr(runs, "Problem", lambda *given: made.append(given[1:]) or Problem(*given))
+    whole, part = tmp_path / "whole", tmp_path / "part"
+
+    def stopped(lap, where):
+        if lap.number == 1:
+            raise KeyboardInterrupt
+
+    run(new_run(scenario, whole), whole, on_lap=lambda *lap: told.append(lap))
+    assert [(lap.number, where.search.generations) for lap, where in told] == [(0, 2), (1, 2)]
+    (first, _), (second, _) = told
+    assert [given[2:] for given in made] == [(), (("breaks",),), (("breaks",),)]
+    assert second.search.state.about.places.tolist() == first.found[0].places.tolist()
+    own = new_run(scenario, part)
+    with pytest.raises(KeyboardInterrupt):
+        run(own, part, on_lap=stopped)
+    run(own, part)
+    assert (part / "checkpoint-3.npz").exists()
+    for name in ("design.json", "usable.json", "history.csv", CONFIG):
+        assert (part / name).read_bytes() == (whole / name).read_bytes()
