@@ -191,8 +191,6 @@ def _missed(scenario: Scenario, found: Robustness) -> str:
 def _show_spread(found: Robustness, numbers: Json) -> None:
     """Quantiles of each metric over the machines; ``numbers`` name design and scenario too."""
     chaotic = [key for key in found.ranges if key in numbers["metrics"]]
-    more = numbers["refused_draws"]
-    refused = f"{more} more were drawn and replaced: no machine has such parameters together\n"
     lost = f"of the others {reasons_told(found.reasons)}\n" if found.reasons else ""
     heads = ("metric", "nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count")
     rows = []
@@ -209,8 +207,14 @@ def _show_spread(found: Robustness, numbers: Json) -> None:
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
         f"{lost}quantiles of the stable ones that have the metric; merit is "
         f"{numbers['judged_by']}\n"
-        f"{refused * bool(more)}"
+        f"{_refused(numbers['refused_draws'])}"
         f"simulated again with shorter steps: {numbers['refined']}"
         + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
         caption_justify="left",
     )
+
+
+def _refused(draws: int) -> str:
+    """What became of machines that were drawn and cannot be, a line; "" without any."""
+    told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    return told if draws else ""

@@ -60,9 +60,7 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
         return None
     fit, free, every = found.fit, found.fit.free, told.sample_time
     steps = min(round(LASTS / every), SAMPLES)
-    allowed = [f for f in FREQUENCIES if within(1.0 / (steps * every), f, FASTEST / every)]
-    largest = float(np.abs(told.command).max())
-    pairs = [(share * largest, f) for share in AMPLITUDES for f in allowed]
+    pairs = _shapes(float(np.abs(told.command).max()), every, steps)
     if not pairs:  # samples too slow for the slowest sine
         return None
     time = every * np.arange(steps)
@@ -90,6 +88,11 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
     best = wanted[np.argsort(-digits(gains[k]), kind="stable")[:SHOWN]]
     errors = {free.names[i]: (float(known.error[i]), float(after[k][i])) for i in best}
     return Advice(*pairs[k], steps * every, float(going[0][k]), float(going[1][k]), errors)
+
+
+def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float]]:
+    allowed = [f for f in FREQUENCIES if within(1.0 / (steps * every), f, FASTEST / every)]
+    return [(share * largest, f) for share in AMPLITUDES for f in allowed]
 
 
 def _simulated(

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
@@ -86,7 +85,9 @@ def _places(panel: Panel) -> list[Place]:
     found: list[Place] = []
     filled: list[float] = []  # up to where each row is
     for name, curve in panel.curves.items():
-        top = _top(*curve)
+        values, degrees = curve
+        highest = values[degrees >= degrees.max() - 1e-9]  # of a flat top the middle
+        top = 0.5 * float(highest[0] + highest[-1])
         half = 0.5 * TextPath((0.0, 0.0), name, size=SIZE).get_extents().width
         centre = (top - low) / (high - low) * wide
         left = centre / TIGHTER + POINTS_PER_INCH * LEFT - FREE
@@ -98,9 +99,3 @@ def _places(panel: Panel) -> list[Place]:
         filled[row : row + 1] = [end]
         found.append(Place(top, shift, row))
     return found
-
-
-def _top(values: Floats, degrees: Floats) -> float:
-    """Where a term is highest; of a flat top the middle."""
-    highest = np.flatnonzero(degrees >= degrees.max() - 1e-9)
-    return 0.5 * float(values[highest[0]] + values[highest[-1]])

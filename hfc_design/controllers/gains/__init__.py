@@ -155,13 +155,7 @@ def kind_of(law: Law) -> Kind:
         "summary": "an own law",
         "reads": None,
     }
-    return kind_of_gains(
-        law.name,
-        law.ranges,
-        _sample,
-        lambda law, zero: law.structure[0].initial_memory(zero),
-        **own,
-    )
+    return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
 
 
 def _sample(
@@ -169,3 +163,7 @@ def _sample(
 ) -> tuple[Scalar, Memory, None]:
     own, sample_time = law.structure
     return *own.step(sample_time, gains, memory, signals), None
+
+
+def _start(law: AxisLaw, zero: Scalar) -> Memory:
+    return law.structure[0].initial_memory(zero)
