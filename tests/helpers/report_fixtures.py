@@ -31,5 +31,5 @@ def known_use(monkeypatch):
 
     from hfc_design.runs import run
 
-    told = SimpleNamespace(numbers=lambda: json.loads(json.dumps(USED)))
+    told = SimpleNamespace(yes=True, numbers=lambda: json.loads(json.dumps(USED)))
     monkeypatch.setattr(run, "usable", lambda *_: told)
