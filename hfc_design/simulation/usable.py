@@ -1,11 +1,11 @@
 """Can it be used? One design on machines that no search has seen, in every motion.
 
-In one compiled program each, all motions together: the machines, in the precision of the search;
-the nominal machine with its whole command times many factors, in float64; the nominal machine in
-four times the substeps.
+In one compiled program each, all motions together: the machines, in the precision of the search; in
+float64 the nominal machine with its command times many factors, and in four times the substeps.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +15,13 @@ from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
+from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import in_use, population
-from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.in_use import LARGEST_TRIED, NO, TRIED, Usable
 from hfc_design.simulation.loop_margins import loop_margins
@@ -69,30 +69,26 @@ def usable(
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     under = scenario.robust is not None or "stress" in scenario.model_fields_set
     own = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)
-    judged = own.on_machines(design, some)
-    nominal = some.take(np.zeros(1, int))
-    exact, gain, repeats = _gain(design, scenario, nominal)
-    once = merit(scenario, exact.merit)
     each = enumerate(scenario.each_motion())
-    found = Usable(
-        robust.spread,
-        seed,
-        tuple(in_use.in_motion(scenario, judged, k, one) for k, one in each),
-        gain,
-        _change(merit(scenario, judged.merit[:1]), once),
-        _substeps(design, scenario, nominal, once),
-        in_use.units(scenario),
-        _margins(design, scenario, some),
-        repeats,
-        asked=scenario.margins,
-    )
-    if found.verdict == NO:
-        steady = found.loop_stable is not False
-        return found._replace(why_not=why_not(scenario, robust, some, judged, own.judged, steady))
-    if not under:
-        return found
-    crossover = found.margins and found.margins.crossover
-    return found._replace(stress=stressed(scenario, own.loop, own.gains, some, judged, crossover))
+    with ThreadPoolExecutor(1) as beside:  # compiles while the machines are simulated
+        in_gain = beside.submit(_gain, design, scenario, some)
+        margins = beside.submit(_margins, design, scenario, some)
+        finely = beside.submit(_finely, design, scenario, some)
+        judged = own.on_machines(design, some)
+        once, gain, repeats = in_gain.result()
+        motions = tuple(in_use.in_motion(scenario, judged, k, one) for k, one in each)
+        off = _change(merit(scenario, judged.merit[:1]), once)
+        told = (gain, off, None, in_use.units(scenario), margins.result(), repeats)
+        found = Usable(robust.spread, seed, motions, *told, asked=scenario.margins)
+        if found.verdict == NO:
+            about = (scenario, robust, some, judged, own.judged)
+            found = found._replace(why_not=why_not(*about, found.loop_stable is not False))
+        elif under:
+            crossover = found.margins and found.margins.crossover
+            stress = stressed(scenario, own.loop, own.gains, some, judged, crossover)
+            found = found._replace(stress=stress)
+    fine = finely.result()
+    return found if fine is None else found._replace(substeps=_change(fine, once))
 
 
 def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
@@ -144,10 +140,10 @@ class _InUse(NamedTuple):
 
 
 def _gain(
-    design: Design, scenario: Scenario, nominal: Machines
-) -> tuple[Judged, tuple[float, float] | None, Repeats]:
-    """The nominal machine in float64, the factors between which it passes, repeats."""
-    own = _InUse.of(design, scenario)
+    design: Design, scenario: Scenario, machines: Machines
+) -> tuple[float, tuple[float, float] | None, Repeats]:
+    """Merit of the nominal machine in float64, the factors between which it passes, repeats."""
+    own, nominal = _InUse.of(design, scenario), machines.take(np.zeros(1, int))
 
     def judged(factors: Floats) -> Judged:
         loop, many = louder(own.loop, own.gains, factors)
@@ -161,18 +157,17 @@ def _gain(
 
     found = judged(FACTORS)
     ranks = np.where(found.failed, -np.inf, found.merit)
-    return found, gain_range(kept), Repeats(of_all_motions(scenario, ranks))
+    return merit(scenario, found.merit), gain_range(kept), Repeats(of_all_motions(scenario, ranks))
 
 
-def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float) -> float | None:
+def _finely(design: Design, scenario: Scenario, machines: Machines) -> float | None:
+    """Merit of the nominal machine in finer steps; None: there are none."""
     where = next(finer(scenario), None)
     if where is None:
         return None
-    controller, gains = controller_of(design, where)
-    samples = [motion.samples() for motion in where.each_motion()]
-    loop = closed_loop(where, controller)
-    found = population.scores(loop, nominal, samples, gains, np.float64)
-    return _change(merit(where, found.merit[0]), once)
+    own, nominal = _InUse.of(design, where), machines.take(np.zeros(1, int))
+    found = population.scores(own.loop, nominal, own.samples, own.gains, np.float64)
+    return merit(where, found.merit[0])
 
 
 def _change(one: float, other: float) -> float:

@@ -43,11 +43,7 @@ class _OwnGenome(GainsGenome):
 
 
 class CrossCoupledGenome(AroundGenome):
-    """Its parts are what is inside, and its own gains.
-
-    Raises:
-        UserError: what is inside has too many structures.
-    """
+    """Its parts are what is inside, and its own gains."""
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target, _OwnGenome(settings, target))

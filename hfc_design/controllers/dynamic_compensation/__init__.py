@@ -29,11 +29,7 @@ def _c(record: CompensationDesign) -> Json:
 
 
 class CompensationGenome(AroundGenome):
-    """Its parts are what is inside, and its own numbers in shares of the settings.
-
-    Raises:
-        UserError: what is inside has too many structures.
-    """
+    """Its parts are what is inside, and its own numbers in shares of the settings."""
 
     def __init__(self, settings: CompensationSettings, target: Target):
         super().__init__(settings, target, GainsGenome(settings, target))
