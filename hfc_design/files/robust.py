@@ -53,8 +53,8 @@ class RobustSettings(Record):
 
     spread: Share = 0.2  # of every parameter, either way, as a share of it [1]
     #: spread of single parameters, by their names, as a share; and of what stands around every
-    #: drive: load [load], delay_samples, lag_s [s], noise [1], backlash [error],
-    #: friction_at_rest and friction_moving [1]
+    #: drive: load [load], delay_samples, lag_s [s], noise [1], backlash [error] of a plant without
+    #: a parameter of that name, friction_at_rest and friction_moving [1]
     tolerances: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = {}
     #: how machines are drawn within the spread
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"

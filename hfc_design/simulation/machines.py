@@ -2,7 +2,8 @@
 
 A parameter is uniform within +-spread of its nominal value, independent of all others and of the
 other axes; one that is 0 stays 0, and what ``Drive.exact`` names does not vary. A machine that
-cannot exist (``Drive.fault``) is drawn again. What ``AROUND`` names varies around every drive.
+cannot exist (``Drive.fault``) is drawn again. What ``AROUND`` names varies around every drive, but
+where a parameter is called so.
 """
 
 from collections.abc import Mapping, Sequence
@@ -84,7 +85,7 @@ def drawn(
     around = {
         name: _around(name, tolerances[name], (len(drives), samples + 1), [seed, k])
         for k, name in enumerate(AROUND)
-        if name in tolerances and not name.startswith("friction")
+        if name in tolerances and name not in names and not name.startswith("friction")
     }
     return Machines(nominal, true, around), refused
 

@@ -31,6 +31,14 @@ def test_a_parameter_has_a_tolerance_of_its_own():
     assert (shares(some, "poles") == 0.0).all()
 
 
+def test_a_gap_that_is_a_parameter_is_not_put_before_the_encoder_as_well():
+    table, spread = PlantSettings(name="milling-table"), {"backlash": 0.5}
+    some, _ = drawn(table, 0.2, 300, 0, spread)
+    assert not some.around
+    assert 0.45 < abs(shares(some, "backlash")).max() <= 0.5
+    assert drawn(FEED, 0.2, 300, 0, spread)[0].around["backlash"].max() > 0.45
+
+
 def test_the_first_machines_of_a_seed_stay():
     some, more = (drawn(C_AXIS, 0.2, count, 7)[0] for count in (5, 40))
     for few, many in zip(some.true[0], more.true[0], strict=True):
