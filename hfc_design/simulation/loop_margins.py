@@ -13,11 +13,12 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.numbers import Floats, Gains, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
+from hfc_design.files.stress import MODES
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
@@ -206,7 +207,11 @@ class AskedMargins:
         self._every = scenario.simulation.sample_time_s
         poles = np.linalg.eigvals(every.a).ravel()
         light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
-        modes = 2.0 * np.pi * self._every * np.array([x.hz for x in scenario.stress.modes])
+        hz = [x.hz for x in scenario.stress.modes]
+        unknown, highest = scenario.stress.modes_between(0.0, self._every)
+        if 0.0 < unknown < highest:
+            hz += [*np.geomspace(unknown, highest, MODES)]
+        modes = 2.0 * np.pi * self._every * np.array(hz)
         self._angles = np.unique(np.r_[np.pi * FREQUENCIES, np.angle(light), modes])
         z = np.exp(1j * self._angles)[:, None, None]
         unit = np.eye(every.a.shape[-1])
@@ -292,7 +297,7 @@ class AskedMargins:
         if own is None:
             return nearest
         lowest, highest = own.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
-        near = (hz >= lowest[..., None]) & (hz <= highest)
+        near = (hz >= lowest[..., None] * (1.0 - SAME)) & (hz <= highest * (1.0 + SAME))
         shares = [x / (1.0 - x) for x in own.mode_inertia] + [-1.0] * bool(own.unknown_above_hz)
         for share in shares:
             some = np.where(near, swung(loop, own.mode_damping, share), 0.0)
