@@ -169,6 +169,13 @@ def units_of(parameters: type[Parameters]) -> dict[str, str]:
     return {name: hint.__metadata__[0] for name, hint in hints if hasattr(hint, "__metadata__")}
 
 
+def units_in(position: str, command: str, load: str) -> dict[str, str]:
+    """``Drive.units`` of a drive whose signals are the place that it controls, and its rate."""
+    rate = f"{position}/s"
+    about = {"error": position, "error_rate": rate, "command": command, "load": load}
+    return {**about, "position": position, "velocity": rate}
+
+
 #: A unit: it stands in comments of code and in commands, where nothing in it may end them.
 UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
 #: A signal or an axis, in every language.

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
 from plants.sliding import Slide, slid
 
 
@@ -164,14 +164,7 @@ FEED_DRIVE = Drive(
     # settings of encoder and converter, and how far the fit of the friction reaches
     exact=frozenset({"blu", "lowest_command", "highest_command", "low_velocity"}),
     fault=fault,
-    units={
-        "error": "BLU",
-        "error_rate": "BLU/s",
-        "command": "unit",
-        "load": "unit",
-        "position": "BLU",
-        "velocity": "BLU/s",
-    },
+    units=units_in("BLU", "unit", "unit"),
     parameter_units=units_of(FeedDriveParameters),
     meanings={
         "command": "units of the converter, positive moves the table forwards",

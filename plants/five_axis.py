@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from plants.blocks import bell, once
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in
 from plants.machine import Each, coupled, side_by_side
 from plants.sliding import Slide, slid
 
@@ -156,10 +156,7 @@ def servo(name: str, rotary: bool = False, **own: float) -> Drive:
         parameters=parameters,
         exact=EXACT,
         fault=only_positive(parameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE)),
-        units={
-            **{"error": unit, "error_rate": f"{unit}/s", "command": "V", "load": load},
-            **{"position": unit, "velocity": f"{unit}/s"},
-        },
+        units=units_in(unit, "V", load),
         parameter_units={key: units[rotary] for key, units in UNITS.items()},
         meanings={
             "command": "commanded velocity of the servo amplifier",

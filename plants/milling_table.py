@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from plants.blocks import bell, counted, once
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
 
 
 class Joined(NamedTuple):
@@ -279,16 +279,7 @@ MILLING_TABLE = Drive(
     parameters=MillingTableParameters,
     exact=frozenset({"lead", "scale_resolution", "motor_resolution", "highest_voltage"}),
     fault=only_positive(MillingTableParameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE)),
-    units={
-        "error": "mm",
-        "error_rate": "mm/s",
-        "command": "V",
-        "load": "N",
-        "position": "mm",
-        "velocity": "mm/s",
-        "motor_position": "mm",
-        "motor_velocity": "mm/s",
-    },
+    units=units_in("mm", "V", "N") | {"motor_position": "mm", "motor_velocity": "mm/s"},
     parameter_units=units_of(MillingTableParameters),
     meanings={
         "command": "voltage to the servo amplifier, positive moves the table forwards",

@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 
 from plants.blocks import counted
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
 from plants.sliding import Slide, slid
 
 
@@ -123,14 +123,7 @@ POSITIONING_STAGE = Drive(
         viscous_asymmetry=(lambda value: -1 < value < 1, "between -1 and 1"),
         offset=(lambda value: True, "any number"),
     ),
-    units={
-        "error": "mm",
-        "error_rate": "mm/s",
-        "command": "V",
-        "load": "N",
-        "position": "mm",
-        "velocity": "mm/s",
-    },
+    units=units_in("mm", "V", "N"),
     parameter_units=units_of(PositioningStageParameters),
     meanings={
         "command": "voltage to the amplifier, positive moves the stage forwards",

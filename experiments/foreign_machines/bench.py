@@ -366,10 +366,14 @@ def scenario_motions(
 def tried(
     program: ctypes.CDLL, machine: Machine, law: Law, config: Mapping[str, Any]
 ) -> list[Found]:
-    """An exported design in the bench's own motions and its scenario's, with three masses."""
+    """An exported design in the bench's own motions, its scenario's and these backwards.
+
+    With three masses.
+    """
     time = machine.sample_time
     motions = {k: (x, 0.0, True) for k, x in own_motions(machine).items()}
-    motions |= {f"scenario {k}": x for k, x in scenario_motions(config, time).items()}
+    for name, (reference, *rest) in scenario_motions(config, time).items():
+        motions |= {f"scenario {name}": (reference, *rest), f"back {name}": (-reference, *rest)}
     found = []
     for mass in MASSES:
         for name, (reference, settled, steady) in motions.items():

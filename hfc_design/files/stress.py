@@ -10,8 +10,8 @@ from hfc_design.core.records import NotNegative, Positive, Record
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Factor = Annotated[float, Field(ge=1, le=100)]
-#: Share of the sampling rate above which no mode is tried.
-HIGHEST = 0.25
+#: Share of the sampling rate above which no mode is tried, and frequencies from the lowest on.
+HIGHEST, MODES = 0.25, 4
 #: What of it robust.tolerances may have too.
 ALSO = ("delay_samples", "load", "noise")
 
@@ -44,6 +44,7 @@ class StressSettings(Record):
     unknown_above_hz: Positive | None = None
     backlash_steps: NotNegative = 3.0  # gap before the encoder that is fed back [steps]
     start: NotNegative = 0.1  # start off the reference, of the way in the fastest second [1]
+    backwards: Annotated[float, Field(ge=0, le=1)] = 1.0  # every motion the other way, so far [1]
     jitter: Annotated[float, Field(ge=0, le=0.9)] = 0.1  # of the sample time [1]
     rest_s: NotNegative = 60.0  # at rest after every motion [s]
     machines: Annotated[int, Field(ge=1, le=1000)] = 32  # on which each is tried, nominal one first

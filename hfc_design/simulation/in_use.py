@@ -55,7 +55,7 @@ MENDS = {
     "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
-    "start|rest": "add a motion that does so and search again",
+    "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",
 }
 WHY = "What would give a yes, each alone"

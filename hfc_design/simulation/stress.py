@@ -21,7 +21,7 @@ from hfc_design.files.machine import Axis
 from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.files.stress import Mode
+from hfc_design.files.stress import MODES, Mode
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import in_units
@@ -37,8 +37,6 @@ from plants.around import plain
 
 #: Parts of a stress that are tried where the whole breaks the design.
 PARTS = np.arange(1, 8) / 8.0
-#: Frequencies of a mode, from the lowest to the highest.
-MODES = 4
 #: Share of the largest command that holds the load of a scenario that has none.
 HELD = 0.1
 #: Of so many machines of a search one is under stress.
@@ -262,6 +260,8 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     begun = _other(partial(_started, scenario))
     yield Case("a start {} % of the way off", own.start, begun, 100.0)
     yield Case("{} s at rest behind the motion", own.rest_s, _other(_resting))
+    back = own.backwards * all(motion.path is None for motion in scenario.each_motion())
+    yield Case("every motion {} % of its way backwards", back, _other(_turned), 100.0)
 
 
 def _around(key: str, scale: Any = 1.0) -> Callable[[float], Applied]:
@@ -360,6 +360,17 @@ def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
     return samples._replace(start=tuple(starts), beside=tuple(besides))
 
 
+def _turned(samples: Samples, size: float) -> Samples:
+    """With motions so far the other way."""
+    axes = []
+    for own in samples.axes:
+        each = {name: getattr(own, name) for name in TURNED}
+        axes.append(own._replace(**jax.tree.map(lambda x: -size * np.asarray(x), each)))
+    return samples._replace(axes=tuple(axes))
+
+
+#: Of an axis what has the other sign on its way back.
+TURNED = ("reference", "reference_rate", "target", "reference_acceleration", "end", "heading")
 #: Of an axis what stays as it is at rest, and what is 0 there.
 STAYS = ("reference", "loads", "target", "end", "heading")
 ENDS = ("reference_rate", "reference_acceleration", "sliding")

@@ -79,6 +79,7 @@ class ScheduledGenome(Genome):
 
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it; the root scales the difference of the laws."""
+        population = self._even(population)
         found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert found.linear is not None
         assert other.linear is not None
@@ -88,6 +89,7 @@ class ScheduledGenome(Genome):
 
     def record(self, individual: ScheduledHierarchies) -> Json:
         """With what the root scales."""
+        individual = self._even(individual)
         found, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
         one, other = (x["linear"] | x["pd"] for x in (found, far))
         ahead = {
@@ -104,6 +106,18 @@ class ScheduledGenome(Genome):
         ]
         forward = {"feed_forward": kept | ahead, "resonators": turning}
         return found | {"scheduled": {**gains, "signals": signals, **forward}}
+
+    def _even(self, population: ScheduledHierarchies) -> ScheduledHierarchies:
+        """With tables that give the same the other way, where every input has the other sign."""
+        fuzzy, inputs = population.first.fuzzy, len(self.on_one.fuzzy.names)
+        tables = fuzzy.consequents.copy()
+        for tree in np.unique(fuzzy.tree):
+            own = fuzzy.tree == tree
+            for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):  # it gives the same both ways
+                turned = tuple(way for way, x in ((1, unit.row), (2, unit.column)) if x < inputs)
+                tables[own, k] = 0.5 * (tables[own, k] + np.flip(tables[own, k], turned))
+        first = population.first._replace(fuzzy=fuzzy._replace(consequents=tables))
+        return population._replace(first=first)
 
     def notation(self, structure: int) -> str:
         """The tree of the hierarchy."""

@@ -9,6 +9,9 @@ from scipy.signal import cont2discrete
 from hfc_design.api import with_gains
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import controller_of
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.stress import PARTS, _resting
 from hfc_design.simulation.usable import BEYOND, usable
@@ -21,6 +24,7 @@ GAIN, DRAG, MASS = 35.1507, 203.5, 95.11
 NONE = {
     **dict.fromkeys(("delay_samples", "lag_samples", "load", "backlash_steps", "jitter"), 0.0),
     **{"noise": 1.0, "friction": 1.0, "start": 0.0, "rest_s": 0.0, "mode_inertia": []},
+    "backwards": 0.0,
     "machines": 2,
 }
 #: A stage without friction, which the poles of a linear loop describe.
@@ -40,8 +44,8 @@ STAGE = {
 }
 
 
-def found(robust=STAGE["robust"], **stress):
-    scenario = load_scenario({**STAGE, "robust": robust, "stress": NONE | stress})
+def found(robust=STAGE["robust"], changes=None, **stress):
+    scenario = load_scenario({**STAGE, "robust": robust, "stress": NONE | stress}, changes)
     gains = {"kp": KP, "kd": KD, "ki": 0.0, "velocity": DRAG / GAIN * 1e-3}
     return usable(
         with_gains(scenario, "pid+ff", {k: gains[k] for k in ("kp", "kd", "ki")}), scenario
@@ -119,6 +123,24 @@ def test_where_a_log_shows_no_mode_none_is_tried():
     assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress
 
 
+@pytest.mark.parametrize("lowest", [120.0, 200.0, 247.0])
+def test_a_search_looks_where_the_answer_tries_a_mode(lowest):
+    """Of a loop by SciPy: nearest to -1 the lowest mode leads it, between two of a coarse grid."""
+    changes = {"constraints.sensitivity": 99.0, "stress.unknown_above_hz": lowest}
+    scenario = load_scenario(STAGE, changes)
+    controller, gains = controller_of(
+        with_gains(scenario, "pid+ff", {"kp": KP, "kd": KD}), scenario
+    )
+    asked = AskedMargins(scenario, closed_loop(scenario, controller))
+    a, b = np.array([[0.0, 1.0], [0.0, -DRAG / MASS]]), np.array([[0.0], [1e3 * GAIN / MASS]])
+    ad, bd, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), PERIOD)
+    z = np.exp(2j * np.pi * np.geomspace(lowest, 250.0, 4) * PERIOD)
+    loops = [(KP, KD) @ np.linalg.solve(one * np.eye(2) - ad, bd)[:, 0] for one in z]
+    every = product(loops, (0.1 / 0.9, 0.5, -1.0))
+    near = max(float(swung(loop, 0.02, share)) for loop, share in every)
+    assert asked.margins(gains)["modes"].max() == pytest.approx(near, rel=1e-6)
+
+
 def test_a_stress_that_the_loop_stands_is_no_reason():
     assert radius(2) < 1.0
     own = found(delay_samples=2.0, rest_s=2.0, start=0.1, jitter=0.1)
@@ -153,6 +175,22 @@ def test_where_it_is_close_four_times_as_many_machines_decide(share, machines):
     (row,) = (one for one in own.stress if one.name.startswith("a load of -"))
     assert row.share == np.mean(gains[:machines] > weak)
     assert row.holds == (row.share >= share)
+
+
+def test_backwards_an_axis_that_goes_harder_stays_behind():
+    """Friction is 0.3 of the mean forwards, 1.7 backwards; kp alone holds it."""
+    speed, rubs = 50.0, -0.7
+    off = 1e-3 * speed * DRAG * (1.0 - rubs) / (GAIN * KP)
+    changes = {
+        "plant.parameters.viscous_asymmetry": rubs,
+        "reference": {"kind": "ramp", "velocity": speed},
+        "constraints.late_error": 0.8 * off,
+    }
+    (row,) = found(changes=changes, backwards=1.0).stress
+    assert (row.holds, row.part, row.why) == (False, 0.875, "is far off")
+    assert row.breaks == "every motion 87.5 % of its way backwards"
+    (row,) = found(changes={**changes, "constraints.late_error": 1.2 * off}, backwards=1.0).stress
+    assert row.holds
 
 
 def test_a_rest_goes_on_where_the_motion_has_ended():

@@ -143,6 +143,26 @@ def expected_share(u, terms):
     return np.average([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0], weights=degrees)
 
 
+def test_an_axis_goes_back_as_it_went():
+    """Whatever the tables, the command has the other sign where all that is read has."""
+    own = genome_of(of_two_laws(linear={}))
+    shapes = own.empty().first.fuzzy
+    tables = np.random.default_rng(4).normal(0.0, 1.0, shapes.consequents.shape)
+    every = own.empty()
+    wild = every.first._replace(fuzzy=shapes._replace(consequents=tables))
+    second = every.second * np.linspace(0.5, 2.0, every.second.shape[1])
+    every = every._replace(first=wild, second=second)
+    factors = []
+    for k in range(own.structures):
+        design = design_of(own, taken(every, slice(k, k + 1)))
+        for told in readings(design, 10):
+            back = {name: -x for name, x in told.items()}
+            commands = [Controller(design).step(x) for x in (told, back)]
+            assert commands[0] == pytest.approx(-commands[1], rel=1e-12)
+            factors.append(commands[0] / told["error"])
+    assert np.ptp(factors) > 0.0
+
+
 def test_what_the_population_does_the_design_file_does(genome):
     """To the bit, but for the load, which the file holds as gain times load."""
     random = np.random.default_rng(1)
