@@ -171,9 +171,8 @@ def units_of(parameters: type[Parameters]) -> dict[str, str]:
 
 def units_in(position: str, command: str, load: str) -> dict[str, str]:
     """``Drive.units`` of a drive whose signals are the place that it controls, and its rate."""
-    rate = f"{position}/s"
-    about = {"error": position, "error_rate": rate, "command": command, "load": load}
-    return {**about, "position": position, "velocity": rate}
+    own = {"error": position, "error_rate": f"{position}/s", "command": command, "load": load}
+    return own | {"position": position, "velocity": f"{position}/s"}
 
 
 #: A unit: it stands in comments of code and in commands, where nothing in it may end them.

@@ -35,7 +35,7 @@ def motions_like(
     move = _rounded(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )
-    sine = _rounded(kind="sine", amplitude=far, frequency_rad_s=often)
+    sine = _rounded(kind="sine", amplitude=far, frequency_rad_s=often, from_rest=True)
     step = _rounded(kind="step", height=max(STEP * error, LEAST_STEPS * (told.step or 0.0)))
     return [
         {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},

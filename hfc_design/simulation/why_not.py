@@ -226,6 +226,7 @@ def _alike(
 ) -> Iterator[str]:
     """How most machines fail in a motion, and which ends of parameters they have in common."""
     asked, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
+    around = AROUND.keys() - {name for own in scenario.plant.values() for name in own._fields}
     faults = [(x[1:, k], why, k) for why, x in lost.items() for k in np.flatnonzero(asked)]
     told = [one for one in faults if one[0].any() and not one[1].startswith("exceeds ")]
     for bad, why, k in sorted(told, key=lambda one: -one[0].sum())[:LINES]:
@@ -235,7 +236,7 @@ def _alike(
             middle = float(np.median(values[n, bad]))
             if not more[n] or abs(middle) < END * np.abs(values[n]).max():
                 continue
-            size = f"{middle:+.2g}" if names[n] in AROUND else f"{100 * middle:+.0f} %"
+            size = f"{middle:+.2g}" if names[n] in around else f"{100 * middle:+.0f} %"
             ends.append(f"{'high' if more[n] > 0 else 'low'} {names[n]} ({size})")
         where = f" in {scenario.motions[k].name}" if scenario.motions else ""
         alike = f", mostly with {', '.join(ends)}" if ends else ""
