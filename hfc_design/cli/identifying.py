@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from hfc_design.identify.result import Identified
 
 COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
-CHECK_COLUMN_HELP = "The same where --check-log differs."
+POSITIVE = click.FloatRange(0.0, min_open=True)
+CHECK_HELP = "The same where --check-log differs."
 FREE_HELP = "Parameters to look for, as a,b=START [default: all but exact ones, 0 and --set]."
 LOOP_HELP = "The controller in the loop that recorded LOG: its loop is replayed too."
 SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --controller]."
@@ -33,15 +34,9 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
 @click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
 @click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
 @click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN", help=COLUMN_HELP)
-@click.option(
-    "--sample-time",
-    type=click.FloatRange(0.0, min_open=True),
-    help="[s], where LOG does not say it.",
-)
+@click.option("--sample-time", type=POSITIVE, help="[s], where LOG does not say it.")
 @click.option("--check-log", type=common.PATH, help="Another log, which the result is checked on.")
-@click.option(
-    "--check-column", "check_columns", multiple=True, metavar="NAME=COLUMN", help=CHECK_COLUMN_HELP
-)
+@click.option("--check-column", "checks", multiple=True, metavar="NAME=COLUMN", help=CHECK_HELP)
 @click.option("--seed", type=click.IntRange(0), default=0, help="Of the starts [default: 0].")
 @click.option("--out", type=common.PATH, help="Folder [default: LOG-identified].")
 @common.force
@@ -55,7 +50,7 @@ def identify(
     sample_time: float | None,
     columns: tuple[str, ...],
     check_log: Path | None,
-    check_columns: tuple[str, ...],
+    checks: tuple[str, ...],
     out: Path | None,
     as_json: bool,
     **given: Any,
@@ -78,7 +73,7 @@ def identify(
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
     task = task_of(free=free_ones, bandwidth=hz, **given)
-    logs = replay.sources(task, log, columns, check_log, check_columns)
+    logs = replay.sources(task, log, columns, check_log, checks)
     path = common.free(out or Path(result.called(replay.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")

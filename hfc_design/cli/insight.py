@@ -41,9 +41,7 @@ def list_(what: str) -> None:
 @common.changing_design
 @click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
-@click.option(
-    "--least", type=float, default=0.01, help="Hide rules of a smaller share [default: 0.01]."
-)
+@click.option("--least", type=float, default=0.01, help="Hide smaller shares [default: 0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
 @common.knowing_plugins
 def explain(

@@ -81,9 +81,7 @@ def _show_kept(design: "Design", scenario: "Scenario", err: bool = False) -> Non
 @common.on_scenario
 @common.output("--csv", "csv_file", help="Write the trajectory.")
 @common.output("--plot", help="Draw it (png, svg or pdf).")
-@common.output(
-    "--learned", "learned_file", help="Write the design with what it has learnt by the end."
-)
+@common.output("--learned", "learned_file", help="Write the design with what it has learnt.")
 @click.option("--motion", help="Which one, of a scenario of several [default: the first].")
 @common.force
 @common.memory

@@ -22,11 +22,7 @@ NETWORK_HELP = (
 @common.on_scenario
 @common.output("--out", help="Design file [default: neural-NAME.json].")
 @common.force
-@common.named(
-    "--start",
-    kind=common.DESIGN,
-    help="Neural design to go on from [default: weights drawn at random].",
-)
+@common.named("--start", kind=common.DESIGN, help="Neural design to go on from [default: drawn].")
 @click.option("--hidden", type=int, help="Units of the hidden layer [default: 25].")
 @click.option("--seed", type=int, help="Seed of their weights [default: 0].")
 @click.option("--training-rate", "rate", type=float, help="Rate of learning [default: 0.5].")

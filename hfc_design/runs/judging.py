@@ -21,7 +21,7 @@ from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
-from hfc_design.simulation.stress import among, rubbing
+from hfc_design.simulation.stress import Applied, among, rubbing
 
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
 #: much of that rounding may take away.
@@ -197,7 +197,7 @@ def _rubbing(scenario: Scenario) -> Machines | None:
     if not scenario.robust or scenario.stress.friction <= 1.0:
         return None
     some = drawn_for(scenario, RUBBING, 0)
-    return rubbing(scenario, some, scenario.stress.friction)
+    return rubbing(scenario, some, Applied(friction=scenario.stress.friction))
 
 
 def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:

@@ -54,6 +54,7 @@ STRESS_ABOUT = (
 MENDS = {
     "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
+    "standstill": "look for that too (--free stiction_rise,...), in a log with slow reversals",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
     "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",

@@ -52,6 +52,7 @@ class Applied(NamedTuple):
 
     around: dict[str, Any] = {}  # fields of what stands around every axis
     friction: float = 1.0  # factor
+    sticking: float = 0.0  # more friction at rest, in shares of the Coulomb friction
     samples: Callable[[Samples], Samples] | None = None  # of a motion
 
 
@@ -143,7 +144,7 @@ def among(
     parts = []
     for k, case in enumerate([None, *kinds], -1):
         one = case.applied(case.of(part)) if case else Applied()
-        some = rubbing(scenario, machines.take(np.flatnonzero(under == k)), one.friction)
+        some = rubbing(scenario, machines.take(np.flatnonzero(under == k)), one)
         parts.append(standing(some, scenario, loop, one.around).true)
     order = np.argsort(np.argsort(under, kind="stable"))
     true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
@@ -205,7 +206,7 @@ def _judged(
     groups: dict[int, list[tuple[int, Machines, Applied]]] = {}
     for k, (case, part) in enumerate(tried):
         own = case.applied(case.of(part))
-        one = standing(rubbing(scenario, machines, own.friction), scenario, loop, own.around)
+        one = standing(rubbing(scenario, machines, own), scenario, loop, own.around)
         groups.setdefault(k if own.samples else -1, []).append((k, one, own))
     for group in groups.values():
         change = group[0][2].samples
@@ -220,14 +221,16 @@ def _judged(
     return [found[k] for k in range(len(tried))]
 
 
-def rubbing(scenario: Scenario, machines: Machines, factor: float) -> Machines:
-    """The machines with so many times the friction."""
-    if factor == 1.0:
+def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
+    """The machines with so many times the friction, and so much more at rest."""
+    if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
     for drive, own in zip(scenario.machine.drives, machines.true, strict=True):
         bare = plain(own)
-        more = {name: factor * getattr(bare, name) for name in friction_of(drive)}
+        more = {name: what.friction * getattr(bare, name) for name in friction_of(drive)}
+        coulomb = what.sticking * sum(x for name, x in more.items() if "coulomb" in name)
+        more |= {name: more[name] + coulomb for name in friction_of(drive, moving=False)}
         bare = bare._replace(**more)
         true.append(own._replace(own=bare) if bare is not own and hasattr(own, "around") else bare)
     return Machines(machines.told, tuple(true))
@@ -252,6 +255,9 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     for size in (own.friction, 1.0 / own.friction):
         rubbed = partial(Applied, {})
         yield Case("{} times the friction", size if rubbing else 1.0, rubbed, factor=True)
+    sticks = own.sticking * any(friction_of(axis.drive, moving=False) for axis in axes)
+    rests = "{} % of the Coulomb friction more at standstill"
+    yield Case(rests, sticks, lambda size: Applied(sticking=size), 100.0)
     yield from _modes(scenario, crossover)
     gap = own.backlash_steps * steps.any()
     yield Case("a gap of {} encoder steps", gap, _around("backlash", steps))

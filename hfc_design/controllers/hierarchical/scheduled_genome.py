@@ -110,12 +110,13 @@ class ScheduledGenome(Genome):
     def _even(self, population: ScheduledHierarchies) -> ScheduledHierarchies:
         """With tables that give the same the other way, where every input has the other sign."""
         fuzzy, inputs = population.first.fuzzy, len(self.on_one.fuzzy.names)
-        tables = fuzzy.consequents.copy()
+        tables, places = fuzzy.consequents.copy(), np.arange(49).reshape(7, 7)
         for tree in np.unique(fuzzy.tree):
-            own = fuzzy.tree == tree
+            own = np.flatnonzero(fuzzy.tree == tree)
             for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):  # it gives the same both ways
-                turned = tuple(way for way, x in ((1, unit.row), (2, unit.column)) if x < inputs)
-                tables[own, k] = 0.5 * (tables[own, k] + np.flip(tables[own, k], turned))
+                turned = tuple(way for way, x in enumerate((unit.row, unit.column)) if x < inputs)
+                half = np.minimum(places, np.flip(places, turned))
+                tables[own, k] = tables[own, k].reshape(-1, 49)[:, half]
         first = population.first._replace(fuzzy=fuzzy._replace(consequents=tables))
         return population._replace(first=first)
 

@@ -16,7 +16,7 @@ from hfc_design.runs.judging import drawn_for
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins, _why, loop_margins
-from hfc_design.simulation.stress import rubbing
+from hfc_design.simulation.stress import Applied, rubbing
 from hfc_design.stability.margins import ASKED
 
 #: Factors on a gain that damps.
@@ -98,7 +98,7 @@ def test_a_machine_that_a_stress_just_does_not_forgive_must_not_grow_as_it_slide
         "plant.parameters.stribeck_velocity": 0.02,
     }
     scenario = api.load_scenario("c-axis-ramp", changes)
-    machines = rubbing(scenario, drawn_for(scenario, 199, 7), 2.0)
+    machines = rubbing(scenario, drawn_for(scenario, 199, 7), Applied(friction=2.0))
     some = np.argsort(-machines.true[0].static_torque)[[10, 13, 16, 19]]
     design = api.load_design("pd-only")
     controller, gains = controller_of(design, scenario)

@@ -13,7 +13,8 @@ from hfc_design.files.pairing import controller_of
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
-from hfc_design.simulation.stress import PARTS, _resting
+from hfc_design.simulation.population import one_machine
+from hfc_design.simulation.stress import PARTS, Applied, _resting, rubbing
 from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
@@ -24,7 +25,7 @@ GAIN, DRAG, MASS = 35.1507, 203.5, 95.11
 NONE = {
     **dict.fromkeys(("delay_samples", "lag_samples", "load", "backlash_steps", "jitter"), 0.0),
     **{"noise": 1.0, "friction": 1.0, "start": 0.0, "rest_s": 0.0, "mode_inertia": []},
-    "backwards": 0.0,
+    **{"backwards": 0.0, "sticking": 0.0},
     "machines": 2,
 }
 #: A stage without friction, which the poles of a linear loop describe.
@@ -147,6 +148,26 @@ def test_a_stress_that_the_loop_stands_is_no_reason():
     assert [one.holds for one in own.stress] == [True] * 4
     assert own.verdict == "yes"
     assert own.numbers()["usable"]
+
+
+@pytest.mark.parametrize(
+    ("plant", "name", "level"),
+    [
+        ("c-axis", "static_torque", 1.2 + 0.5 * 0.7),
+        ("milling-table", "stiction_rise", 30.0 + 0.5 * 60.0),
+        ("positioning-stage", "stiction_rise", 0.5 * 20.39),
+    ],
+)
+def test_friction_at_rest_is_larger_by_a_share_of_that_of_coulomb(plant, name, level):
+    parameters = {"coulomb_friction": 60.0, "stiction_rise": 30.0} if plant[0] == "m" else {}
+    scenario = load_scenario({"plant": {"name": plant, "parameters": parameters}})
+    (one,), (more,) = (
+        rubbing(scenario, one_machine(scenario.plant.values()), Applied(sticking=share)).true
+        for share in (0.0, 0.5)
+    )
+    assert {key: x for key, x in more._asdict().items() if x != getattr(one, key)} == {
+        name: pytest.approx([level])
+    }
 
 
 @pytest.mark.parametrize("times", [0.8, 1.2])
