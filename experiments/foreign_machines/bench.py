@@ -351,9 +351,7 @@ def scenario_motions(
                 begun = time >= whole["reference"].get("time_s", 0.0)
                 samples = np.stack([height * begun, still, still], axis=1)
             case {"kind": "sine", "amplitude": a, "frequency_rad_s": w}:
-                back = whole["reference"].get("from_rest", False)  # (1 - cos) instead of sin
-                at = w * time - 0.5 * np.pi * back
-                parts = np.sin(at) + back, w * np.cos(at), -w * w * np.sin(at)
+                parts = np.sin(w * time), w * np.cos(w * time), -w * w * np.sin(w * time)
                 samples = a * np.stack(parts, axis=1)
             case {"kind": "trapezoidal", "distance": d, "velocity": v, "acceleration": a}:
                 samples = trapezoid(time, d, v, a)

@@ -35,7 +35,7 @@ class StressSettings(Record):
     #: the largest constant load of a motion, or what a tenth of the largest command holds [load]
     load: Quantity | None = None
     friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]
-    sticking: NotNegative = 0.5  # more friction at rest, as a share of Coulomb friction [1]
+    sticking: NotNegative = 0.25  # more friction at rest, as a share of Coulomb friction [1]
     mode_damping: Share = 0.02  # damping ratio of a mode that the model has not [1]
     #: what swings in it, as shares of all that moves; from twice the crossover to a quarter of the
     #: sampling rate [1]

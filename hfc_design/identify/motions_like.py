@@ -29,13 +29,12 @@ def motions_like(
     """A move as far as that of the log, a slow one, one to and fro, and a step."""
     distance, slow = float(np.ptp(told.place)), 0.05 * speed
     lasts = distance / speed + speed / acceleration
-    # Two periods, so that it reverses at the end too; no faster and no farther than the log.
-    often = 4.0 * np.pi / duration
-    far = min(speed / often, acceleration / often**2, 0.5 * distance)
+    # Two periods, so that it reverses at the end too; no faster than the log.
+    often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
     move = _rounded(
         kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
     )
-    sine = _rounded(kind="sine", amplitude=far, frequency_rad_s=often, from_rest=True)
+    sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
     step = _rounded(kind="step", height=max(STEP * error, LEAST_STEPS * (told.step or 0.0)))
     return [
         {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},

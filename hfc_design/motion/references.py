@@ -93,18 +93,17 @@ class Ramp(Profile):
 
 
 class Sine(Profile):
-    """``amplitude sin(frequency t)``; from rest ``amplitude (1 - cos(frequency t))``."""
+    """``amplitude sin(frequency t)``."""
 
     kind: Literal["sine"] = "sine"
     amplitude: Finite  # largest deflection from zero [error]
     frequency_rad_s: Positive  # angular frequency [rad/s]
-    from_rest: bool = Field(False, exclude_if=not_)  # begins at an end, not in the middle at speed
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        frequency, turned = self.frequency_rad_s, float(self.from_rest)
-        angle = frequency * time - 0.5 * np.pi * turned
-        off, rate = self.amplitude * np.sin(angle), self.amplitude * frequency * np.cos(angle)
-        return off + turned * self.amplitude, rate, -(frequency**2) * off
+        frequency = self.frequency_rad_s
+        place = self.amplitude * np.sin(frequency * time)
+        rate = self.amplitude * frequency * np.cos(frequency * time)
+        return place, rate, -(frequency**2) * place
 
 
 class Step(Profile):

@@ -46,18 +46,6 @@ def test_the_scale_tells_a_step_that_is_made(error, height):
 
 
 @pytest.mark.parametrize(
-    ("acceleration", "distance", "amplitude"),
-    [(50.0, 10.0, 1.19), (10.0, 10.0, 0.57), (50.0, 1.0, 0.5)],
-)
-def test_it_goes_to_and_fro_as_fast_as_the_log_hard_and_far(acceleration, distance, amplitude):
-    """Two periods in 3 s: 5 mm/s / 4.19, 10 mm/s2 / 4.19^2, half of the way."""
-    told = SimpleNamespace(place=np.array([0.0, distance]), step=0.001)
-    found = motions_like(told, speed=5.0, acceleration=acceleration, duration=3.0, error=0.1)
-    sine = {"kind": "sine", "frequency_rad_s": 4.19, "from_rest": True}
-    assert found[2]["reference"] == {**sine, "amplitude": amplitude}
-
-
-@pytest.mark.parametrize(
     ("feedback", "logged", "read"),
     [
         ("position", ["position"], {}),  # a motor has an encoder of its own

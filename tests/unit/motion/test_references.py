@@ -45,15 +45,6 @@ def test_sine():
     assert rate(sine, 0.0, pi / 6, 1.0) == pytest.approx([0.6, 0.0, 0.6 * cos(3)], abs=1e-15)
 
 
-def test_a_sine_from_rest():
-    """0.2 (1 - cos(3 t)): at rest at first, and at its other end after half a period."""
-    sine = Sine(amplitude=0.2, frequency_rad_s=3.0, from_rest=True)
-    assert at(sine, 0.0, pi / 6, pi / 3) == pytest.approx([0.0, 0.2, 0.4], abs=1e-15)
-    assert rate(sine, 0.0, pi / 6, pi / 3) == pytest.approx([0.0, 0.6, 0.0], abs=1e-15)
-    bent = sine.samples(np.array([0.0, pi / 6, pi / 3])).reference_acceleration
-    assert bent == pytest.approx([1.8, 0.0, -1.8], abs=1e-15)
-
-
 def test_step():
     jump = Step(height=0.005, time_s=0.1)
     assert at(jump, 0.0, 0.0999, 0.1, 2.0) == [0.0, 0.0, 0.005, 0.005]
@@ -161,7 +152,6 @@ def test_rate_is_the_derivative_of_the_angle(table):
     references = (
         Ramp(velocity=0.3),
         Sine(amplitude=0.2, frequency_rad_s=3.0),
-        Sine(amplitude=0.2, frequency_rad_s=3.0, from_rest=True),
         Step(height=0.1, time_s=0.7),
         Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0),
         Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0),
