@@ -18,7 +18,7 @@ COARSE = (
 
 @click.command()
 @click.argument("design", type=common.DESIGN)
-@common.changing_design
+@common.changing
 @common.named("--to", "target", kind=common.FORMAT, required=True, help="Format: NAMES.")
 @common.output("--out", folder=True, help="File or folder to write.")
 @common.force

@@ -38,7 +38,7 @@ def list_(what: str) -> None:
 
 @click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")
 @click.argument("design", type=common.DESIGN)
-@common.changing_design
+@common.changing
 @click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
 @click.option("--least", type=float, default=0.01, help="Hide smaller shares [default: 0.01].")
@@ -68,7 +68,7 @@ def explain(
 
 @click.command(short_help="Gains that keep a drive stable; margins of a loop.")
 @click.argument("design", required=False, type=common.DESIGN)
-@common.changing_design
+@common.changing
 @common.named("--scenario", kind=common.SCENARIO, help="Another than DESIGN was made for.")
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")

@@ -170,9 +170,7 @@ SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
 SCENARIO_HELPS = SCENARIO_HELP, SCENARIO_HELP.replace(" [", "; can be given several times [")
 #: Of every command on a scenario, and of every one on a design.
 setting = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
-changing_design = click.option(
-    "--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP
-)
+changing = click.option("--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP)
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 MEMORY_HELP = "Memory that it may hold, as in 8GB [default: 80 % of what is free]."
 #: Of every command that may need much of it; a variable, so that workers have it too.
@@ -249,7 +247,7 @@ def _on(several: bool) -> Callable[[Command], Command]:
 
     def decorated(command: Command) -> Command:
         @click.argument("name", metavar="DESIGN", type=DESIGN)
-        @changing_design
+        @changing
         @named("--scenario", kind=SCENARIO, multiple=several, help=SCENARIO_HELPS[several])
         @setting
         @wraps(command)

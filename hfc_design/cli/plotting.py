@@ -55,7 +55,7 @@ NAME = NameOrWhat("design", files=True)
     "names", metavar="DESIGN|FOLDER...", nargs=-1, type=NameOrWhat("design", files=True)
 )
 @click.argument("what", metavar="WHAT")
-@common.changing_design
+@common.changing
 @click.option("--unit", help=UNIT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to draw.")
 @common.named("--scenario", kind=common.SCENARIO, help=SCENARIO_HELP)

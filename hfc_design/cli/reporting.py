@@ -14,7 +14,7 @@ from hfc_design.core.console import busy
 
 @click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
 @click.argument("place", metavar="FOLDER|DESIGN", type=common.PATH)
-@common.changing_design
+@common.changing
 @common.named("--scenario", kind=common.SCENARIO, help=common.SCENARIO_HELP)
 @common.setting
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
