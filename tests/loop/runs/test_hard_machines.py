@@ -23,7 +23,7 @@ SCENARIO = {
     "constraints": {"max_error": "10 urad"},
     "stress": {
         **dict.fromkeys(("delay_samples", "lag_samples", "load", "backlash_steps", "jitter"), 0.0),
-        **dict.fromkeys(("noise", "friction"), 1.0),
+        **{"noise": 1.0, "friction": 1.0, "sticking": 0.0},
     },
     "search": {"preset": "cma", "population": 6, "generations": 40},
 }
