@@ -1,5 +1,6 @@
 """Margins of sampled loops: closed forms by hand, and poles of changed loops by NumPy."""
 
+import control
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, place_poles
@@ -127,6 +128,26 @@ def test_at_its_margins_a_loop_swings(seed, unstable):
     turned = loop.transfer(angles) * np.exp(-1j * np.radians(found.phase))
     back = loop.transfer(angles) * np.exp(1j * np.radians(found.phase))
     assert min(np.abs(1.0 + turned).min(), np.abs(1.0 + back).min()) < 1e-3
+
+
+@pytest.mark.parametrize("unstable", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_python_control_finds_the_same(seed, unstable):
+    """Within 0.1 % and 0.1 degree, of loops that a sample of delay makes cross -180 degrees."""
+    one = random_loop(seed, unstable)
+    a = np.block([[one.a, one.b[:, None]], [np.zeros((1, len(one.b) + 1))]])
+    loop = OpenLoop(a, np.append(0.0 * one.b, 1.0), 3.0 * np.append(one.c, 0.0))
+    other = control.ss(loop.a, loop.b[:, None], -loop.c, 0.0, dt=1.0)
+    with np.errstate(all="ignore"):
+        gains, phases, nearest, _, crossed, _ = control.stability_margins(other, returnall=True)
+        disk, *_ = control.disk_margins(other, np.geomspace(1e-5, np.pi, 20_001))
+    found = margins(loop)
+    assert found.gain_up == pytest.approx(gains[gains > 1.0].min(), rel=1e-3)
+    assert (found.gain_down or gains[0]) == pytest.approx(gains[0], rel=1e-3)
+    assert found.phase == pytest.approx(phases.min(), abs=0.1)
+    assert found.delay == pytest.approx((np.radians(phases) / crossed).min(), rel=1e-3)
+    assert found.sensitivity == pytest.approx(1.0 / nearest.min(), rel=1e-3)
+    assert found.disk == pytest.approx(disk, rel=1e-3)
 
 
 def test_a_lead_that_is_missing_less_than_a_lag_is_the_phase_margin():
