@@ -31,6 +31,8 @@ def asked(machine: bench.Machine, log: Path, out: Path) -> list[str]:
     columns = [f"--column={x}" for x in told["log"]["names"]]
     known = [f"--set=plant.parameters.{key}={x}" for key, x in told["know"].items()]
     known += [f"--set={words}" for words in told.get("set", [])]
+    if "load_encoder" not in told["machine"]:
+        known.append("--set=stress.encoder_at=drive")
     free = ["--free", told["free"]] if "free" in told else []
     return [
         "identify",

@@ -1,6 +1,6 @@
 """What a usable design has to stand that no scenario has: a delay, a mode, a load, a gap."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -43,6 +43,7 @@ class StressSettings(Record):
     modes: tuple[Mode, ...] = ()  # which a log has shown
     #: a log shows that there is no other mode below; above, one may be there of every kind [Hz]
     unknown_above_hz: Positive | None = None
+    encoder_at: Literal["load", "drive"] = "load"  # at the drive no mode lies before it
     backlash_steps: NotNegative = 3.0  # gap before the encoder that is fed back [steps]
     start: NotNegative = 0.1  # start off the reference, of the way in the fastest second [1]
     backwards: Annotated[float, Field(ge=0, le=1)] = 1.0  # every motion the other way, so far [1]
@@ -50,6 +51,11 @@ class StressSettings(Record):
     rest_s: NotNegative = 60.0  # at rest after every motion [s]
     machines: Annotated[int, Field(ge=1, le=1000)] = 32  # on which each is tried, nominal one first
     share: Share = 0.9  # of those that hold without it have to hold [1]
+
+    @property
+    def far_modes(self) -> bool:
+        """Whether there may be one between drive and encoder."""
+        return self.unknown_above_hz is not None and self.encoder_at == "load"
 
     def modes_between(self, crossover: Any, every: float) -> tuple[Any, float]:
         """Where a mode may be that nobody knows of [Hz].

@@ -359,7 +359,8 @@ def scenario_text(found: Identified) -> str:
     """
     made = found.task.made
     told: Json = found.task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
-    data = changed({"plant": told["plant"]} | _made(found) if made else told, machine(found))
+    kept = {name: told[name] for name in ("plant", "stress") if name in told}
+    data = changed(kept | _made(found) if made else told, machine(found))
     if seen := found.response:
         modes = {"modes": [seen.mode.model_dump()]} if seen.mode else {}
         above = {"unknown_above_hz": seen.unknown_above}

@@ -152,9 +152,7 @@ class Judging:
 
     def _beside(self, gains: Gains) -> Floats:
         """(n,) by how much individuals break what is asked of the margins of their loops."""
-        if self._margins is None:
-            return np.zeros(trailing(gains))
-        return self._margins.broken(gains)
+        return self._margins.broken(gains) if self._margins else np.zeros(trailing(gains))
 
     def _rank(
         self,

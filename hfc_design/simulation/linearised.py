@@ -9,6 +9,7 @@ the same way from sample to sample. There the commands are what the machine need
 controller remembers, and the errors that it leaves, are such that it gives them.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -314,8 +315,10 @@ class Controllers(NamedTuple):
     found: Mask  # whether they can give the commands that are needed
 
 
-def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers:
-    """Controllers whose ``gains`` have the lanes of ``near`` behind; float64."""
+def controlled(
+    loop: Loop, told: Any, gains: Gains, near: Steady, off: Floats | None = None
+) -> Controllers:
+    """Controllers with ``gains`` for each lane of ``near``, their errors ``off`` (lanes,) more."""
     law = _unlimited(loop.controller)
     lanes, axes = near.commands.shape
     begins = law.initial_memory(0.0)
@@ -347,29 +350,39 @@ def controlled(loop: Loop, told: Any, gains: Gains, near: Steady) -> Controllers
             left[:, memory] += solved(matrix[:, memory, memory], drift)
         return left, matrix, slopes
 
-    x = np.concatenate([np.tile(first, (lanes, 1)), np.zeros((lanes, axes))], axis=1)
-    left, matrix, slopes = at(x)
-    size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
-    share, wanted = np.ones(lanes), SETTLED * np.abs(near.commands).max()
+    begun = np.concatenate([np.tile(first, (lanes, 1)), np.zeros((lanes, axes))], axis=1)
     with np.errstate(all="ignore"):
-        for _ in range(TRIES):
-            if (np.abs(left) <= wanted).all():
-                break
-            move = solved(np.nan_to_num(matrix), -np.nan_to_num(left))
-            there = x + share[:, None] * move
-            found = at(there)
-            new, old = (np.linalg.norm(each / size_of, axis=1) for each in (found[0], left))
-            better = np.nan_to_num(new, nan=np.inf) < np.nan_to_num(old, nan=np.inf)
-            share = np.where(better, np.minimum(2.0 * share, 1.0), 0.25 * share)
-            for old, new in zip((x, left, matrix, slopes), (there, *found), strict=True):
-                old[better] = new[better]
-            if (share < NEAR).all():
-                break
-        scale = np.abs(near.commands).max(axis=1)
+        x, left, slopes = _by_newton(at, begun, SETTLED * np.abs(near.commands).max())
+        if off is not None:
+            slopes = at(np.hstack([x[:, memory], x[:, size:] + off[:, None]]))[2]
+    scale = np.abs(near.commands).max(axis=1)
     come = np.abs(left[:, size:]).max(axis=1) <= NEAR * np.maximum(scale, np.abs(x).max(axis=1))
     of_both = [slopes[:, memory], slopes[:, size:]]
     a, b, c, d = (part[..., where] for part in of_both for where in (memory, slice(size, None)))
     return Controllers(a, b, c, d, x[:, size:], come & np.isfinite(slopes).all(axis=(1, 2)))
+
+
+def _by_newton(
+    at: Callable[[Floats], tuple[Floats, Floats, Floats]], x: Floats, wanted: float
+) -> tuple[Floats, Floats, Floats]:
+    """Where nothing more than ``wanted`` is left from ``x`` on, what is left there, and slopes."""
+    left, matrix, slopes = at(x)
+    size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
+    share = np.ones(len(x))
+    for _ in range(TRIES):
+        if (np.abs(left) <= wanted).all():
+            break
+        move = solved(np.nan_to_num(matrix), -np.nan_to_num(left))
+        there = x + share[:, None] * move
+        found = at(there)
+        new, old = (np.linalg.norm(each / size_of, axis=1) for each in (found[0], left))
+        better = np.nan_to_num(new, nan=np.inf) < np.nan_to_num(old, nan=np.inf)
+        share = np.where(better, np.minimum(2.0 * share, 1.0), 0.25 * share)
+        for old, new in zip((x, left, matrix, slopes), (there, *found), strict=True):
+            old[better] = new[better]
+        if (share < NEAR).all():
+            break
+    return x, left, slopes
 
 
 def _living(memory: Memory) -> dict[Any, Any]:

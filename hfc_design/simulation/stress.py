@@ -299,7 +299,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         one = Mode(hz=hz, damping=own.mode_damping)
         for inertia in own.mode_inertia:
             yield mode(one, ", {} % of what moves", inertia, lambda r: r / (1.0 - r))
-        if own.unknown_above_hz:
+        if own.far_modes:
             yield mode(one, " before the encoder, {} % of it", 1.0, operator.neg)
 
 

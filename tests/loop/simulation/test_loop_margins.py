@@ -15,7 +15,15 @@ from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs.judging import drawn_for
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.loop_margins import AskedMargins, _why, loop_margins
+from hfc_design.simulation.linearised import _errors, controlled
+from hfc_design.simulation.loop_margins import (
+    AskedMargins,
+    _why,
+    loop_margins,
+    near,
+    operating_points,
+)
+from hfc_design.simulation.population import one_machine
 from hfc_design.simulation.stress import Applied, rubbing
 from hfc_design.stability.margins import ASKED
 
@@ -158,3 +166,28 @@ def test_margins_of_an_own_law_that_cannot_be_differentiated():
     with refused() as found:
         problem.task.broken(problem.genome.empty())
     assert found.where == "controller 'outside' cannot be linearised"
+
+
+def test_far_off_where_its_tables_have_ended_a_hierarchy_answers_an_error_as_its_pd_alone():
+    scenario = api.load_scenario("c-axis-ramp")
+    design = api.load_design("lin-lee-1999-table-1")
+    controller, gains = controller_of(design, scenario)
+    loop, points = closed_loop(scenario, controller), operating_points(scenario)
+    about = near(loop, one_machine(scenario.plant.values()), points)
+    every = jax.tree.map(lambda leaf: np.repeat(leaf, len(points), axis=-1), gains)
+    kp, (error,) = design.controller.pd.kp, _errors(about.view)
+    for off in (-1e6, 1e6):
+        own = controlled(loop, (), every, about, np.full(len(points), off))
+        assert own.d[:, 0, error] == pytest.approx(kp, rel=1e-9)
+    bent = controlled(loop, (), every, about).d[:, 0, error]
+    assert (np.abs(bent / kp - 1.0) > 2e-3).any()
+
+
+@pytest.mark.parametrize(("above", "asked"), [({}, False), ({"unknown_above_hz": 100.0}, True)])
+def test_far_off_margins_are_asked_where_a_log_does_not_tell_of_every_mode(above, asked):
+    """Table I has an Ms of 3.447 about the reference and of 3.470 beyond its tables."""
+    changes = {"constraints.sensitivity": 2.0, "robust.spread": 0.1, "stress": above}
+    scenario = api.load_scenario("c-axis-ramp", changes)
+    controller, gains = controller_of(api.load_design("lin-lee-1999-table-1"), scenario)
+    found = AskedMargins(scenario, closed_loop(scenario, controller))
+    assert (found.margins(gains)["sensitivity"].max() > 3.46) == asked
