@@ -54,9 +54,7 @@ def project(design: Design) -> str:
     example = {
         "name": program,
         "kind": "program",
-        "variables": {
-            "localVars": [(instance, name, None, "the controller"), *inputs, *outputs],
-        },
+        "variables": {"localVars": [(instance, name, None, "the controller"), *inputs, *outputs]},
         "body": _call(instance, list(values["signals"])),
         "told": EXAMPLE,
     }

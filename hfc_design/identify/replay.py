@@ -127,11 +127,7 @@ def called(log: Path) -> str:
 
 
 def sources(
-    task: Task,
-    log: Path,
-    columns: Sequence[str],
-    check_log: Path | None,
-    others: Sequence[str],
+    task: Task, log: Path, columns: Sequence[str], check_log: Path | None, others: Sequence[str]
 ) -> dict[str, Source]:
     """The logs by their names, with what the user says of their columns.
 

@@ -2,7 +2,7 @@
 
 One whose scores are compared within a generation only goes on from the best so far, if that passes
 on most machines, with more of them at once: a few do not tell what is missing. Others start
-elsewhere. Each has a checkpoint, and all else follows: a stopped run ends as one that was not.
+elsewhere, as does the lap behind it. Each has a checkpoint: a stopped run ends as one that was not.
 """
 
 from typing import NamedTuple

@@ -32,10 +32,7 @@ class Tried(NamedTuple):
 
 
 def climbed(
-    first: Floats,
-    evaluate: Callable[[Floats], Floats],
-    evaluations: int,
-    rng: np.random.Generator,
+    first: Floats, evaluate: Callable[[Floats], Floats], evaluations: int, rng: np.random.Generator
 ) -> Tried:
     """So many ``evaluations``, those of the points ``first`` (n, size) among them.
 

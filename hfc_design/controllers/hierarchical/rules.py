@@ -2,11 +2,7 @@
 
 import math
 
-from hfc_design.controllers.hierarchical.law import (
-    PREVIOUS,
-    HierarchicalMemory,
-    HierarchyParts,
-)
+from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.code import about as linear_about

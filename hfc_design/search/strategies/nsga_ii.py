@@ -23,14 +23,7 @@ from hfc_design.search import fronts
 from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
 from hfc_design.search.distribution import Distribution
 from hfc_design.search.strategies import cma
-from hfc_design.search.strategy import (
-    Probability,
-    Range,
-    Scored,
-    Strategy,
-    StrategySettings,
-    Task,
-)
+from hfc_design.search.strategy import Probability, Range, Scored, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
 #: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
