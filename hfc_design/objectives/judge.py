@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from operator import itemgetter
 from typing import Annotated, NamedTuple, TypeAlias
 
 import jax
@@ -106,14 +107,10 @@ class Judge(NamedTuple):
 def judge(fitness: Objective, stick_penalty: float) -> Judge:
     """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
     if not stick_penalty:
-        return Judge((fitness,), _only, fitness.label())
+        return Judge((fitness,), itemgetter(0), fitness.label())
     worse = " /" if fitness.positive else ", worse by the factor"
     title = fitness.label(f"{worse} (1 + {stick_penalty:g} stick share)")
     return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
-
-
-def _only(values: list[Scalar]) -> Scalar:
-    return values[0]
 
 
 def _worse_by_cost(values: list[Scalar]) -> Scalar:

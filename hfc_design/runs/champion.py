@@ -1,5 +1,6 @@
 """Which individual of a search becomes its design."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
+#: So many of those on many machines may be asked whether they can be used.
+TRIED = 3
 #: What to try where a search found nothing that stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
@@ -29,48 +32,46 @@ def champion(
     search: Search, scenario: Scenario, one: Population | None = None
 ) -> tuple[Design, Evaluation]:
     """Design and evaluation of ``best_of``; RunError: all have diverged."""
-    return best_of(search, scenario, one)[1:]
+    return next(best_of(search, scenario, one))[1:]
 
 
 def best_of(
     search: Search, scenario: Scenario, one: Population | None = None
-) -> tuple[Population, Design, Evaluation]:
+) -> Iterator[tuple[Population, Design, Evaluation]]:
     """The best of the archive and of the last generation in float64, or that ``one``.
 
-    float32 and a single try flatter loops that are nearly chaotic: of one machine each is ranked by
-    its ``worth``.
+    On many machines the next best follow, ``TRIED`` in all. float32 and a single try flatter loops
+    that are nearly chaotic: of one machine each is ranked by its ``worth``.
 
     Raises:
         RunError: all have diverged.
     """
-    finalists, sound = _finalists(search) if one is None else [one], True
+    finalists = _finalists(search) if one is None else [one]
     if not finalists:
         tried = f"every individual diverged{_why(search, scenario)}"
         raise RunError(f"no design: {tried}; {SPREAD_HINT if scenario.robust else ''}{HINTS}")
-    if scenario.ensemble and one is None:
-        best, sound = _best_of_many(joined(*finalists), scenario)
-        finalists = [best]
-    designs = [design_of(individual, scenario) for individual in finalists]
-    each = zip(finalists, designs, strict=True)
-    found = ((own, design, evaluate(design, scenario)) for own, design in each)  # one at a time
-    individual, design, evaluation = max(found, key=lambda item: item[2].worth)
-    if evaluation.diverged:
-        why = f" ({evaluation.divergence})" if evaluation.divergence else ""
-        raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
-    design = with_score(design, evaluation, scenario)
-    if not sound:
-        design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
-    return individual, design, evaluation
+    many = scenario.ensemble and one is None
+    tries = _in_turn(joined(*finalists), scenario) if many else [(finalists, True)]
+    for k, (some, sound) in enumerate(tries):
+        designs = [design_of(individual, scenario) for individual in some]
+        each = zip(some, designs, strict=True)
+        found = ((own, design, evaluate(design, scenario)) for own, design in each)  # one at a time
+        individual, design, evaluation = max(found, key=lambda item: item[2].worth)
+        if evaluation.diverged and k == 0:
+            why = f" ({evaluation.divergence})" if evaluation.divergence else ""
+            raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
+        design = with_score(design, evaluation, scenario)
+        if not sound:
+            design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
+        yield individual, design, evaluation
 
 
-def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
-    """The finalist that ranks first on machines within the tolerances.
-
-    And whether it keeps every constraint on most of them.
-    """
+def _in_turn(finalists: Population, scenario: Scenario) -> list[tuple[list[Population], bool]]:
+    """Those that rank first within the tolerances, and whether most machines keep everything."""
     rank = final_problem(scenario).rank_of_finalists(finalists)
-    best = int(np.argmax(rank))
-    return taken(finalists, np.array([best])), bool(rank[best] > -0.5 * BEHIND)
+    first = np.argsort(-rank, kind="stable")[:TRIED]
+    first = first[: max(int(np.isfinite(rank[first]).sum()), 1)]
+    return [([taken(finalists, np.array([k]))], bool(rank[k] > -0.5 * BEHIND)) for k in first]
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -26,9 +26,6 @@ from hfc_design.simulation.stress import Applied, among, rubbing
 #: Machines that everybody meets before it is asked who can still reach what it needs, and how
 #: much of that rounding may take away.
 FEW, SLACK = 4, 1e-9
-#: A search meets stresses that are so many times as large as those of the answer, as few machines
-#: stand for all; the choice in the end meets these.
-HARDER = 1.25
 #: The machines on which the choice is made in the end are drawn with a seed so far beyond.
 CHOSEN = 2**33
 #: So many machines are sorted by how they slide, the same in all runs.
@@ -56,8 +53,7 @@ class Judging:
             design = design_of(self.genome.empty(), scenario)  # what any of them reads
         check_laws(design, scenario.plant.machine)
         controller, _ = controller_of(design, scenario)  # that of any individual
-        part = 1.0 if final else HARDER
-        later = HARDER * scenario.stress.delay_samples if scenario.robust else None
+        later = scenario.stress.delay_samples if scenario.robust else None
         self._loop = closed_loop(scenario, controller, later)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = [motion.samples() for motion in scenario.each_motion()]
@@ -67,7 +63,7 @@ class Judging:
             wider = 1.0 if final else self._robust.margin
             seed = scenario.run.seed + CHOSEN * final
             own = drawn_for(scenario, self._robust.final - 1, seed, wider)
-            self._machines, self.calm = among(own, scenario, self._loop, part, broken_by)
+            self._machines, self.calm = among(own, scenario, self._loop, broken_by)
         else:
             self.calm = np.zeros(1, int)  # the machines that are under no stress
         self._allowed, self._tighter = self._ensemble, 1.0

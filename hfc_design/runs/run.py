@@ -157,10 +157,7 @@ def run(
         parts = (where, known, folder / lap_file(CHECKPOINT, k))
         search = _searched(*parts, needed, made_by, on_generation)
         front = front_of(search, scenario) if k == 0 else None
-        one = front.individual(search, front.best) if front and len(front.merit) else None
-        lap = Lap(k, search, best_of(search, scenario, one), front)
-        if laps(scenario) > 1:
-            lap = lap._replace(use=usable(lap.found[1], scenario))
+        lap = _judged(scenario, k, search, front)
         best = lap if best is None or lap.rank > best.rank else best
         if lap.use is None or lap.use.yes:
             break
@@ -208,6 +205,20 @@ def _searched(
             _save(path, search, made_by)
     assert search is not None  # there is at least one generation
     return search
+
+
+def _judged(scenario: Scenario, k: int, search: Search, front: Front | None) -> Lap:
+    """A lap with the first of its best designs whose answer is yes, else with the nearest to it."""
+    one = front.individual(search, front.best) if front and len(front.merit) else None
+    lap: Lap | None = None
+    for found in best_of(search, scenario, one):
+        use = usable(found[1], scenario) if laps(scenario) > 1 else None
+        tried = Lap(k, search, found, front, use)
+        lap = tried if lap is None or tried.rank > lap.rank else lap
+        if use is None or use.yes:
+            break
+    assert lap is not None
+    return lap
 
 
 def front_needed(folder: Path, result: Result) -> Front:

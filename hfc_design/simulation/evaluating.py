@@ -420,9 +420,7 @@ def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) 
     A metric is written in a ``form``, as ``none`` where it has no value; a loop whose error comes
     back again and again settles never.
     """
-    rows = []
-    for key, title in judge.titles.items():
-        rows.append([title, *(_score(x, key) for x in found)])
+    rows = [[title, *(_score(x, key) for x in found)] for key, title in judge.titles.items()]
     for key in found[0].metrics:
         rows.append([key, *(_metric(item, key, form, none) for item in found)])
     return rows

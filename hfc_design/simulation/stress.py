@@ -64,7 +64,6 @@ class Case(NamedTuple):
     applied: Callable[[float], Applied]  # of a size
     shown: float = 1.0  # factor of the size in words
     factor: bool = False  # its size is a factor, of which the half is a root
-    whole: bool = False  # its size is all that there can be
 
     @property
     def asked(self) -> bool:
@@ -72,8 +71,7 @@ class Case(NamedTuple):
         return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
-        """The size of a part of it, or of more than it is."""
-        part = min(part, 1.0) if self.whole else part
+        """The size of a part of it."""
         return self.size**part if self.factor else self.size * part
 
     def told(self, part: float) -> str:
@@ -127,9 +125,9 @@ def stressed(
 
 
 def among(
-    machines: Machines, scenario: Scenario, loop: Loop, part: float, broken_by: Collection[str]
+    machines: Machines, scenario: Scenario, loop: Loop, broken_by: Collection[str]
 ) -> tuple[Machines, Integers]:
-    """The machines, of which some are under a ``part`` of a stress, ``EVERY`` so many one.
+    """The machines, of which some are under a stress, ``EVERY`` so many one.
 
     Each stress in turn; half of these are under what a design is ``broken_by``. And which are under
     none. What needs another motion is not among them.
@@ -143,7 +141,7 @@ def among(
         under[1::EVERY] = np.arange(len(under[1::EVERY])) % len(kinds)
     parts = []
     for k, case in enumerate([None, *kinds], -1):
-        one = case.applied(case.of(part)) if case else Applied()
+        one = case.applied(case.size) if case else Applied()
         some = rubbing(scenario, machines.take(np.flatnonzero(under == k)), one)
         parts.append(standing(some, scenario, loop, one.around).true)
     order = np.argsort(np.argsort(under, kind="stable"))
@@ -288,7 +286,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
             return Applied(found)
 
         told = f"a mode at {three_digits(one.hz)} Hz{words}"
-        return Case(told, size, swings, 100.0, whole=size == 1.0)
+        return Case(told, size, swings, 100.0)
 
     for one in own.modes:
         shown = partial(operator.mul, one.share)

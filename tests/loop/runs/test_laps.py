@@ -11,7 +11,7 @@ from hfc_design.runs import run as runs
 from hfc_design.runs.laps import Lap, lap_of
 from hfc_design.runs.problem import Problem
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
-from hfc_design.simulation.in_use import ON_THIS_MODEL, Stressed
+from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Stressed
 
 SCENARIO = {
     "simulation.duration_s": 0.3,
@@ -79,3 +79,21 @@ def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
     assert (part / "checkpoint-3.npz").exists()
     for name in ("design.json", "usable.json", "history.csv", CONFIG):
         assert (part / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.parametrize("good", [0, 2, 3])
+def test_the_first_three_finalists_are_asked_until_one_can_be_used(good, tmp_path, monkeypatch):
+    """The first whose answer is yes is the design, though another ranks first."""
+    asked = []
+
+    def use(design, scenario):
+        asked.append(design)
+        return Use(yes=len(asked) == good + 1, verdict=YES if len(asked) == good + 1 else NO)
+
+    monkeypatch.setattr(runs, "usable", use)
+    scenario = api.load_scenario("c-axis-ramp", SCENARIO | {"run.extend": 2})
+    result = run(new_run(scenario, tmp_path / "run"), tmp_path / "run")
+    assert len(asked) == good + 1
+    assert len({repr(one.controller) for one in asked}) == len(asked)
+    assert result.design.controller == asked[good].controller
+    assert result.design.score.get("lap", 0) == good // 3
