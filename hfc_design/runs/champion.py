@@ -69,9 +69,9 @@ def best_of(
 def _in_turn(finalists: Population, scenario: Scenario) -> list[tuple[list[Population], bool]]:
     """Those that rank first within the tolerances, and whether most machines keep everything."""
     rank = final_problem(scenario).rank_of_finalists(finalists)
-    first = np.argsort(-rank, kind="stable")[:TRIED]
-    first = first[: max(int(np.isfinite(rank[first]).sum()), 1)]
-    return [([taken(finalists, np.array([k]))], bool(rank[k] > -0.5 * BEHIND)) for k in first]
+    sound = rank > -0.5 * BEHIND  # of others the one that breaks least is enough
+    first = np.argsort(-rank, kind="stable")[: np.clip(sound.sum(), 1, TRIED)]
+    return [([taken(finalists, np.array([k]))], bool(sound[k])) for k in first]
 
 
 def _why(search: Search, scenario: Scenario) -> str:
