@@ -19,6 +19,8 @@ from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Usable
 LAP = "lap"
 #: A lap is seeded so far beyond the one before.
 BEYOND = 2**34
+#: The machines of the trial are drawn with a seed so far beyond that of the run.
+TRIAL = 2**40
 #: A lap that goes on: so many times the machines for each candidate, so much fewer generations.
 FINER = 4
 #: Least share of the machines that are all right for it.
@@ -32,24 +34,30 @@ class Lap(NamedTuple):
     search: Search
     found: tuple[Population, Design, Evaluation]
     front: Front | None
-    use: Usable | None = None  # on machines that no search meets, the same for all laps
+    trial: Usable | None = None  # on machines of the trial, the same for all laps
+    answer: Usable | None = None  # on others that are met once a lap; None: the trial is no yes
+
+    @property
+    def yes(self) -> bool:
+        """Whether trial and answer are."""
+        return self.answer is not None and self.answer.yes
 
     def goes_on(self, scenario: Scenario) -> bool:
         """Whether the next one begins with its design."""
         able = STRATEGIES.get(scenario.search.preset).forgets(scenario.search) > 0
-        return able and self.use is not None and float(self.use.good.mean()) >= NEARLY
+        return able and self.trial is not None and float(self.trial.good.mean()) >= NEARLY
 
     @property
     def broken_by(self) -> tuple[str, ...]:
         """The stresses that break its design."""
-        return tuple(one.name for one in self.use.stress if not one.holds) if self.use else ()
+        return tuple(one.name for one in self.trial.stress if not one.holds) if self.trial else ()
 
     @property
     def rank(self) -> tuple[int, float, float]:
-        """By the answer, then the share of the machines, then the merit."""
-        assert self.use is not None
-        answer = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
-        return answer, float(self.use.good.mean()), self.found[2].worth
+        """By the answers, then the share of the machines, then the merit."""
+        assert self.trial is not None
+        stood = (NO, ON_THIS_MODEL, YES).index(self.trial.verdict)
+        return stood + self.yes, float(self.trial.good.mean()), self.found[2].worth
 
 
 def laps(scenario: Scenario) -> int:

@@ -32,6 +32,8 @@ GOING_ON = 4000.0
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
+#: How often half of the finalists are left, on twice the machines.
+HALVED = 4
 #: More than what a design can break.
 BEHIND = 1e3
 #: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
@@ -143,31 +145,37 @@ class Problem(Judging):
         return Scored(rank, costs, violation)
 
     def rank_of_finalists(self, population: Population) -> Floats:
-        """What they are ranked by: on a quarter of the machines that were drawn, the best on all.
+        """What they are ranked by: half of them, the best, go on to twice the machines, ``HALVED``.
 
-        These are the best quarter; the others cannot pass them. One program serves both.
+        The others cannot pass them. One program serves all.
         """
-        every = np.arange(self._machines.size)
-        some = every[: -(-len(every) // 4)]
-        lanes = min(len(population.tree) * len(some), self._lanes)
-        rank = self._final_rank(population, some, lanes)
-        best = np.argsort(-rank, kind="stable")[: -(-len(rank) // 4)]
-        found = self._final_rank(taken(population, best), every, lanes)
-        rank = np.minimum(rank, found.min())
-        rank[best] = found
+        rank, left = np.full(len(population.tree), np.inf), np.arange(len(population.tree))
+        beside = self._beside(self.genome.gains(population))
+        lanes = min(len(rank) * self._machines.size, self._lanes)
+        judged, done = None, 0
+        for count in np.unique(-(-self._machines.size // 2 ** np.arange(HALVED + 1))).tolist():
+            gains, some = self.genome.gains(taken(population, left)), np.arange(done, count)
+            more = self._eased(gains, some, lanes)
+            each = zip(judged, more, strict=True) if judged else ()
+            judged = Judged(*(np.concatenate(own, axis=1) for own in each)) if judged else more
+            found = self._final_rank(judged, beside[left])
+            rank = np.minimum(rank, found.min())
+            rank[left], done = found, count
+            kept = np.argsort(-found, kind="stable")[: -(-len(left) // 2)]
+            left, judged = left[kept], Judged(*(part[kept] for part in judged))
         return rank
 
-    def _final_rank(self, population: Population, machines: Integers, at_once: int) -> Floats:
+    def _final_rank(self, judged: Judged, beside: Floats) -> Floats:
         """As ``rank_on``, but where more is broken than is forgiven it counts on how many machines.
 
-        That is the share of those under no stress and that of the others, as the answer asks for
-        both; the nominal machine and what is asked of margins count as all.
+        That is the share of those under no stress and that of the others, of the first machines, as
+        the answer asks for both; the nominal machine and what is asked of margins count as all.
         """
-        gains, ensemble = self.genome.gains(population), self._ensemble
-        judged, beside = self._eased(gains, machines, at_once), self._beside(gains)
+        ensemble = self._ensemble
         if ensemble is None:
             return self._rank(judged, None)[:, 0]
-        found, calm = ensemble.verdict(judged, beside=beside), np.isin(machines, self.calm)
+        found = ensemble.verdict(judged, beside=beside)
+        calm = np.isin(np.arange(judged.failed.shape[1]), self.calm)
         parts = [~found.sound[:, some] for some in (calm, ~calm) if some.any()]
         lost = (beside > 0.0) + ~found.sound[:, 0] + sum(part.mean(axis=1) for part in parts)
         return np.where(found.rank < 0.0, found.rank - BEHIND * lost, found.rank)

@@ -23,7 +23,7 @@ from hfc_design.runs.beside import UsableFile, beside
 from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.individuals import with_score
-from hfc_design.runs.laps import LAP, Lap, lap_file, lap_of, laps
+from hfc_design.runs.laps import LAP, TRIAL, Lap, lap_file, lap_of, laps
 from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
@@ -159,7 +159,7 @@ def run(
         front = front_of(search, scenario) if k == 0 else None
         lap = _judged(scenario, k, search, front)
         best = lap if best is None or lap.rank > best.rank else best
-        if lap.use is None or lap.use.yes:
+        if lap.trial is None or lap.yes:
             break
     assert best is not None
     search, front, (individual, design, evaluation) = best.search, best.front, best.found
@@ -171,7 +171,7 @@ def run(
         design, evaluation = polished(scenario, folder, begun, made_by, anyway, on_polish)
     if scenario.robust:
         about = scenario, Result(design, evaluation, search), folder
-        design = _with_use(design, used(*about, None if scenario.run.polish else best.use))
+        design = _with_use(design, used(*about, None if scenario.run.polish else best.answer))
     if front is not None:
         write_front(front, folder)
     _write_design(folder / DESIGN, design)
@@ -208,17 +208,22 @@ def _searched(
 
 
 def _judged(scenario: Scenario, k: int, search: Search, front: Front | None) -> Lap:
-    """A lap with the first of its best designs whose answer is yes, else with the nearest to it."""
+    """A lap with the first of its best designs that stands the trial, or the nearest to it.
+
+    Of one that does the answer is asked.
+    """
     one = front.individual(search, front.best) if front and len(front.merit) else None
     lap: Lap | None = None
+    seed = scenario.run.seed + TRIAL
     for found in best_of(search, scenario, one):
-        use = usable(found[1], scenario) if laps(scenario) > 1 else None
+        use = usable(found[1], scenario, seed=seed) if laps(scenario) > 1 else None
         tried = Lap(k, search, found, front, use)
         lap = tried if lap is None or tried.rank > lap.rank else lap
         if use is None or use.yes:
             break
     assert lap is not None
-    return lap
+    stood = lap.trial is not None and lap.trial.yes
+    return lap._replace(answer=usable(lap.found[1], scenario)) if stood else lap
 
 
 def front_needed(folder: Path, result: Result) -> Front:

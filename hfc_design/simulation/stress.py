@@ -130,10 +130,10 @@ def among(
     """The machines, of which some are under a stress, ``EVERY`` so many one.
 
     Each stress in turn; half of these are under what a design is ``broken_by``. And which are under
-    none. What needs another motion is not among them.
+    none. What is another motion and nothing else is not among them; a load comes with the motion.
     """
     each = [one for one in cases(scenario, None) if one.asked]
-    kinds = [one for one in each if one.applied(one.size).samples is None]
+    kinds = [one for one in each if one.applied(one.size)[:3] != Applied()[:3]]
     worst = [one for one in kinds if one.told(1.0) in broken_by]
     kinds = [one for pair in zip(kinds, cycle(worst)) for one in pair] if worst else kinds
     under = np.full(machines.size, -1)  # no stress
@@ -186,9 +186,10 @@ def _worth(scenario: Scenario, found: Judged) -> float:
 
 
 def longest(scenario: Scenario) -> int:
-    """Samples of all motions together, with the rest that is the longest of all stresses."""
+    """Samples of all motions together, with the longest rest of all stresses."""
     each = [motion.simulation for motion in scenario.each_motion()]
-    return sum(x.steps + round(scenario.stress.rest_s / x.sample_time_s) for x in each)
+    rest = scenario.stress.rest_s
+    return sum(x.steps + max(x.steps, round(rest / x.sample_time_s)) for x in each)
 
 
 def _judged(
@@ -201,11 +202,11 @@ def _judged(
     """(machines, motions) of each part of a stress; those of the same motions together."""
     plainly = [motion.samples() for motion in scenario.each_motion()]
     found: dict[int, Judged] = {}
-    groups: dict[int, list[tuple[int, Machines, Applied]]] = {}
+    groups: dict[Any, list[tuple[int, Machines, Applied]]] = {}
     for k, (case, part) in enumerate(tried):
         own = case.applied(case.of(part))
         one = standing(rubbing(scenario, machines, own), scenario, loop, own.around)
-        groups.setdefault(k if own.samples else -1, []).append((k, one, own))
+        groups.setdefault(own.samples, []).append((k, one, own))
     for group in groups.values():
         change = group[0][2].samples
         motions = [*map(change, plainly)] if change else plainly
@@ -314,8 +315,11 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
     words = f"a load of {{}} {unit} more"
+    first = partial(_held, scenario)
     for sign in (1.0, -1.0) if constant else ():
-        yield Case(words, sign * largest, _around("load", shares))
+        yield Case(
+            words, sign * largest, lambda size: Applied({"load": size * shares}, samples=first)
+        )
     step = _other(partial(_stepped, shares=shares.tolist()))
     yield Case(f"a load step of {{}} {unit}", largest, step)
 
@@ -375,29 +379,49 @@ def _turned(samples: Samples, size: float) -> Samples:
 
 #: Of an axis what has the other sign on its way back.
 TURNED = ("reference", "reference_rate", "target", "reference_acceleration", "end", "heading")
-#: Of an axis what stays as it is at rest, and what is 0 there.
+#: Of an axis where it is at the start, what stays as it is at rest, and what is 0 there.
+BEGINS = ("reference", "target")
 STAYS = ("reference", "loads", "target", "end", "heading")
 ENDS = ("reference_rate", "reference_acceleration", "sliding")
 
 
 def _resting(samples: Samples, size: float) -> Samples:
     """With a rest [s] behind the motion; the last load stays, the noise comes again."""
-    more = round(size / float(samples.sample_time))
-    steps = len(samples.time) + more
+    return _longer(samples, 0, round(size / float(samples.sample_time)))
 
-    def held(column: Floats | None, factor: float = 1.0) -> Floats | None:
+
+def _held(scenario: Scenario, samples: Samples) -> Samples:
+    """With as long a rest before the motion, at its start: a load is held before it is moved."""
+    many, axes = len(samples.time), scenario.plant.each()
+    longer = _longer(samples, many, 0)
+    held = []
+    for axis, own, start in zip(axes, longer.axes, samples.start, strict=True):
+        place = getattr(start, axis.drive.position)
+        resting = np.arange(2 * many) < many
+        each = {name: np.where(resting, place, getattr(own, name)) for name in BEGINS}
+        held.append(own._replace(**each))
+    return longer._replace(axes=tuple(held))
+
+
+def _longer(samples: Samples, before: int, behind: int) -> Samples:
+    """With so many samples more at rest; what counts is told by those of the motion and behind."""
+    steps = before + len(samples.time) + behind
+
+    def held(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:
         if column is None:
             return None
-        last = factor * np.asarray(column)[..., -1:]
-        return np.concatenate([column, np.repeat(last, more, axis=-1)], axis=-1)
+        column = np.asarray(column)
+        ends = (first * column[..., :1], before), (last * column[..., -1:], behind)
+        front, back = (np.repeat(end, count, axis=-1) for end, count in ends)
+        return np.concatenate([front, column, back], axis=-1)
 
     axes = []
     for own in samples.axes:
         found = {name: held(getattr(own, name)) for name in STAYS}
-        found |= {name: held(getattr(own, name), 0.0) for name in ENDS}
+        found |= {name: held(getattr(own, name), 0.0, 0.0) for name in ENDS}
         noise = np.take(own.noise, np.arange(steps) % len(samples.time), axis=-1)
         axes.append(own._replace(**found, noise=noise))
     time: Floats = float(samples.sample_time) * np.arange(steps, dtype=np.float64)
-    path = jax.tree.map(held, samples.path)
-    rest = {"path": path, "settled": held(samples.settled), "late": late_samples(time)}
-    return samples._replace(axes=tuple(axes), time=time, **rest)
+    late = np.append(np.zeros(before), late_samples(time[before:]))
+    rest = {"path": jax.tree.map(held, samples.path), "late": late}
+    return samples._replace(axes=tuple(axes), time=time, settled=held(samples.settled, 0.0), **rest)

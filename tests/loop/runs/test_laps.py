@@ -8,7 +8,7 @@ import pytest
 
 from hfc_design import api
 from hfc_design.runs import run as runs
-from hfc_design.runs.laps import Lap, lap_of
+from hfc_design.runs.laps import TRIAL, Lap, lap_of
 from hfc_design.runs.problem import Problem
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
 from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Stressed
@@ -33,14 +33,13 @@ def test_it_goes_on_from_what_is_nearly_right(preset, share, goes_on):
 
 
 def test_a_lap_that_goes_on_costs_as_much_with_more_machines_at_once():
-    three = {"first": 3, "machines": 3, "elite": 3}
-    scenario = api.load_scenario("c-axis-practical", {f"robust.{k}": x for k, x in three.items()})
+    scenario = api.load_scenario("c-axis-practical")
     for k in (0, 1, 2):
         other, finer = lap_of(scenario, k), lap_of(scenario, k, finer=True)
         assert other.run.seed == finer.run.seed == scenario.run.seed + k * 2**34
         assert (other.robust, other.search) == (scenario.robust, scenario.search)
         robust, search = finer.robust, finer.search
-        assert (robust.first, robust.machines, robust.elite) == (12, 12, 12)
+        assert (robust.first, robust.machines, robust.elite) == (16, 16, 16)
         assert search.generations == scenario.search.generations // 4
 
 
@@ -58,7 +57,7 @@ class Use(NamedTuple):
 
 def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
     """The second goes on, the third starts elsewhere; stopped before it the same comes out."""
-    monkeypatch.setattr(runs, "usable", lambda design, scenario: Use())
+    monkeypatch.setattr(runs, "usable", lambda design, scenario, seed=None: Use())
     scenario, told, made = api.load_scenario("c-axis-ramp", SCENARIO), [], []
     monkeypatch.setattr(runs, "Problem", lambda *given: made.append(given[1:]) or Problem(*given))
     whole, part = tmp_path / "whole", tmp_path / "part"
@@ -81,19 +80,46 @@ def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
         assert (part / name).read_bytes() == (whole / name).read_bytes()
 
 
-@pytest.mark.parametrize("good", [0, 2, 3])
-def test_the_first_three_finalists_are_asked_until_one_can_be_used(good, tmp_path, monkeypatch):
-    """The first whose answer is yes is the design, though another ranks first."""
-    asked = []
+def asked_by(monkeypatch, good):
+    """What is asked in the trial and in the answer: design and whether it is yes.
 
-    def use(design, scenario):
-        asked.append(design)
-        return Use(yes=len(asked) == good + 1, verdict=YES if len(asked) == good + 1 else NO)
+    Of the trial that is so where ``good`` has its number, of the answer from number -1 on.
+    """
+    trial, answer = [], []
+
+    def use(design, scenario, seed=None):
+        assert seed in (None, scenario.run.seed + TRIAL)
+        mine = answer if seed is None else trial
+        yes = len(trial) in good if seed else -len(answer) - 1 not in good
+        mine.append((design, yes))
+        return Use(yes=yes, verdict=YES if yes else NO)
 
     monkeypatch.setattr(runs, "usable", use)
+    return trial, answer
+
+
+@pytest.mark.parametrize("good", [0, 2, 3])
+def test_the_first_three_finalists_are_tried_until_one_can_be_used(good, tmp_path, monkeypatch):
+    """The first that stands the trial is the design, though another ranks first.
+
+    The answer is asked of that one alone, on other machines.
+    """
+    trial, answer = asked_by(monkeypatch, [good])
     scenario = api.load_scenario("c-axis-ramp", SCENARIO | {"run.extend": 2})
     result = run(new_run(scenario, tmp_path / "run"), tmp_path / "run")
-    assert len(asked) == good + 1
-    assert len({repr(one.controller) for one in asked}) == len(asked)
-    assert result.design.controller == asked[good].controller
+    assert [yes for _, yes in trial] == [False] * good + [True]
+    assert len({repr(one.controller) for one, _ in trial}) == len(trial)
+    assert [yes for _, yes in answer] == [True]
+    assert result.design.controller == trial[good][0].controller == answer[0][0].controller
     assert result.design.score.get("lap", 0) == good // 3
+
+
+def test_an_answer_that_is_not_that_of_the_trial_is_no_end(tmp_path, monkeypatch):
+    """The next lap is asked, too, and is the design as its answer is yes."""
+    trial, answer = asked_by(monkeypatch, [0, 1, -1])
+    scenario = api.load_scenario("c-axis-ramp", SCENARIO | {"run.extend": 2})
+    result = run(new_run(scenario, tmp_path / "run"), tmp_path / "run")
+    assert [yes for _, yes in trial] == [True, True]
+    assert [yes for _, yes in answer] == [False, True]
+    assert result.design.score["lap"] == 1
+    assert result.design.score["usable"]["verdict"] == YES

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 from hfc_design.api import with_gains
@@ -14,7 +15,7 @@ from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import one_machine
-from hfc_design.simulation.stress import PARTS, Applied, _resting, rubbing
+from hfc_design.simulation.stress import PARTS, Applied, _held, _resting, rubbing
 from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
@@ -45,12 +46,9 @@ STAGE = {
 }
 
 
-def found(robust=STAGE["robust"], changes=None, **stress):
+def found(robust=STAGE["robust"], changes=None, ki=0.0, **stress):
     scenario = load_scenario({**STAGE, "robust": robust, "stress": NONE | stress}, changes)
-    gains = {"kp": KP, "kd": KD, "ki": 0.0, "velocity": DRAG / GAIN * 1e-3}
-    return usable(
-        with_gains(scenario, "pid+ff", {k: gains[k] for k in ("kp", "kd", "ki")}), scenario
-    )
+    return usable(with_gains(scenario, "pid+ff", {"kp": KP, "kd": KD, "ki": ki}), scenario)
 
 
 def radius(delay=0, hz=0.0, damping=0.0, share=0.0, gains=(KP, KD)):
@@ -186,6 +184,33 @@ def test_a_load_is_where_the_static_error_is_too_large(times):
         parts = {one.part for one in rows.values()}
         assert parts == {PARTS[np.argmax(times * PARTS > 1.0)]}
         assert all(one.why.startswith("is far off") for one in rows.values())
+
+
+@pytest.mark.parametrize("times", [0.8, 1.2])
+def test_a_load_is_held_as_long_as_the_motion_before_it(times):
+    """What an integral leaves of its error after 1.75 s, of a motion of 1 s; 0.75 s are too few."""
+    push = np.array([0.0, 1e3 / MASS, 0.0])  # on position [mm], velocity, integral of the position
+    spring = -1e3 * GAIN / MASS * KP
+    a = np.array([[0, 1, 0], [spring, -(DRAG + 1e3 * GAIN * KD) / MASS, spring], [1, 0, 0]])
+    left = np.linalg.solve(a, (expm(1.75 * a) - np.eye(3)) @ push)[0]
+    changes = {"simulation.duration_s": 1.0, "constraints.late_error": "0.05 mm"}
+    changes["reference.distance"] = 1.0
+    rows = found(changes=changes, ki=KP, load=times * 0.05 / left).stress
+    assert [one.holds for one in rows if one.name.startswith("a load of")] == 2 * [times < 1.0]
+
+
+def test_it_is_held_where_the_motion_begins():
+    scenario = load_scenario(STAGE)
+    samples = scenario.samples()
+    longer = _held(scenario, samples)
+    (one,), (other,) = samples.axes, longer.axes
+    assert len(longer.time) == 4000
+    for name in ("reference", "target", "reference_rate"):
+        column = getattr(other, name)
+        assert (column[:2000] == 0.0).all()
+        np.testing.assert_array_equal(column[2000:], getattr(one, name))
+    np.testing.assert_array_equal(longer.late, np.append(np.zeros(2000), samples.late))
+    np.testing.assert_array_equal(longer.settled, np.append(np.zeros(2000), samples.settled))
 
 
 @pytest.mark.parametrize(("share", "machines"), [(0.75, 32), (0.9, 8)])
