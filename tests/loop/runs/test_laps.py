@@ -39,7 +39,7 @@ def test_a_lap_that_goes_on_costs_as_much_with_more_machines_at_once():
         assert other.run.seed == finer.run.seed == scenario.run.seed + k * 2**34
         assert (other.robust, other.search) == (scenario.robust, scenario.search)
         robust, search = finer.robust, finer.search
-        assert (robust.first, robust.machines, robust.elite) == (16, 16, 16)
+        assert (robust.first, robust.machines, robust.elite) == (12, 12, 12)
         assert search.generations == scenario.search.generations // 4
 
 
