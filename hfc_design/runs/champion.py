@@ -16,7 +16,7 @@ from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
-#: So many of those on many machines may be asked whether they can be used.
+#: So many of those on many machines may stand the trial.
 TRIED = 3
 #: What to try where a search found nothing that stays finite.
 HINTS = (

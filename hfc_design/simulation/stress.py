@@ -133,7 +133,7 @@ def among(
     none. What is another motion and nothing else is not among them; a load comes with the motion.
     """
     each = [one for one in cases(scenario, None) if one.asked]
-    kinds = [one for one in each if one.applied(one.size)[:3] != Applied()[:3]]
+    kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
     worst = [one for one in kinds if one.told(1.0) in broken_by]
     kinds = [one for pair in zip(kinds, cycle(worst)) for one in pair] if worst else kinds
     under = np.full(machines.size, -1)  # no stress
