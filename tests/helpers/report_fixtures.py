@@ -32,4 +32,4 @@ def known_use(monkeypatch):
     from hfc_design.runs import run
 
     told = SimpleNamespace(yes=True, numbers=lambda: json.loads(json.dumps(USED)))
-    monkeypatch.setattr(run, "usable", lambda *_: told)
+    monkeypatch.setattr(run, "usable", lambda *_, **__: told)
