@@ -7,7 +7,7 @@ from collections import namedtuple
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax.numpy as jnp
 import numpy as np
@@ -141,16 +141,12 @@ def fine(drive: Drive) -> Drive:
     return replace(drive, accepted=lambda fixed, command: command, measured=measured)
 
 
-def _record(fields: tuple[str, ...]) -> Any:
-    return namedtuple("State", fields)
-
-
 def _around(drive: Drive, waits: int, substeps: int) -> Drive:
     kind = type(drive.initial_state(0.0))
     count, seen = len(kind._fields), drive.seen[0]
     sent = [f"sent_{k + 1}" for k in range(waits)]
     more = [*sent, *MORE]
-    state_of = _record((*kind._fields, *more))
+    state_of = cast(Any, namedtuple)("State", (*kind._fields, *more))
     nothing = sampled(Around(), 1.0, 1, waits)
 
     def inner(state: State) -> State:

@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind
+from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import Group
 from hfc_design.core.texts import read_toml
@@ -114,10 +114,6 @@ def _metrics(head: Entry, machine: Machine) -> Iterator[Entry]:
     for name, told in found.items():
         meaning, unit = said(told)
         yield head._replace(part="metric", key=name, type="number", unit=unit, meaning=meaning)
-
-
-#: A controller inside another one, or one to begin with, is told of under its own name.
-ELSEWHERE = (ControllerRecord, ControllerSettings)
 
 
 def kind_entries(kind: Kind) -> Iterator[Entry]:

@@ -4,7 +4,7 @@ Never imports JAX.
 """
 
 from operator import add, not_
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -25,6 +25,7 @@ from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
     LinearDesign,
     LqiSettings,
+    Range,
     Resonators,
     too_fast,
     with_own_signals,
@@ -318,19 +319,21 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     return Layout(names, scale, terms, used, adaptation, part, own, canonical)
 
 
-class Bounds(NamedTuple):
-    """On the C-axis; the ``[search]`` of a scenario may have other values under these keys."""
+class Bounds(Record):
+    """Of a search for hierarchies: keys of ``[search]``, with what suits the C-axis."""
 
-    kp_range: tuple[float, float] = (100.0, 10_000.0)  # of first individuals that are drawn [V/rad]
-    kd_range: tuple[float, float] = (30.0, 3_000.0)  # [V s/rad]
-    scale_range: float = 10.0  # factor around the layout's scales; 1: they stay
-    inner_limit: float = 4.0  # |consequent| of an inner unit
-    root_limit: float = 20.0  # |consequent| of the root
+    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
+    kp_range: Range = (100.0, 10_000.0)
+    kd_range: Range = (30.0, 3_000.0)  # of the same [command s/error]
+    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
+    scale_range: float = Field(10.0, ge=1)
+    inner_limit: float = Field(4.0, gt=0, le=4)  # |consequent| of a hierarchy's inner unit [1]
+    root_limit: Positive = 20.0  # |consequent| of a hierarchy's root [1]
 
 
 def bounds_of(search: Any) -> Bounds:
     """The bounds that the settings of a search have, else the defaults."""
-    return Bounds(**{key: getattr(search, key) for key in Bounds._fields if hasattr(search, key)})
+    return Bounds(**{key: x for key, x in dict(search or {}).items() if key in Bounds.model_fields})
 
 
 def input_names(signals: list[str]) -> list[str]:

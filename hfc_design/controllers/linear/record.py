@@ -19,6 +19,7 @@ MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
 #: Names of these multiples among what a search varies.
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
+Range = Annotated[tuple[Positive, Positive], ordered]
 #: By what the command of a resonator leads, behind its name among what is searched.
 LEAD = "_lead"
 #: Frequencies for which a control has resonators, at most.

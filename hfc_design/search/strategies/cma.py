@@ -15,12 +15,11 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.records import Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
 from hfc_design.search.heats import heats
-from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
 
-BOUNDS = Bounds()
 #: How often it is asked in a search which machines are hard, if they were from the start.
 ASKING = 18
 #: How often samples are drawn in place of those that are broken before anything is simulated.
@@ -34,7 +33,7 @@ TRAIL = 40
 NEARER = 0.5
 
 
-class CmaSettings(StrategySettings):
+class CmaSettings(Bounds, StrategySettings):
     """CMA-ES, stage by stage; where structures matter, several compete and half of them remain."""
 
     preset: Literal["cma"] = "cma"
@@ -43,15 +42,6 @@ class CmaSettings(StrategySettings):
     step: Positive = 1.0  # factor on the first standard deviations [1]
     trees: int = Field(4, ge=1, le=1000)  # structures that compete
     hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines [1]
-    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
-    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
-    scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    #: |consequent| of a hierarchy's inner unit [1]
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
 
 
 class CmaState(NamedTuple):

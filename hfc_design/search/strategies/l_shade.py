@@ -12,15 +12,13 @@ from hfc_design.controllers.genome import Population, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.records import Positive
 from hfc_design.search.by_numbers import Coordinates, coordinates
 from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
-from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
-
-BOUNDS = Bounds()
+from hfc_design.search.strategy import Strategy, StrategySettings, Task
 
 
-class LShadeSettings(StrategySettings):
+class LShadeSettings(Bounds, StrategySettings):
     """L-SHADE about the best of the first individuals, whose structure all others have."""
 
     preset: Literal["l-shade"] = "l-shade"
@@ -28,15 +26,6 @@ class LShadeSettings(StrategySettings):
     last: int = Field(4, ge=4, le=100_000)  # individuals in the last generation
     generations: int = Field(380, ge=1, le=10_000_000)
     step: Positive = 6.0  # factor on the first standard deviations [1]
-    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
-    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
-    scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    #: |consequent| of a hierarchy's inner unit [1]
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
 
 
 class LShadeState(NamedTuple):

@@ -11,9 +11,10 @@ from hfc_design.controllers.genome import joined, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
 from hfc_design.controllers.kind import ControllerSettings
+from hfc_design.controllers.linear.record import Range
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
 
 
 class LinLeeSettings(StrategySettings):

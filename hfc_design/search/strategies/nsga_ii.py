@@ -16,16 +16,15 @@ from hfc_design.controllers.genome import Genome, Population, joined, replaced, 
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.records import Positive
 from hfc_design.objectives.measures import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
 from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
 from hfc_design.search.distribution import Distribution
 from hfc_design.search.strategies import cma
-from hfc_design.search.strategy import Probability, Range, Scored, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Probability, Scored, Strategy, StrategySettings, Task
 
-BOUNDS = Bounds()
 #: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
 STEPS, SELF = (1e-3, 1.0), 0.3
 #: Of machines that everybody meets at least this share of the first ones passes.
@@ -39,7 +38,7 @@ def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
     return found
 
 
-class Nsga2Settings(StrategySettings):
+class Nsga2Settings(Bounds, StrategySettings):
     """NSGA-II; the objectives are measures by name, ``tracking``, ``effort`` or ``units``."""
 
     preset: Literal["nsga-ii"] = "nsga-ii"
@@ -53,15 +52,6 @@ class Nsga2Settings(StrategySettings):
     blend: Probability = 0.25  # share of children that mix two parents [1]
     step: Positive = 0.2  # first mutation step, relative [1]
     newcomers: Probability = 0.05  # share of children without parents, where structures matter [1]
-    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
-    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
-    scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    #: |consequent| of a hierarchy's inner unit [1]
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
 
     @model_validator(mode="after")
     def _room_for_a_front(self) -> Self:

@@ -1,6 +1,6 @@
 """The default strategy: a race of structures with Gauss-Newton steps at its end."""
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.search.heats import room, shares
 from hfc_design.search.newton import individuals, some_numbers
-from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
 
 #: A double may score this much of its original before luck is suspected.
 LUCK = 0.99
@@ -21,10 +21,9 @@ LUCK = 0.99
 FIRST_DAMPING, FAILURE, LARGEST = 1.0, 10.0, 1e4
 #: Who differs from a lucky one by less than this share of its largest numbers is as lucky.
 KIN = 1e-3
-BOUNDS = Bounds()
 
 
-class RaceSettings(StrategySettings):
+class RaceSettings(Bounds, StrategySettings):
     """A race of structures: every tree is an island, and after each heat half of them remain.
 
     Some of the first individuals know the machine, if the kind of controller can. Inside an island
@@ -35,14 +34,6 @@ class RaceSettings(StrategySettings):
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
     generations: int = Field(100, ge=1, le=10_000_000)
-    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
-    scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
-    #: |consequent| of a hierarchy's inner unit [1]
-    inner_limit: Annotated[float, Field(gt=0, le=4)] = BOUNDS.inner_limit
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
     informed: Probability = 0.5  # share of the first individuals that know the machine [1]
     tournament: int = Field(3, ge=1)  # individuals that a parent is the best of
     blend: Probability = 0.5  # share of children that mix two parents [1]
