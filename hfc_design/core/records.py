@@ -1,10 +1,10 @@
 """Checked records of what a user wrote, and the lines about what is wrong with it."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -13,7 +13,9 @@ from pydantic import (
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
+    SerializerFunctionWrapHandler,
     ValidationError,
+    model_serializer,
     model_validator,
 )
 from pydantic_core import PydanticKnownError
@@ -97,6 +99,17 @@ class Record(BaseModel):
         }
         wrong = {key for key, x in data.items() if _no_number(x) and key in numbers}
         return data | dict.fromkeys(wrong, ...)
+
+
+class Ordered(Record):
+    """A record that ends with some keys in a file: the cells of batches are named by its text."""
+
+    keys_last: ClassVar[Collection[str]] = ()
+
+    @model_serializer(mode="wrap")
+    def _in_order(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = whole(self)
+        return {key: data[key] for key in sorted(data, key=lambda key: key in self.keys_last)}
 
 
 #: Characters of a message, which has "hfc: " before it: nobody reads more.

@@ -330,7 +330,7 @@ class Scenario(Record, metaclass=Asked):
     def judge(self) -> Judge:
         """How its closed loops are judged, by a search and by everybody else."""
         fitness = objective_of(self.fitness.on(self.units))
-        found = judge(fitness, self.search.stick_penalty)
+        found = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
         weighed = [one.measure for one in self.traded if one.measure is not None]
         return found._replace(measured=(*weighed, *(bound.measure for bound in bounds)))

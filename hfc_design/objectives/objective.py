@@ -7,10 +7,8 @@ number of samples.
 from collections.abc import Callable
 from typing import Any, NamedTuple, Self, TypeAlias
 
-from pydantic import SerializerFunctionWrapHandler, model_serializer
-
 from hfc_design.core.numbers import Scalar, Truth
-from hfc_design.core.records import NotNegative, Record
+from hfc_design.core.records import NotNegative, Ordered
 from hfc_design.motion.samples import PathFrame
 
 #: What only its objective knows: what it has added up by some sample, scalars.
@@ -48,21 +46,16 @@ class Left(NamedTuple):
 NOTHING_LEFT = Left(0.0, 0.0)
 
 
-class ObjectiveSettings(Record):
+class ObjectiveSettings(Ordered):
     """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
 
+    keys_last = ("settled_after_s",)
     kind: str  # which objective
     settled_after_s: NotNegative = 1.0  # from then on a motion counts as settled [s]
 
     def on(self, units: Any) -> Self:
         """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""
         return self
-
-    @model_serializer(mode="wrap")
-    def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
-        data: dict[str, object] = whole(self)
-        last = {key: data.pop(key) for key in ("settled_after_s",) if key in data}
-        return data | last
 
 
 class Objective(NamedTuple):

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from hfc_design.controllers.genome import Genome, Population
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.records import NotNegative, Record
+from hfc_design.core.records import Record
 from hfc_design.search.newton import Linear
 
 Probability = Annotated[float, Field(ge=0, le=1)]
@@ -17,13 +17,13 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class StrategySettings(Record):
     """The ``[search]`` of a scenario; each strategy adds keys of its own.
 
-    Those of ``controllers.hierarchical.record.Bounds`` bound what is varied of a hierarchy.
+    ``stick_penalty`` is what the judge divides by, 0 where a strategy has no such key. The keys
+    of ``controllers.hierarchical.record.Bounds`` bound what is varied of a hierarchy.
     """
 
     preset: str  # which search strategy
     population: int = Field(100, ge=1, le=10_000_000)  # individuals in a generation
     generations: int = Field(100, ge=1, le=10_000_000)  # how many of them
-    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
 
 class Task(NamedTuple):

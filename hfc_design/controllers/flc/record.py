@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import (
     AfterValidator,
     Field,
-    SerializerFunctionWrapHandler,
     ValidationInfo,
     field_validator,
-    model_serializer,
     model_validator,
 )
 
@@ -27,7 +25,7 @@ from hfc_design.controllers.kind import (
     zone_told,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
-from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
 Variable = Literal["error", "error_change", "output"]
@@ -288,9 +286,10 @@ def _labels_fault(labels: list[str]) -> str | None:
     return f"two terms are called {twice}, or differ in case only" if twice else None
 
 
-class FuzzySettings(ControllerSettings):
+class FuzzySettings(Ordered, ControllerSettings):
     """Bounds of a search that begins with a fuzzy controller, or with a design's."""
 
+    keys_last = ("kind",)
     start: Any  # design that a search begins with: a built-in name, a file, or a record
     symmetric: bool = True  # both directions are treated alike
     #: up to which the integral gain is searched [units/(BLU s)]
@@ -301,13 +300,6 @@ class FuzzySettings(ControllerSettings):
     def _controller_of(cls, start: Plain, info: ValidationInfo) -> Plain:
         """The controller of the design that ``start`` names; a record stays one."""
         return controller_named(start, info)
-
-    @model_serializer(mode="wrap")
-    def _kind_last(self, whole: SerializerFunctionWrapHandler) -> Json:
-        """Where it always has been, as the cells of batches are named by the text."""
-        data: Json = whole(self)
-        kind = data.pop("kind")
-        return {**data, "kind": kind}
 
     def fault(self, target: Target) -> str | None:
         """A plant without a stable range, or a start that cannot be one."""

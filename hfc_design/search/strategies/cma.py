@@ -15,7 +15,7 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.records import Positive
+from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
 from hfc_design.search.heats import heats
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
@@ -33,15 +33,17 @@ TRAIL = 40
 NEARER = 0.5
 
 
-class CmaSettings(Bounds, StrategySettings):
+class CmaSettings(Ordered, Bounds, StrategySettings):
     """CMA-ES, stage by stage; where structures matter, several compete and half of them remain."""
 
+    keys_last = Bounds.model_fields
     preset: Literal["cma"] = "cma"
     population: int = Field(16, ge=6, le=10_000)
     generations: int = Field(450, ge=1, le=10_000_000)
     step: Positive = 1.0  # factor on the first standard deviations [1]
     trees: int = Field(4, ge=1, le=1000)  # structures that compete
     hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines [1]
+    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
 
 class CmaState(NamedTuple):

@@ -12,20 +12,22 @@ from hfc_design.controllers.genome import Population, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import Positive
+from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.search.by_numbers import Coordinates, coordinates
 from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
 
 
-class LShadeSettings(Bounds, StrategySettings):
+class LShadeSettings(Ordered, Bounds, StrategySettings):
     """L-SHADE about the best of the first individuals, whose structure all others have."""
 
+    keys_last = Bounds.model_fields
     preset: Literal["l-shade"] = "l-shade"
     population: int = Field(80, ge=4, le=100_000)
     last: int = Field(4, ge=4, le=100_000)  # individuals in the last generation
     generations: int = Field(380, ge=1, le=10_000_000)
     step: Positive = 6.0  # factor on the first standard deviations [1]
+    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
 
 class LShadeState(NamedTuple):

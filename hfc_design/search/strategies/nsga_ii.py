@@ -16,7 +16,7 @@ from hfc_design.controllers.genome import Genome, Population, joined, replaced, 
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.records import Positive
+from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.objectives.measures import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
@@ -38,9 +38,10 @@ def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
     return found
 
 
-class Nsga2Settings(Bounds, StrategySettings):
+class Nsga2Settings(Ordered, Bounds, StrategySettings):
     """NSGA-II; the objectives are measures by name, ``tracking``, ``effort`` or ``units``."""
 
+    keys_last = Bounds.model_fields
     preset: Literal["nsga-ii"] = "nsga-ii"
     population: int = Field(32, ge=4, le=5000)
     generations: int = Field(450, ge=1, le=10_000_000)
@@ -52,6 +53,7 @@ class Nsga2Settings(Bounds, StrategySettings):
     blend: Probability = 0.25  # share of children that mix two parents [1]
     step: Positive = 0.2  # first mutation step, relative [1]
     newcomers: Probability = 0.05  # share of children without parents, where structures matter [1]
+    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
     @model_validator(mode="after")
     def _room_for_a_front(self) -> Self:
