@@ -12,6 +12,7 @@ from rich.table import Table
 
 from hfc_design.cli.usable_table import score_spread, show_usable
 from hfc_design.core.console import ProgressBar, busy, room, show_whole
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -160,15 +161,15 @@ def score_one(
             print(f"scenario {scenario.name}")
         show_table(scenario, {design.name: evaluation})
         return
-    names = {"design": design.name, "scenario": scenario.name, **_state(evaluation)}
-    lost = evaluation.divergence and evaluation.divergence._asdict()
-    names |= {"substeps": evaluation.substeps, "divergence": lost}
-    print(json.dumps(names | evaluation.score(scenario.judge())))
+    print(json.dumps(_numbers(design, scenario, evaluation)))
 
 
-def _state(found: Evaluation) -> dict[str, bool]:
-    """What there is to know before a number is believed."""
-    return {"diverged": found.diverged, "chaotic": found.chaotic}
+def _numbers(design: Design, scenario: Scenario, found: Evaluation) -> Json:
+    """What there is to know before a number is believed, and the numbers."""
+    lost = found.divergence and found.divergence._asdict()
+    told = {"design": design.name, "scenario": scenario.name, "diverged": found.diverged}
+    told |= {"chaotic": found.chaotic, "substeps": found.substeps, "divergence": lost}
+    return told | found.score(scenario.judge())
 
 
 def score_usable(
@@ -189,10 +190,8 @@ def score_usable(
     with busy("on machines that no search has seen"):
         found = usable(design, scenario, spread, samples, seed)
     if as_json:
-        judged = evaluate(design, scenario)
-        names = {"design": design.name, "scenario": scenario.name, **_state(judged)}
-        score = judged.score(scenario.judge())
-        print(json.dumps(names | score | {"can_i_use_it": found.numbers()}))
+        numbers = _numbers(design, scenario, evaluate(design, scenario))
+        print(json.dumps(numbers | {"can_i_use_it": found.numbers()}))
     else:
         print(f"{design.name} on {scenario.name}")
         show_usable(found.numbers())

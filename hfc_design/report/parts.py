@@ -210,7 +210,7 @@ BASELINES = {
     "positioning-stage": {
         "emps-cascade": Baseline(
             "EMPS cascade", "the loop that recorded the logs of EMPS", nominal=True
-        ),
+        )
     },
 }
 

@@ -5,13 +5,7 @@ from itertools import pairwise
 from math import inf, isinf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord, unused_term

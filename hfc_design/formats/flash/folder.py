@@ -32,7 +32,7 @@ def with_check(
 def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """What lies beside the folders of axes: a page that names them, and a ``make check`` of all."""
     return page_of_axes(design, axes) | {
-        "Makefile": rendered("flash/axes.mk.j2", design, axes=axes),
+        "Makefile": rendered("flash/axes.mk.j2", design, axes=axes)
     }
 
 
