@@ -1,6 +1,5 @@
 """What individuals are worth on machines of a scenario: simulated, judged and ranked."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +46,7 @@ class Judging:
     UserError: its controller cannot be searched.
     """
 
-    def __init__(self, scenario: Scenario, final: bool = False, broken_by: Sequence[str] = ()):
+    def __init__(self, scenario: Scenario, final: bool = False):
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(self.genome.empty(), scenario)  # what any of them reads
@@ -63,7 +62,7 @@ class Judging:
             wider = 1.0 if final else self._robust.margin
             seed = scenario.run.seed + CHOSEN * final
             own = drawn_for(scenario, self._robust.final - 1, seed, wider)
-            self._machines, self.calm = among(own, scenario, self._loop, broken_by)
+            self._machines, self.calm = among(own, scenario, self._loop)
         else:
             self.calm = np.zeros(1, int)  # the machines that are under no stress
         self._allowed, self._tighter = self._ensemble, 1.0

@@ -1,8 +1,9 @@
 """A search that goes on: laps, each on other machines, until one is usable.
 
-One whose scores are compared within a generation only goes on from the best so far, if that passes
-on most machines, with more of them at once: a few do not tell what is missing. Others start
-elsewhere, as does the lap behind it. Each has a checkpoint: a stopped run ends as one that was not.
+One whose scores are compared within a generation only goes on from the design of the last one, if
+that passes on most machines, with more of them at once: a few do not tell what is missing. Behind
+that, and where a stress breaks the design, the next one starts elsewhere: more of the stress has
+hardly ever mended one. Each has a checkpoint: a stopped run ends as one that was not.
 """
 
 from typing import NamedTuple
@@ -43,14 +44,10 @@ class Lap(NamedTuple):
         return self.answer is not None and self.answer.yes
 
     def goes_on(self, scenario: Scenario) -> bool:
-        """Whether the next one begins with its design."""
-        able = STRATEGIES.get(scenario.search.preset).forgets(scenario.search) > 0
-        return able and self.trial is not None and float(self.trial.good.mean()) >= NEARLY
-
-    @property
-    def broken_by(self) -> tuple[str, ...]:
-        """The stresses that break its design."""
-        return tuple(one.name for one in self.trial.stress if not one.holds) if self.trial else ()
+        """Whether the next one begins with its design: a few machines are missing."""
+        able, trial = STRATEGIES.get(scenario.search.preset).forgets(scenario.search), self.trial
+        few = trial is not None and trial.verdict == NO and float(trial.good.mean()) >= NEARLY
+        return able > 0 and few
 
     @property
     def rank(self) -> tuple[int, float, float]:

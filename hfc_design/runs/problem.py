@@ -1,6 +1,5 @@
 """What a search needs of a scenario: which machines a generation meets, and enough memory."""
 
-from collections.abc import Sequence
 from copy import copy
 from functools import partial
 
@@ -48,9 +47,8 @@ class Problem(Judging):
         scenario: Scenario,
         final: bool = False,
         known: Population | None = None,
-        broken_by: Sequence[str] = (),
     ):
-        super().__init__(scenario, final, broken_by)
+        super().__init__(scenario, final)
         self._known = known  # what the search goes on from
         self._traded, self._traded_by = scenario.traded, self._allowed
         if self._robust and self._allowed and not final:

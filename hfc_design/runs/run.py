@@ -149,8 +149,9 @@ def run(
     needed = {} if anyway else made_by
     best: Lap | None = None
     lap: Lap | None = None
+    known: Lap | None = None
     for k in range(laps(scenario)):
-        known = best if best and k % 2 and best.goes_on(scenario) else None
+        known = lap if lap and not known and lap.goes_on(scenario) else None
         where = lap_of(scenario, k, known is not None)
         if lap:
             on_lap(lap, where)
@@ -188,8 +189,8 @@ def _searched(
 ) -> Search:
     """The search of a lap, from its start or from its checkpoint at a path."""
     search = stored.load(path, scenario, needed, HINT)
-    about = (known.found[0], known.broken_by) if known else ()
-    problem, settings = Problem(scenario, False, *about), scenario.search
+    problem = Problem(scenario, known=known.found[0] if known else None)
+    settings = scenario.search
     saved = time.monotonic()
     parts = (searcher(settings, problem.task), problem.genome, settings.generations)
     steps = generations(*parts, scenario.run.seed, problem.scored, search)

@@ -6,9 +6,8 @@ start and a rest are other samples of the same motions.
 """
 
 import operator
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import cycle
 from typing import Any, NamedTuple
 
 import jax
@@ -124,18 +123,14 @@ def stressed(
     return tuple(told)
 
 
-def among(
-    machines: Machines, scenario: Scenario, loop: Loop, broken_by: Collection[str]
-) -> tuple[Machines, Integers]:
+def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
     """The machines, of which some are under a stress, ``EVERY`` so many one.
 
-    Each stress in turn; half of these are under what a design is ``broken_by``. And which are under
-    none. What is another motion and nothing else is not among them; a load comes with the motion.
+    Each stress in turn. And which are under none. What is another motion and nothing else is not
+    among them; a load comes with the motion.
     """
     each = [one for one in cases(scenario, None) if one.asked]
     kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
-    worst = [one for one in kinds if one.told(1.0) in broken_by]
-    kinds = [one for pair in zip(kinds, cycle(worst)) for one in pair] if worst else kinds
     under = np.full(machines.size, -1)  # no stress
     if kinds:
         under[1::EVERY] = np.arange(len(under[1::EVERY])) % len(kinds)

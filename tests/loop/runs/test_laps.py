@@ -1,5 +1,6 @@
 """A search that goes on while the answer is no, and how: from where it was, or elsewhere."""
 
+from itertools import chain, repeat
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ from hfc_design.runs import run as runs
 from hfc_design.runs.laps import TRIAL, Lap, lap_of
 from hfc_design.runs.problem import Problem
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
-from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Stressed
+from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES
 
 SCENARIO = {
     "simulation.duration_s": 0.3,
@@ -22,13 +23,19 @@ SCENARIO = {
 
 
 @pytest.mark.parametrize(
-    ("preset", "share", "goes_on"), [("cma", 0.95, True), ("cma", 0.8, False), ("race", 1.0, False)]
+    ("preset", "share", "verdict", "goes_on"),
+    [
+        ("cma", 0.95, NO, True),
+        ("cma", 0.8, NO, False),
+        ("cma", 0.95, ON_THIS_MODEL, False),
+        ("race", 0.95, NO, False),
+    ],
 )
-def test_it_goes_on_from_what_is_nearly_right(preset, share, goes_on):
+def test_it_goes_on_from_what_is_nearly_right(preset, share, verdict, goes_on):
     """If its scores are compared within a generation only; others start elsewhere."""
     changes = {"search.preset": preset, "robust.spread": 0.1, "controller": {"kind": "pd"}}
     scenario = api.load_scenario("c-axis-ramp", changes)
-    use = SimpleNamespace(good=np.arange(20) < 20 * share)
+    use = SimpleNamespace(good=np.arange(20) < 20 * share, verdict=verdict)
     assert Lap(0, None, None, None, use).goes_on(scenario) is goes_on
 
 
@@ -48,32 +55,46 @@ class Use(NamedTuple):
 
     good: Any = np.arange(20) < 19
     yes: bool = False
-    verdict: str = ON_THIS_MODEL
-    stress: Any = tuple(Stressed(name, name == "holds", 1.0, 1.0) for name in ("holds", "breaks"))
+    verdict: str = NO
 
     def numbers(self):
         return dict.fromkeys(KEPT) | {"verdict": self.verdict, "answer": "not quite"}
 
 
-def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
-    """The second goes on, the third starts elsewhere; stopped before it the same comes out."""
-    monkeypatch.setattr(runs, "usable", lambda design, scenario, seed=None: Use())
+@pytest.mark.parametrize(("first", "generations"), [(NO, [2, 8]), (ON_THIS_MODEL, [8, 2])])
+def test_three_laps_and_one_that_was_stopped_in_between(first, generations, tmp_path, monkeypatch):
+    """Where a few machines are missing the next goes on, the one behind that starts elsewhere.
+
+    Where a stress breaks it it does at once. Stopped before the third the same comes out.
+    """
+
+    def asked():
+        each = chain([Use(verdict=first)] * 3, repeat(Use()))
+        monkeypatch.setattr(runs, "usable", lambda design, scenario, seed=None: next(each))
+
+    def problem(scenario, known):
+        made.append(known)
+        return Problem(scenario, known=known)
+
+    monkeypatch.setattr(runs, "Problem", problem)
     scenario, told, made = api.load_scenario("c-axis-ramp", SCENARIO), [], []
-    monkeypatch.setattr(runs, "Problem", lambda *given: made.append(given[1:]) or Problem(*given))
     whole, part = tmp_path / "whole", tmp_path / "part"
 
     def stopped(lap, where):
         if lap.number == 1:
             raise KeyboardInterrupt
 
+    asked()
     run(new_run(scenario, whole), whole, on_lap=lambda *lap: told.append(lap))
-    assert [(lap.number, where.search.generations) for lap, where in told] == [(0, 2), (1, 8)]
-    (first, _), (second, _) = told
-    assert [given[2:] for given in made] == [(), (("breaks",),), ()]
-    assert second.search.state.about.places.tolist() == first.found[0].places.tolist()
+    assert [where.search.generations for _, where in told] == generations
+    goes_on = generations.index(2)
+    assert [known is not None for known in made] == [False, goes_on == 0, goes_on == 1]
+    assert made[goes_on + 1] is told[goes_on][0].found[0]
     own = new_run(scenario, part)
+    asked()
     with pytest.raises(KeyboardInterrupt):
         run(own, part, on_lap=stopped)
+    asked()
     run(own, part)
     assert (part / "checkpoint-3.npz").exists()
     for name in ("design.json", "usable.json", "history.csv", CONFIG):
