@@ -84,11 +84,10 @@ class Watch(ProgressBar):
 
     def lap(self, lap: Lap, where: Scenario) -> None:
         """Say why the search goes on, and how."""
-        use = lap.answer or lap.trial
-        assert use is not None
+        assert lap.use is not None
         anew = where.search.generations == self._whole
         how = "another start" if anew else "it goes on from there"
-        self.say(f"{use.answer}\n{how}: {lap.number + 2} of {self._laps} at most")
+        self.say(f"{lap.use.answer}\n{how}: {lap.number + 2} of {self._laps} at most")
         self.total, self._first = where.search.generations, None
 
     def polished(self, done: Polished) -> None:

@@ -39,22 +39,22 @@ class Lap(NamedTuple):
     answer: Usable | None = None  # on others that are met once a lap; None: the trial is no yes
 
     @property
-    def yes(self) -> bool:
-        """Whether trial and answer are."""
-        return self.answer is not None and self.answer.yes
+    def use(self) -> Usable | None:
+        """What was asked last."""
+        return self.answer or self.trial
 
     def goes_on(self, scenario: Scenario) -> bool:
         """Whether the next one begins with its design: a few machines are missing."""
-        able, trial = STRATEGIES.get(scenario.search.preset).forgets(scenario.search), self.trial
-        few = trial is not None and trial.verdict == NO and float(trial.good.mean()) >= NEARLY
+        able, use = STRATEGIES.get(scenario.search.preset).forgets(scenario.search), self.use
+        few = use is not None and use.verdict == NO and float(use.good.mean()) >= NEARLY
         return able > 0 and few
 
     @property
     def rank(self) -> tuple[int, float, float]:
-        """By the answers, then the share of the machines, then the merit."""
-        assert self.trial is not None
-        stood = (NO, ON_THIS_MODEL, YES).index(self.trial.verdict)
-        return stood + self.yes, float(self.trial.good.mean()), self.found[2].worth
+        """By what was asked last, then the share of the machines, then the merit."""
+        assert self.use is not None
+        stood = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
+        return stood, float(self.use.good.mean()), self.found[2].worth
 
 
 def laps(scenario: Scenario) -> int:

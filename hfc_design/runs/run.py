@@ -160,7 +160,7 @@ def run(
         front = front_of(search, scenario) if k == 0 else None
         lap = _judged(scenario, k, search, front)
         best = lap if best is None or lap.rank > best.rank else best
-        if lap.trial is None or lap.yes:
+        if lap.use is None or lap.use.yes:
             break
     assert best is not None
     search, front, (individual, design, evaluation) = best.search, best.front, best.found
