@@ -35,7 +35,7 @@ from hfc_design.simulation.usable import usable
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
 #: What the score in a design file keeps of it.
-KEPT = "verdict", "share", "interval", "spread", "machines", "seed", "missed"
+KEPT = "verdict", "share", "interval", "spread", "machines", "seed", "missed", "stress"
 HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"

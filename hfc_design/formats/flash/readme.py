@@ -16,7 +16,7 @@ from hfc_design.formats import saving
 from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.flash.vectors import Vectors, unused
 from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
-from hfc_design.simulation.in_use import ENOUGH, missed_told
+from hfc_design.simulation.in_use import ENOUGH, Told, missed_told, stress_table
 
 
 class Signal(NamedTuple):
@@ -92,6 +92,7 @@ def origin(design: Design) -> Json:
         "score": measures(score),
         "chaotic": score.get("chaotic") is True,
         "usable": _usable(score.get("usable")),
+        "stress": _stress(score.get("usable")),
     }
 
 
@@ -159,3 +160,10 @@ def _usable(told: object) -> str:
         if missed := missed_told(told.get("missed", {})):
             found += f"; {plain(missed)}"
     return found
+
+
+def _stress(told: Any) -> Told | None:
+    """What it was tried under; None: untold."""
+    with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
+        return stress_table(told["stress"]) if told["stress"] else None
+    return None

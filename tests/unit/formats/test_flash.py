@@ -87,6 +87,23 @@ def test_the_page_ends_with_what_counts_of_the_score():
     assert "measure" not in page(named_design("pd-only"))
 
 
+def test_the_page_has_what_the_design_was_tried_under():
+    """Of a file that was edited: nothing of it, and no markup."""
+    held = {"name": "2 times | *the* noise", "holds": True, "share": 1.0, "merit": 0.8}
+    broken = {"name": "a gap of 3 steps", "holds": False, "share": 0.25, "merit": 0.0}
+    broken |= {"part": 0.5, "breaks": "a gap of 1.5 steps", "why": "oscillates in there"}
+    used = {"share": 0.99, "spread": 0.03, "machines": 1000, "stress": [held, broken]}
+    design = named_design("pd-only").model_copy(update={"score": {"usable": used}})
+    text = page(design)
+    assert "| stress | holds on [%] | merit [times] |\n|---|---|---|\n" in text
+    assert "\n| 2 times \\| \\*the\\* noise | 100 | 0.80 |\n" in text
+    assert "\n| a gap of 3 steps | 25 | breaks |\n" in text
+    assert "\n- breaks: with a gap of 1.5 steps it oscillates in there\n" in text
+    for wrong in (3, [held, 3], [{}]):
+        used["stress"] = wrong
+        assert "| stress |" not in page(design)
+
+
 def test_a_signal_whose_gain_is_zero_is_said_not_to_be_used():
     design = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
     gains = design.controller.feed_forward
