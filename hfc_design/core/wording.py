@@ -105,7 +105,9 @@ def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
 
 def percent(share: float) -> str:
     """A share to two digits; what is below a thousandth of a per cent is told as that."""
-    return f"{100 * share:.2g} %" if not 0.0 < share < 1e-5 else "less than 0.001 %"
+    if 0.0 < share < 1e-5:
+        return "less than 0.001 %"
+    return f"{100 * share:{'.2g' if share < 0.995 else '.0f'}} %"
 
 
 def three_digits(value: float) -> str:

@@ -18,6 +18,7 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.texts import toml_of
+from hfc_design.core.wording import percent
 from hfc_design.files.machine import Axis, unmoved
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
@@ -212,13 +213,13 @@ def untold_lines(found: Identified) -> list[str]:
 
 
 def _untold(one: Combination) -> str:
-    change = f"{100 * one.change:.2g} %" if one.change < 10.0 else f"a factor of {one.change:.2g}"
+    change = percent(one.change) if one.change < 10.0 else f"a factor of {one.change:.2g}"
     (first, _), *others = sorted(one.shares.items(), key=lambda item: -abs(round(item[1], 9)))
     if not others:
         return f"{first} is only known to {change}"
     rest = f" and {len(others) - TOGETHER} more" if len(others) > TOGETHER else ""
     shown = others[:TOGETHER]
-    told = ", ".join(f"{name} ({100 * one.change * x:+.2g} %)" for name, x in shown)
+    told = ", ".join(f"{name} ({100 * one.change * x:+.3g} %)" for name, x in shown)
     return f"{first} may change by {change} if others do too: {told}{rest}"
 
 
@@ -262,7 +263,7 @@ def advice_line(found: Identified) -> str:
         return NOTHING if untold else ""
     units = found.free.drive.units
     gains = ", ".join(
-        f"{name} from ±{100 * a:.2g} % to ±{100 * b:.2g} %" for name, (a, b) in one.errors.items()
+        f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
     )
     factor, small = readable(found.position_unit, one.travel)
     return (
