@@ -332,8 +332,8 @@ class Bounds(Record):
 
 
 def bounds_of(search: Any) -> Bounds:
-    """The bounds that the settings of a search have, else the defaults."""
-    return Bounds(**{key: x for key, x in dict(search or {}).items() if key in Bounds.model_fields})
+    """The bounds that the settings of a search have, which has checked them, else the defaults."""
+    return Bounds.model_construct(**dict(search or {}))
 
 
 def input_names(signals: list[str]) -> list[str]:
