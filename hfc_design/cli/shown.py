@@ -44,7 +44,7 @@ class Watch(ProgressBar):
     def __init__(self, scenario: Scenario):
         super().__init__("compiling", scenario.search.generations)
         self._steps = scenario.search.population * scenario.simulation.steps
-        self._polish, self._laps, self._whole = scenario.run.polish, scenario.run.extend, self.total
+        self._polish, self._laps = scenario.run.polish, scenario.run.extend
         self._title = scenario.judge().title
         self._begun = self._said = time.monotonic()
         self._first: tuple[int, float] | None = None
@@ -82,13 +82,11 @@ class Watch(ProgressBar):
             self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
 
-    def lap(self, lap: Lap, where: Scenario) -> None:
-        """Say why the search goes on, and how."""
+    def lap(self, lap: Lap) -> None:
+        """Say why there is another search."""
         assert lap.use is not None
-        anew = where.search.generations == self._whole
-        how = "another start" if anew else "it goes on from there"
-        self.say(f"{lap.use.answer}\n{how}: {lap.number + 2} of {self._laps} at most")
-        self.total, self._first = where.search.generations, None
+        self.say(f"{lap.use.answer}\nanother start: {lap.number + 2} of {self._laps} at most")
+        self._first = None
 
     def polished(self, done: Polished) -> None:
         """Show one finished step of the polish."""

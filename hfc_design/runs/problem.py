@@ -24,8 +24,6 @@ from hfc_design.simulation import memory
 #: What the penalty of broken constraints grows to in a search whose scores are compared within a
 #: generation only, and the power of the share of its generations by which it grows.
 PENALTY, GROWING = 1000.0, 2.0
-#: The same, from the start, of one that goes on from a design.
-GOING_ON = 4000.0
 #: Machines that the points of a front meet where a single design was looked for before; the search
 #: for one design meets twice as many in turn.
 HARD = 40
@@ -42,14 +40,8 @@ NEAR = 2.0
 class Problem(Judging):
     """A scenario as what a search needs of it."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        final: bool = False,
-        known: Population | None = None,
-    ):
+    def __init__(self, scenario: Scenario, final: bool = False):
         super().__init__(scenario, final)
-        self._known = known  # what the search goes on from
         self._traded, self._traded_by = scenario.traded, self._allowed
         if self._robust and self._allowed and not final:
             self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
@@ -72,7 +64,7 @@ class Problem(Judging):
 
         Of many machines everybody meets a few, the best of them more. Where scores are not
         compared, each generation has others of the same machines; half of them are ``hard`` ones
-        if there are any, two thirds in a search that goes on.
+        if there are any.
         """
         return self._met(population, generation, needed, hard)[:, 1]
 
@@ -180,15 +172,14 @@ class Problem(Judging):
 
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
-        now = PENALTY * done**GROWING if self._known is None else GOING_ON
-        return now if done < 1.0 else None
+        return PENALTY * done**GROWING if done < 1.0 else None
 
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
         start = generation * (count - 1) if generation < self._fresh else 0
         some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
         if hard is not None and len(hard):
-            most = count // 2 if self._known is None else 2 * count // 3
+            most = count // 2
             some[count - most :] = hard[(generation * most + np.arange(most)) % len(hard)]
         return some
 
@@ -222,7 +213,7 @@ class Problem(Judging):
         differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
         hardest = self._hardest if self._robust else None
         linear = self._linear if differs else None
-        found = Task(self.genome, linear, hardest, self._informed, known=self._known)
+        found = Task(self.genome, linear, hardest, self._informed)
         if self._margins and self._robust:
             return found._replace(
                 broken=lambda x: self._beside(self.genome.gains(x)), worth=self.rank

@@ -123,7 +123,7 @@ def run(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
     on_polish: Callable[[Polished], None] = lambda done: None,
-    on_lap: Callable[[Lap, Scenario], None] = lambda lap, where: None,
+    on_lap: Callable[[Lap], None] = lambda lap: None,
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and fill the folder.
 
@@ -148,20 +148,16 @@ def run(
     made_by = stored.made_by(scenario, folder)
     needed = {} if anyway else made_by
     best: Lap | None = None
-    lap: Lap | None = None
-    known: Lap | None = None
     for k in range(laps(scenario)):
-        known = lap if lap and not known and lap.goes_on(scenario) else None
-        where = lap_of(scenario, k, known is not None)
-        if lap:
-            on_lap(lap, where)
-        parts = (where, known, folder / lap_file(CHECKPOINT, k))
-        search = _searched(*parts, needed, made_by, on_generation)
+        path = folder / lap_file(CHECKPOINT, k)
+        search = _searched(lap_of(scenario, k), path, needed, made_by, on_generation)
         front = front_of(search, scenario) if k == 0 else None
         lap = _judged(scenario, k, search, front)
         best = lap if best is None or lap.rank > best.rank else best
         if lap.use is None or lap.use.yes:
             break
+        if k + 1 < laps(scenario):
+            on_lap(lap)
     assert best is not None
     search, front, (individual, design, evaluation) = best.search, best.front, best.found
     if best.number:
@@ -181,7 +177,6 @@ def run(
 
 def _searched(
     scenario: Scenario,
-    known: Lap | None,
     path: Path,
     needed: dict[str, str],
     made_by: dict[str, str],
@@ -189,7 +184,7 @@ def _searched(
 ) -> Search:
     """The search of a lap, from its start or from its checkpoint at a path."""
     search = stored.load(path, scenario, needed, HINT)
-    problem = Problem(scenario, known=known.found[0] if known else None)
+    problem = Problem(scenario)
     settings = scenario.search
     saved = time.monotonic()
     parts = (searcher(settings, problem.task), problem.genome, settings.generations)

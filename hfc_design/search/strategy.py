@@ -46,7 +46,6 @@ class Task(NamedTuple):
     broken: Callable[[Population], Floats] | None = None
     #: (n,) what they are worth in the first generation; None with ``broken``.
     worth: Callable[[Population], Floats] | None = None
-    known: Population | None = None  # (1,) that a search goes on from; None: it starts anew
 
 
 class Scored(NamedTuple):

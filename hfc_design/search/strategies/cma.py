@@ -29,8 +29,6 @@ AGAIN = 3
 MANY, WIDE, TRIED = 2048, 4.0, 6
 #: Averages that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 40
-#: Factor on the first standard deviations of a search that goes on.
-NEARER = 0.5
 
 
 class CmaSettings(Ordered, Bounds, StrategySettings):
@@ -84,9 +82,8 @@ class Cma(NamedTuple):
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
-        """The first stage about the genome's first individual, or the last about what is known."""
-        known, place = self.task.known, self._place(0)
-        about = taken(self.task.genome.empty(), slice(1)) if known is None else known
+        """The first stage about the genome's first individual."""
+        about, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
         return self._asked(self._begun(place, about, rng), place, rng)
 
     def ask(
@@ -137,8 +134,7 @@ class Cma(NamedTuple):
     def _hardened(self, state: CmaState, generation: int) -> CmaState:
         """With the machines that are hard by now, if it is time."""
         total, hardest = self.settings.generations, self.task.hardest
-        hardened = self.settings.hardened if self.task.known is None else 1.0
-        behind = generation - round((1.0 - hardened) * total)
+        behind = generation - round((1.0 - self.settings.hardened) * total)
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):
             return state
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
@@ -147,8 +143,6 @@ class Cma(NamedTuple):
 
     def _place(self, generation: int) -> Place:
         stages = self.task.genome.stages
-        if self.task.known is not None:
-            return Place(len(stages) - 1, generation, 1)
         ends = [*accumulate(share for share, _ in stages)]
         total = self.settings.generations
         last = [round(total * end / ends[-1]) for end in ends]
@@ -168,12 +162,11 @@ class Cma(NamedTuple):
     ) -> CmaState:
         genome = self.task.genome
         stage = self._stage(about, place.stage)
-        shorter = 1.0 if self.task.known is None else NEARER
-        one = begun(stage.start, shorter * stage.step * self.settings.step)
+        one = begun(stage.start, stage.step * self.settings.step)
         each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others))
-        if not place.stage and self.task.known is None:
+        if not place.stage:
             means = self._apart(stage, one, place.room, rng)
             tree = self._promising(stage, means[:1], tree)
             each.mean[:] = means
@@ -212,8 +205,7 @@ class Cma(NamedTuple):
         return np.asarray(some[np.argsort(-rank, kind="stable")[:count]])
 
     def _stage(self, about: Population, number: int) -> Stage:
-        anew = not number and self.task.known is None
-        return self.task.genome.stage(number, None if anew else about)
+        return self.task.genome.stage(number, about if number else None)
 
     def _asked(
         self, state: CmaState, place: Place, rng: np.random.Generator

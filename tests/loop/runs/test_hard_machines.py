@@ -68,18 +68,8 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
     assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
 
 
-def test_a_search_that_goes_on_meets_more_hard_machines_and_weighs_what_is_broken_more(one):
-    """In generation 2 one of three, of 3, 8 and 7, then two; the fifth would come in its turn."""
-    three = {"robust": SCENARIO["robust"] | {"first": 3, "machines": 3, "elite": 3}}
-    scenario = api.load_scenario("c-axis-ramp", SCENARIO | three)
-    for known, met, penalty in (
-        (None, [0, 5, 3], 1000.0 * (2 / 40) ** 2),
-        (one, [0, 7, 3], 4000.0),
-    ):
-        own = Problem(scenario, known=known)
-        assert own._some(3, 2, np.array([8, 7, 3])).tolist() == met
-        assert own._penalty(2) == pytest.approx(penalty)
-        assert own.task.known is known
+def test_what_is_broken_is_weighed_the_more_the_later(problem):
+    assert [problem._penalty(k) for k in (0, 2)] == [0.0, pytest.approx(1000.0 * (2 / 40) ** 2)]
 
 
 def test_a_search_meets_every_stress_in_turn():

@@ -53,32 +53,6 @@ def test_continued_equals_uninterrupted(stop, genome, whole):
     assert same(searched(genome, search=part), whole)
 
 
-def test_one_that_goes_on_begins_in_the_last_stage_about_what_is_known(genome, whole):
-    """With half the first step, and from the first generation asks which machines are hard."""
-    known, seen, asked = whole.state.population, [], []
-
-    def watched(population, generation, machines=None):
-        seen.append(population)
-        return hill(population)
-
-    def hardest(population, share):
-        asked.append(len(seen))
-        return np.array([0, 3])
-
-    task = Task(genome, hardest=hardest, known=known)
-    found = searches.searched(CMA, task, watched, total=30)
-    assert asked == [6, 12, 18, 24]
-    assert {int(tree) for population in seen for tree in population.tree} == {int(known.tree[0])}
-    first = taken(seen[0], np.array([-1]))  # the mean
-    assert np.allclose(first.fuzzy.consequents, known.fuzzy.consequents, atol=1e-12)
-    stage = genome.stage(2, known)
-    one = Cma(CMA, task)
-    begun, drawn = one.start(np.random.default_rng(0))
-    assert begun.islands.step == pytest.approx(stage.step / 2.0)
-    assert drawn.stage == 2
-    assert found.archive.score.max() >= hill(known)[0]
-
-
 def test_stages_come_in_turn(genome):
     """Weights, then gains with idle tables, then all; structures compete in the last alone."""
     seen = []
