@@ -1,7 +1,8 @@
 """Is a yes ever wrong? Random designs of random scenarios that are judged yes, in 48 substeps.
 
 Scenarios are those that come with the package, with other durations, sensors, delays and
-tolerances; designs are what a search of each kind of controller begins with. Each that is judged
+tolerances; designs are what a search of each kind of controller begins with, and where a random
+walk from the best of them leads. Each that is judged
 *yes* is simulated twice more, from two starts, in 48 substeps: where the last quarters of both
 still differ by more than a tenth of what the scenario tolerates, it swings, and the yes was wrong.
 
@@ -31,8 +32,9 @@ BASES = (
     *("milling-table-sine", "milling-table-circle", "feed-drive-line", "feed-drive-circle"),
     *("five-axis-program", "feed-drive-hierarchy"),
 )
-#: Designs of a kind that are drawn, those of the best that are judged, and substeps of the check.
-DRAWN, JUDGED, SUBSTEPS = 96, 16, 48
+#: Designs that are drawn at a time, how often, those of the best that are judged, substeps of the
+#: check, and the largest step of the walk, as of a search's mutations.
+DRAWN, WALKED, JUDGED, SUBSTEPS, STEP = 96, 4, 24, 48, 0.5
 #: What may still swing, as a share of the tolerance, and that as one of the largest reference
 #: where the scenario has none.
 SWING, TOLERATED = 0.1, 0.05
@@ -68,21 +70,28 @@ def _largest(scenario: api.Scenario) -> float:
 
 
 def drawn(scenario: api.Scenario, rng: np.random.Generator) -> list[api.Design]:
-    """The best of random designs that do not diverge."""
+    """The best of random designs that do not diverge, every second one, for a walk keeps near."""
     genome = genome_of(scenario)
-    tree = rng.integers(0, genome.structures, DRAWN)
-    population = genome.fresh(tree, rng)
-    designs = []
-    for k in range(DRAWN):
-        try:
-            designs.append(design_of(taken(population, np.array([k])), scenario))
-        except UserError:  # no controller that can run
-            continue
-    if not designs:
-        return []
-    merit = api.evaluate_many(designs, scenario).merit[:, 0, 0]
-    best = [k for k in np.argsort(-merit) if np.isfinite(merit[k])]
-    return [designs[k] for k in best[:JUDGED]]
+    population = genome.fresh(rng.integers(0, genome.structures, DRAWN), rng)
+    found: list[tuple[float, api.Design]] = []
+    for _ in range(WALKED):
+        designs, places = [], []
+        for k in range(DRAWN):
+            try:
+                designs.append(design_of(taken(population, np.array([k])), scenario))
+            except UserError:  # no controller that can run
+                continue
+            places.append(k)
+        if not designs:
+            return []
+        merit = api.evaluate_many(designs, scenario).merit[:, 0, 0]
+        merit = np.where(np.isfinite(merit), merit, -np.inf)
+        found += [*zip(merit.tolist(), designs, strict=True)]
+        parents = np.array(places)[np.argsort(-merit)[:JUDGED]]
+        parents = np.resize(parents, DRAWN)
+        population = genome.mutated(taken(population, parents), STEP * rng.random(DRAWN), rng)
+    best = sorted((one for one in found if np.isfinite(one[0])), key=lambda one: -one[0])
+    return [design for _, design in best[: 2 * JUDGED : 2]]
 
 
 def swings(design: api.Design, scenario: api.Scenario) -> float:

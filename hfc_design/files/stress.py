@@ -32,7 +32,8 @@ class StressSettings(Record):
     lag_samples: NotNegative = 0.5  # slower current loop, its time constant [samples]
     noise: Factor = 2.0  # factor on the noise of the sensors; 1 leaves it out [1]
     #: load on every axis, one way, the other, and as a step after a third of the motion; left out:
-    #: the largest constant load of a motion, or what a tenth of the largest command holds [load]
+    #: the largest constant load of a motion, of none the largest that changes, of none what a tenth
+    #: of the largest command holds [load]
     load: Quantity | None = None
     friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]
     sticking: NotNegative = 0.25  # more friction at rest, as a share of Coulomb friction [1]

@@ -175,15 +175,12 @@ def kept(found: Found, known: Certainty) -> Kept:
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
-    tried = set[tuple[bytes, bool]]()
+    fits = dict[bytes, Found]()  # by what moved: several ways meet
     for limit, back in TRIED:
         free = _one_of_each(found, ~bound & ~nowhere, limit)
-        if (own := (free.tobytes(), back)) in tried:
-            continue
-        tried.add(own)
-        again, sure = _again(found, free, bound, back)
+        again, sure = _again(found, known, free, bound, back, fits)
         untold = int((free & ~np.array(sure.told)).sum()) if back else 0
-        if fits := _same(found, again, known, untold):
+        if same := _same(found, again, known, untold):
             break
     else:
         again, sure, free = found, known, np.ones(len(bound), bool)
@@ -200,24 +197,27 @@ def kept(found: Found, known: Certainty) -> Kept:
     told = tuple(state in ("yes", GIVEN) for state in states)
     value = np.where(zero, 0.0, again.fit.free.values(again.fit.numbers))
     whole = known._replace(value=value, told=told, **ends)
-    return Kept(again, whole, states, _note(found, states, fits and back))
+    return Kept(again, whole, states, _note(found, states, same and back))
 
 
-def _again(found: Found, free: Mask, bound: Mask, back: bool) -> tuple[Found, Certainty]:
+def _again(
+    found: Found, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Found]
+) -> tuple[Found, Certainty]:
     """Fitted with what is not ``free`` where it began or at its bound.
 
-    ``back``: with what is not told where it began too.
+    ``back``: with what is not told where it began too, until that is no longer the same machine.
     """
 
     def only(keep: Mask) -> tuple[Found, Certainty]:
         here = np.append(keep | bound, [True, True])
         numbers = np.where(here, found.fit.numbers, found.fit.free.begun)
-        again = held(found, numbers, keep)
+        again = fits.get(keep.tobytes()) or held(found, numbers, keep)
+        fits[keep.tobytes()] = again
         every = again.problem._replace(held=np.append(np.ones(len(keep)), again.problem.held[-2:]))
         return again, certainty(fitted(every, again.fit.numbers, 0), free)
 
     again, sure = only(free)  # intervals if those that are held are right
-    while back and not np.array(sure.told)[free].all():
+    while back and not np.array(sure.told)[free].all() and _same(found, again, known, free.sum()):
         again, there = only(free & np.array(sure.told))
         sure, before = both(sure, there), sure
         if sure.told == before.told:

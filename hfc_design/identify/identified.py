@@ -51,8 +51,9 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     worst = profiles(found, known)
     tell("what to record next")
     next_one = advice(found, known, told, substeps)
-    tell("what the parameters do on each log")
+    tell("fitted again without what the log does not tell")
     found, known, states, note = kept(found, known)
+    tell("what the parameters do on each log")
     own, (known, apart) = response(found), halved(found, known, states)
     known, states, hidden = unseen_gap(found, known, states, told, substeps)
     if fault_found := fault(found.fit.free, found.fit.numbers):

@@ -7,6 +7,7 @@ import numpy as np
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
+from hfc_design.core.records import UserError
 from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
@@ -74,8 +75,7 @@ class Judging:
         #: Individuals and machines of a generation.
         self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
         self._record = design.controller
-        about = scenario, self._loop, _rubbing(scenario)
-        self._margins = AskedMargins(*about) if scenario.margins else None
+        self._margins = _asked(scenario, self._loop, self.genome.gains(self.genome.empty()))
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
@@ -183,6 +183,24 @@ class Judging:
         """What each signal of the first axis reaches at most, on the nominal machine."""
         gains = self.genome.gains(individual)
         return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
+
+
+def _asked(scenario: Scenario, loop: Loop, one: Gains) -> AskedMargins | None:
+    """What is asked of the loop, linearised; None: nothing.
+
+    Of a robust scenario, as the answer does, at least that it is stable, where that can be told of
+    such gains as ``one``.
+    """
+    if not scenario.margins and not scenario.robust:
+        return None
+    try:
+        found = AskedMargins(scenario, loop, _rubbing(scenario) if scenario.margins else None)
+        found.broken(one)
+    except UserError:
+        if scenario.margins:
+            raise
+        return None
+    return found
 
 
 def _rubbing(scenario: Scenario) -> Machines | None:

@@ -240,9 +240,10 @@ class AskedMargins:
         places, each = len(self._machines.found), []
         grown = np.where(known[:, 0], _growth(machines, own), 0.0).reshape(-1, places)
         own, known = self._of_points((own, known))
-        found = self._margins(own, known)
+        limits = self._asked and self._asked | {"modes": NEAR}  # or that they do not grow, alone
+        found = self._margins(own, known) if limits else {}
         rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
-        for name, limit in (self._asked | {"modes": NEAR}).items():
+        for name, limit in limits.items():
             value, more = found[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value

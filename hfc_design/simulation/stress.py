@@ -326,6 +326,9 @@ def loads(scenario: Scenario) -> list[float]:
         return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
     motions = scenario.each_motion()
     largest = [max(abs(one.load.of(axis.name).constant) for one in motions) for axis in axes]
+    if not any(largest):
+        every = [motion.samples().axes for motion in motions]
+        largest = [max(float(np.abs(x[k].loads).max()) for x in every) for k in range(len(axes))]
     return largest if any(largest) else [_held_by_a_part(scenario, axis) for axis in axes]
 
 

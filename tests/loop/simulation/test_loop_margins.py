@@ -161,11 +161,22 @@ def test_margins_of_an_own_law_that_cannot_be_differentiated():
         return 3.0 * float(signals["error"]), memory
 
     api.register(api.Law("outside", Gain((1e4, 1e6)), lambda zero: (), step))
-    changes = {"controller": {"kind": "outside"}, "constraints.sensitivity": 2.0}
-    problem = Problem(api.load_scenario("c-axis-ramp", changes | {"robust.spread": 0.1}))
+    changes = {"controller": {"kind": "outside"}, "robust.spread": 0.1}
     with refused() as found:
-        problem.task.broken(problem.genome.empty())
+        Problem(api.load_scenario("c-axis-ramp", changes | {"constraints.sensitivity": 2.0}))
     assert found.where == "controller 'outside' cannot be linearised"
+    assert Problem(api.load_scenario("c-axis-ramp", changes)).task.broken is None
+
+
+@pytest.mark.parametrize(("sign", "broken"), [(1.0, False), (-1.0, True)])
+def test_a_robust_search_without_margins_still_keeps_loops_that_the_answer_calls_stable(
+    sign, broken
+):
+    """A PD, and one that pushes the wrong way, of which exact poles say that it runs away."""
+    scenario = api.load_scenario("c-axis-ramp", {"robust.spread": 0.1})
+    controller, gains = controller_of(api.load_design("pd-only"), scenario)
+    asked = Problem(scenario)._margins.of(controller)
+    assert (asked.broken(gains._replace(kp=sign * gains.kp))[0] > 0.0) == broken
 
 
 def test_far_off_where_its_tables_have_ended_a_hierarchy_answers_an_error_as_its_pd_alone():

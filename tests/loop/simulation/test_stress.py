@@ -15,7 +15,7 @@ from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import one_machine
-from hfc_design.simulation.stress import PARTS, Applied, _held, _resting, rubbing
+from hfc_design.simulation.stress import PARTS, Applied, _held, _resting, loads, rubbing
 from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
@@ -184,6 +184,19 @@ def test_a_load_is_where_the_static_error_is_too_large(times):
         parts = {one.part for one in rows.values()}
         assert parts == {PARTS[np.argmax(times * PARTS > 1.0)]}
         assert all(one.why.startswith("is far off") for one in rows.values())
+
+
+@pytest.mark.parametrize(
+    ("load", "expected"),
+    [
+        ({}, 0.1 * 10.0 * GAIN),
+        ({"sines": [{"amplitude": 3.0, "frequency_rad_s": 10.0 * np.pi}]}, 3.0),
+        ({"constant": -2.0, "sines": [{"amplitude": 3.0, "frequency_rad_s": 30.0}]}, 2.0),
+    ],
+)
+def test_the_load_is_what_a_motion_has_or_what_a_tenth_of_10_v_holds(load, expected):
+    scenario = load_scenario(STAGE | {"load": load, "limits": {"command": 10.0}})
+    assert loads(scenario) == [pytest.approx(expected)]
 
 
 @pytest.mark.parametrize("times", [0.8, 1.2])
