@@ -35,6 +35,8 @@ BASES = (
 #: Designs that are drawn at a time, how often, those of the best that are judged, substeps of the
 #: check, and the largest step of the walk, as of a search's mutations.
 DRAWN, WALKED, JUDGED, SUBSTEPS, STEP = 96, 4, 24, 48, 0.5
+#: Where so many of the best are no yes, no more of them are judged.
+HOPELESS = 4
 #: What may still swing, as a share of the tolerance, and that as one of the largest reference
 #: where the scenario has none.
 SWING, TOLERATED = 0.1, 0.05
@@ -138,7 +140,10 @@ def main(yes: int, seed: int, minutes: float, out: Path) -> None:
             answers["refused"] += 1
             click.echo(f"{base} {changes['controller']['kind']}: {error}", err=True)
             continue
-        for design in designs:
+        before = answers[YES]
+        for k, design in enumerate(designs):
+            if k == HOPELESS and answers[YES] == before:
+                break
             found = api.usable(design, scenario)
             answers[found.verdict] += 1
             if found.verdict == YES:

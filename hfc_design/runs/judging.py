@@ -1,6 +1,6 @@
 """What individuals are worth on machines of a scenario: simulated, judged and ranked."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class Judging:
         #: Individuals and machines of a generation.
         self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
         self._record = design.controller
-        self._margins = _asked(scenario, self._loop, self.genome.gains(self.genome.empty()))
+        self._margins = _asked(scenario, self._loop, self.genome, final)
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
@@ -185,17 +185,16 @@ class Judging:
         return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
 
 
-def _asked(scenario: Scenario, loop: Loop, one: Gains) -> AskedMargins | None:
-    """What is asked of the loop, linearised; None: nothing.
+def _asked(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMargins | None:
+    """What is asked of the loop, linearised, of finalists ``final``; None: nothing.
 
-    Of a robust scenario, as the answer does, at least that it is stable, where that can be told of
-    such gains as ``one``.
+    Of a robust scenario at least that it is stable, where that can be told of such laws.
     """
     if not scenario.margins and not scenario.robust:
         return None
     try:
-        found = AskedMargins(scenario, loop, _rubbing(scenario) if scenario.margins else None)
-        found.broken(one)
+        found = AskedMargins(scenario, loop, _rubbing(scenario), final)
+        found.broken(genome.gains(genome.empty()))
     except UserError:
         if scenario.margins:
             raise
@@ -205,7 +204,7 @@ def _asked(scenario: Scenario, loop: Loop, one: Gains) -> AskedMargins | None:
 
 def _rubbing(scenario: Scenario) -> Machines | None:
     """Machines within the tolerances with the friction of the stress; None: none is asked for."""
-    if not scenario.robust or scenario.stress.friction <= 1.0:
+    if not (scenario.robust and scenario.margins) or scenario.stress.friction <= 1.0:
         return None
     some = drawn_for(scenario, RUBBING, 0)
     return rubbing(scenario, some, Applied(friction=scenario.stress.friction))

@@ -37,6 +37,8 @@ STANDS = 0.01
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
 #: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
+#: Poles beyond this have peaks too narrow for these: where they are looked for, in half widths.
+LIGHT, ABOUT = 0.9, np.linspace(-1.0, 1.0, 5)
 #: So near to -1 the stress by a mode may lead a loop that is searched.
 NEAR = 0.6
 #: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
@@ -187,10 +189,13 @@ class AskedMargins:
     """The loop of a scenario on its nominal machine, and what its margins have to be.
 
     And on ``rubbing`` ones, which have the friction of a stress, where they slide as slowly as all
-    have to: at the limit of what the stress forgives their loops must not grow.
+    have to: at the limit of what the stress forgives their loops must not grow. ``narrow``: with
+    what light damping does between the frequencies, as is asked of finalists.
     """
 
-    def __init__(self, scenario: Scenario, loop: Loop, rubbing: Machines | None = None):
+    def __init__(
+        self, scenario: Scenario, loop: Loop, rubbing: Machines | None = None, narrow: bool = False
+    ):
         machines, points = one_machine(scenario.plant.values()), operating_points(scenario)
         last = len(points) - 1
         places = sorted({0, min(1, last), min(2, last), (last + 1) // 2, last})
@@ -207,14 +212,14 @@ class AskedMargins:
             self._machines = every = near(loop, machines, [points[k] for k in laws])
         every = jax.tree.map(lambda leaf: leaf[np.array(met)], every)
         self._loop, self._told, self._asked = loop, machines.told, scenario.margins
-        self._stress = scenario.stress if scenario.robust else None
+        self._stress, self._narrow = scenario.stress if scenario.robust else None, narrow
         sliding = _at_the_limit(scenario, loop, rubbing) if rubbing else None
         if sliding is not None:  # behind the points
             self._machines = jax.tree.map(lambda *x: np.concatenate(x), self._machines, sliding)
             self._off = np.append(self._off, np.zeros(len(sliding.found)))
         self._every = scenario.simulation.sample_time_s
         poles = np.linalg.eigvals(every.a).ravel()
-        light = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.9)]
+        light = poles[(poles.imag > 0.0) & (np.abs(poles) > LIGHT)]
         hz = [x.hz for x in scenario.stress.modes]
         unknown, highest = scenario.stress.modes_between(0.0, self._every)
         if 0.0 < unknown < highest:
@@ -238,11 +243,13 @@ class AskedMargins:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
         machines, own, known = self._near(gains)
         places, each = len(self._machines.found), []
-        grown = np.where(known[:, 0], _growth(machines, own), 0.0).reshape(-1, places)
-        own, known = self._of_points((own, known))
+        poles = _closed(machines, own)
+        radius = np.where(known[:, 0], np.abs(poles).max(axis=1), 0.0).reshape(-1, places)
+        grown = np.where(radius > 1.0 + ROUNDED, LONG * (radius - 1.0), 0.0)
+        some = self._of_points((machines, own, known, poles))
         limits = self._asked and self._asked | {"modes": NEAR}  # or that they do not grow, alone
-        found = self._margins(own, known) if limits else {}
-        rest = np.arange(len(known))[:, None] % len(self._answers) == self._rest
+        found = self._margins(*some) if limits else {}
+        rest = np.arange(len(some[2]))[:, None] % len(self._answers) == self._rest
         for name, limit in limits.items():
             value, more = found[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
@@ -261,7 +268,8 @@ class AskedMargins:
 
         Of an unstable loop they say nothing.
         """
-        return self._margins(*self._of_points(self._near(gains)[1:]))
+        machines, own, known = self._near(gains)
+        return self._margins(*self._of_points((machines, own, known, _closed(machines, own))))
 
     def _of_points(self, every: Any) -> Any:
         """(individuals x points) of what is of all machines, those that rub behind the points."""
@@ -280,7 +288,9 @@ class AskedMargins:
             own = controlled(self._loop, self._told, every, machines, off)
         return machines, own, (own.found & machines.found)[:, None]
 
-    def _margins(self, own: Controllers, known: Mask) -> dict[str, Floats]:
+    def _margins(
+        self, machines: Steady, own: Controllers, known: Mask, poles: Any
+    ) -> dict[str, Floats]:
         """(lanes, axes) of each margin, where it is ``known``."""
         with np.errstate(all="ignore"):
             through = _responses(own, self._answers, self._angles)
@@ -297,6 +307,8 @@ class AskedMargins:
             }
             least = {name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in found.items()}
             both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+            if self._narrow and known.shape[1] == 1:
+                both["sensitivity"] = np.fmax(both["sensitivity"], _thin(machines, own, poles))
             both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
 
@@ -334,12 +346,24 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
     return jax.tree.map(lambda leaf: leaf[some], about)
 
 
-def _growth(machines: Steady, own: Controllers) -> Floats:
-    """(lanes,) the share by which closed loops grow in ``LONG`` samples; 0 where they do not."""
+def _closed(machines: Steady, own: Controllers) -> Any:
+    """(lanes, poles) of the closed loops, which grow beyond 1."""
     moved, given = machines.a + machines.b @ own.d @ machines.c, machines.b @ own.c
-    whole = np.block([[moved, given], [own.b @ machines.c, own.a]])
-    poles = np.abs(np.linalg.eigvals(np.nan_to_num(whole))).max(axis=1)
-    return np.where(poles > 1.0 + ROUNDED, LONG * (poles - 1.0), 0.0)
+    return np.linalg.eigvals(np.nan_to_num(np.block([[moved, given], [own.b @ machines.c, own.a]])))
+
+
+def _thin(machines: Steady, own: Controllers, closed: Any) -> Floats:
+    """(lanes, 1) the largest |1 / (1 + L)| within the widths of lightly damped poles.
+
+    It is the product of the distances from the open poles over that from the closed ones.
+    """
+    begun = np.hstack([np.linalg.eigvals(np.nan_to_num(x)) for x in (machines.a, own.a)])
+    angles = np.angle(closed)[..., None] + (1.0 - np.abs(closed))[..., None] * ABOUT
+    z = np.exp(1j * angles.reshape(len(closed), -1, 1))
+    sizes = np.abs(z - begun[:, None]).prod(axis=2) / np.abs(z - closed[:, None]).prod(axis=2)
+    light = (closed.imag > 0.0) & (np.abs(closed) > LIGHT)
+    sizes = np.where(light, sizes.reshape(angles.shape).max(axis=2), 0.0)
+    return np.asarray(sizes.max(axis=1, keepdims=True))
 
 
 def _peaks(sizes: Floats) -> Floats:

@@ -202,3 +202,21 @@ def test_far_off_margins_are_asked_where_a_log_does_not_tell_of_every_mode(above
     controller, gains = controller_of(api.load_design("lin-lee-1999-table-1"), scenario)
     found = AskedMargins(scenario, closed_loop(scenario, controller))
     assert (found.margins(gains)["sensitivity"].max() > 3.46) == asked
+
+
+def test_between_the_frequencies_of_a_search_finalists_are_looked_at_where_damping_is_light():
+    """Three times the damping of a PD is near to what makes the transmission swing at rest."""
+    scenario = api.load_scenario("c-axis-ramp", {"constraints.sensitivity": 2.0})
+    design = api.load_design("pd-only")
+    pd = design.controller.pd.model_copy(update={"kd": 3.0 * design.controller.pd.kd})
+    law = design.controller.model_copy(update={"pd": pd})
+    controller, gains = controller_of(
+        own := design.model_copy(update={"controller": law}), scenario
+    )
+    exact = [row.numbers["sensitivity"] for row in loop_margins(own, scenario).rows]
+    rough, near = (
+        AskedMargins(scenario, closed_loop(scenario, controller), narrow=narrow).margins(gains)
+        for narrow in (False, True)
+    )
+    assert near["sensitivity"][: len(exact), 0] == pytest.approx(exact, rel=0.01)
+    assert rough["sensitivity"][0, 0] < 0.1 * exact[0]
