@@ -1,5 +1,6 @@
 """What individuals are worth on machines of a scenario: simulated, judged and ranked."""
 
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -192,14 +193,11 @@ def _asked(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMar
     """
     if not scenario.margins and not scenario.robust:
         return None
-    try:
+    with suppress(*[UserError] * (not scenario.margins)):
         found = AskedMargins(scenario, loop, _rubbing(scenario), final)
         found.broken(genome.gains(genome.empty()))
-    except UserError:
-        if scenario.margins:
-            raise
-        return None
-    return found
+        return found
+    return None
 
 
 def _rubbing(scenario: Scenario) -> Machines | None:

@@ -35,10 +35,7 @@ YES, ON_THIS_MODEL, NO = "yes", "on this model only", "no"
 #: A design whose machines are not all right in this share at least is not called usable.
 ENOUGH = 0.99
 #: What motions that never rest may not show.
-UNSTABLE = (
-    "the loop is unstable at rest or at speed (see hfc stability; a motion that holds that would "
-    "show it)"
-)
+UNSTABLE = "the loop is unstable at rest or at speed (see hfc stability)"
 
 #: What measures of tracking are called.
 TITLES = {
@@ -185,8 +182,7 @@ class Usable(NamedTuple):
     @property
     def verdict(self) -> str:
         """Whether the nominal machine passes every motion, nearly all others do, and stress too."""
-        calm = self.loop_stable is not False and not self._nominal and not self.short_of
-        if not (calm and self.good.mean() >= ENOUGH):
+        if self.short or self._nominal or self.good.mean() < ENOUGH:
             return NO
         return YES if all(one.holds for one in self.stress) else ON_THIS_MODEL
 
@@ -196,9 +192,11 @@ class Usable(NamedTuple):
         return self.margins and self.margins.stable
 
     @property
-    def short_of(self) -> list[str]:
-        """What the margins lack of what is asked, in words."""
-        return self.margins.broken(self.asked) if self.margins else []
+    def short(self) -> dict[str, tuple[float | None, str]]:
+        """Margins that are not kept: each as it is, None without one, and in words."""
+        if self.loop_stable is False:
+            return {"stable": (None, UNSTABLE)}
+        return self.margins.broken(self.asked) if self.margins else {}
 
     @property
     def missed(self) -> Json:
@@ -230,7 +228,7 @@ class Usable(NamedTuple):
             broken = breaking([one.numbers() for one in self.stress])
             return f"{self.verdict}: {passing}" + (broken and f"; {broken}")
         why = self._nominal and f"the nominal machine {self._nominal}"
-        why = why or (UNSTABLE if self.loop_stable is False else ", ".join(self.short_of))
+        why = why or ", ".join(words for _, words in self.short.values())
         if why:
             return f"no: {why}; {passing}"
         worst = min(self._everywhere, key=lambda one: float(one.good.mean()))

@@ -353,10 +353,7 @@ def _closed(machines: Steady, own: Controllers) -> Any:
 
 
 def _thin(machines: Steady, own: Controllers, closed: Any) -> Floats:
-    """(lanes, 1) the largest |1 / (1 + L)| within the widths of lightly damped poles.
-
-    It is the product of the distances from the open poles over that from the closed ones.
-    """
+    """(lanes, 1) the largest |1 / (1 + L)| about light poles, of distances from open and closed."""
     begun = np.hstack([np.linalg.eigvals(np.nan_to_num(x)) for x in (machines.a, own.a)])
     angles = np.angle(closed)[..., None] + (1.0 - np.abs(closed))[..., None] * ABOUT
     z = np.exp(1j * angles.reshape(len(closed), -1, 1))

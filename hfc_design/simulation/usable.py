@@ -82,7 +82,7 @@ def usable(
         found = Usable(robust.spread, seed, motions, *told, asked=scenario.margins)
         if found.verdict == NO:
             about = (scenario, robust, some, judged, own.judged)
-            found = found._replace(why_not=why_not(*about, found.loop_stable is not False))
+            found = found._replace(why_not=why_not(*about, found.short))
         elif under:
             crossover = found.margins and found.margins.crossover
             stress = stressed(scenario, own.loop, own.gains, some, judged, crossover)

@@ -28,6 +28,7 @@ from hfc_design.objectives.measures import MEASURES
 from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import counted
+from hfc_design.stability.margins import ASKED
 from hfc_design.stability.nominal import nominal
 from plants import Drive
 
@@ -56,18 +57,24 @@ def why_not(
     machines: Machines,
     judged: Judged,
     again: Callable[[Machines], Judged],
-    stable: bool = True,
+    short: Mapping[str, tuple[float | None, str]],
 ) -> Json:
     """Changes with what each alone would give, the best first, and lines below them.
 
     ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
-    others in the same loop; ``stable``: whether the linear loop is.
+    others in the same loop; ``short``: margins that are not kept, as they are.
     """
-    lost, off = not_kept(scenario, judged), deviations(machines)
-    if not stable:  # no change of the scenario makes it so
+    lost, off, found = not_kept(scenario, judged), deviations(machines), list[Change]()
+    if short:  # no other change of the scenario mends it
+        (name, (value, _)), *more = short.items()
+        bad = failing(scenario, lost)
         lost["is unstable at rest"] = np.indices(judged.failed.shape)[0] == 0
+        if value and not more and not bad[0] and bad[1:].mean() <= 1.0 - ENOUGH:
+            needed = three_digits((UP if ASKED[name][1] else DOWN) * value)
+            told = f"constraints.{name}", str(scenario.constraints[name])
+            found.append((*told, needed, None, 1.0 - bad[1:].mean()))
     bad, lines = failing(scenario, lost), list[str]()
-    found = [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
+    found += [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
     if not bad[0]:
         pairs = not any(one[2] == "nominal" for one in found)
         spread, lines = _spread(scenario, robust, machines, again, bad, pairs)

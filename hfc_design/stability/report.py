@@ -124,9 +124,9 @@ class LoopMargins(NamedTuple):
                 found[name] = (value if np.isfinite(value) else None), where
         return found
 
-    def broken(self, asked: Mapping[str, float]) -> list[str]:
+    def broken(self, asked: Mapping[str, float]) -> dict[str, tuple[float | None, str]]:
         """What the loop has and where, of that of ``asked`` that it does not keep."""
-        found = []
+        found = {}
         for name, limit in asked.items():
             value, where = self.worst.get(name, (None, ""))
             more, told = ASKED[name][1], "at least "
@@ -135,7 +135,7 @@ class LoopMargins(NamedTuple):
             if value is None or (value > limit if more else value < limit):
                 own = f"{name} {value:.3g}" if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
-                found.append(f"{own} {at}, allowed {'' if more else told}{limit:g}")
+                found[name] = value, f"{own} {at}, allowed {'' if more else told}{limit:g}"
         return found
 
     def numbers(self) -> Json:

@@ -44,8 +44,8 @@ def judged(**changes):
     return Judged(np.ones((COUNT + 1, 2)), values, np.zeros((COUNT + 1, 2), bool))
 
 
-def told(found, again=lambda _: judged(), stable=True, scenario=SCENARIO):
-    return why_not.why_not(scenario, ROBUST, machines(), found, again, stable)
+def told(found, again=lambda _: judged(), short=(), scenario=SCENARIO):
+    return why_not.why_not(scenario, ROBUST, machines(), found, again, dict(short))
 
 
 @pytest.fixture(autouse=True)
@@ -114,9 +114,31 @@ def test_no_tolerance_helps_a_nominal_machine_that_fails():
     loud = np.append(6.0, np.zeros(COUNT))
     (one,) = told(judged(chatter=loud))["changes"]
     assert (one["key"], one["needed"], one["lost"]) == ("constraints.chatter", "6030 mV", 0)
-    found = told(judged(chatter=np.append(0.0, np.full(COUNT, 5.0))), stable=False)
+    found = told(
+        judged(chatter=np.append(0.0, np.full(COUNT, 5.0))), short={"stable": (None, "unstable")}
+    )
     assert {one["needed"] for one in found["changes"]} == {None}
     assert found["lines"][0] == "no single change that was tried gives a yes"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "needed"),
+    [("sensitivity", 2.013, "2.02"), ("delay_margin_samples", 0.4, "0.398")],
+)
+def test_a_margin_alone_that_is_not_kept_is_what_gives_a_yes_and_nothing_else_does(
+    name, value, needed
+):
+    """Ten of 220 machines have too much chatter, or none has."""
+    asked = SCENARIO.model_copy(update={"constraints": SCENARIO.constraints | {name: 2.0}})
+    short = {name: (value, "in words")}
+    (one,) = (x for x in told(judged(), short=short, scenario=asked)["changes"] if x["needed"])
+    assert (one["key"], one["now"], one["needed"]) == (f"constraints.{name}", "2.0", needed)
+    assert one["without"] == 1.0
+    loud = judged(chatter=np.append(np.zeros(211), np.full(10, 5.0)))
+    both = short | {"gain_margin": (1.1, "in words")}
+    for found in (told(loud, short=short, scenario=asked), told(judged(), short=both)):
+        assert not any(x["needed"] for x in found["changes"])
+        assert found["lines"][0] == "no single change that was tried gives a yes"
 
 
 def test_what_is_far_off_is_within_a_looser_late_error_whether_there_was_one_or_not():
