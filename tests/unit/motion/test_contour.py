@@ -129,7 +129,8 @@ def test_nearest_point_by_dense_search(parts, share, dx, dy):
     assert np.hypot(*(actual - found.point))[0] == pytest.approx(error)
     assert gaps.min() - pitch - 1e-9 <= error <= gaps.min() + 1e-9
     k = gaps.argmin()
-    if 0 < k < 20_000 and gaps[k] > 10 * pitch and not path.corners().any():
+    off = max(10 * pitch, 1e-9)  # mm; nearer than that, rounding decides the side
+    if 0 < k < 20_000 and gaps[k] > off and not path.corners().any():
         away = actual - path.at(dense[k : k + 1]).position
         tangent = path.at(dense[k : k + 1]).tangent
         left = tangent[0] * away[1] - tangent[1] * away[0]
