@@ -62,43 +62,6 @@ class Design(hfc.ControllerRecord):
         return self.model_copy(update={"table": tuple(learnt)})
 
 
-STATE = """
-typedef struct {
-    {{ name }}_real table[7]; /* [{{ command_unit }}] at evenly spaced speeds */
-} {{ name }}_state;
-"""
-CODE = """
-{% from "c/macros.j2" import row %}
-static const real start[7] = { {{ row(record.table) }} };
-
-void {{ name }}_init({{ name }}_state *state)
-{
-    for (int k = 0; k < 7; k++) {
-        state->table[k] = start[k];
-    }
-}
-
-static real commanded({{ name }}_state *state, const {{ name }}_inputs *inputs, real largest)
-{
-    real place = 3 * inputs->spindle_velocity / R({{ highest | number }}), weights[7], friction = 0;
-    place = place < -3 ? -3 : place > 3 ? 3 : place;
-    for (int k = 0; k < 7; k++) {
-        const real off = place - R(k - 3);
-        weights[k] = 1 - (off < 0 ? -off : off);
-        weights[k] = weights[k] > 0 ? weights[k] : 0;
-        friction += weights[k] * state->table[k];
-    }
-    const real pd = R({{ record.kp | number }}) * inputs->error
-        + R({{ record.kd | number }}) * inputs->error_rate;
-    const real asked = R({{ (record.rate * every) | number }}) * inputs->error;
-    const real step = held(pd + friction, 0, asked, largest);
-    for (int k = 0; k < 7; k++) {
-        state->table[k] += step * weights[k];
-    }
-    return pd + friction;
-}
-"""
-
 KIND = hfc.Kind(
     name="friction-table",
     summary="PD beside a friction table over the speed, which it learns",
@@ -110,15 +73,6 @@ KIND = hfc.Kind(
     of_gains=lambda gains: {**gains, "table": (0.0,) * POINTS},
     reads=lambda record: ["error", "error_rate", "spindle_velocity"],
     adapted=Design.adapted,
-    saved=hfc.Saved(
-        lambda record: [hfc.Member("table", (POINTS,))],
-        lambda record: [],
-        lambda record, found: record.adapted(found["table"].tolist()),
-    ),
-    c=hfc.Template(
-        ({"state.j2": STATE.lstrip(), "c.j2": CODE.lstrip()},),
-        lambda record: {"record": record, "highest": HIGHEST, "integrates": True},
-    ),
 )
 
 

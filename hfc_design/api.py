@@ -26,7 +26,6 @@ from hfc_design.controllers.kind import (
     Explain,
     Kind,
     Member,
-    Saved,
     Shown,
     Target,
     Template,
@@ -109,6 +108,6 @@ __all__ += ["Drive", "Machine", "Plant", "coupled", "only_positive", "rk4", "sid
 __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
-__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind", "Member", "Saved"]
+__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind", "Member"]
 __all__ += ["Drawing", "Listing", "Section", "Shown", "Target", "Template"]
 __all__ += ["Constant", "Xp", "clipped", "total"]

@@ -19,9 +19,9 @@ FOLLOWED = {
 }
 
 #: Fields of memories in which laws keep what they learn, slowly beside a loop.
-LEARNT = frozenset(
-    ("root", "rules", "weights", "moved", "moves", "error_moves", "change_moves")
-) | {"singleton_moves", "change", "action"}
+SLOW = frozenset(
+    ("root", "rules", "weights", "moved", "moves", "singletons", "change", "action")
+) | {f"{side}_{edges}" for side in ("error", "change") for edges in ("rights", "lefts")}
 
 
 def units_of(units: Mapping[str, str]) -> dict[str, str]:
@@ -97,10 +97,18 @@ class AxisLaw(NamedTuple):
     tells: bool = False
     #: As ``sample``, -> the memory that a first sample begins with; None: as ``start`` gives it.
     prime: Callable[..., Memory] | None = None
+    #: (xp, law, gains, memory) -> the memory of a design before its first sample, where its gains
+    #: decide that.
+    begin: Callable[..., Memory] | None = None
 
     def initial_memory(self, zero: Scalar) -> Memory:
         """Memory before the first sample."""
         return self.start(self, zero)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
+        """Memory of a design before the first sample."""
+        memory = self.initial_memory(zero)
+        return self.begin(xp, self, gains, memory) if self.begin else memory
 
     def primed(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> Memory:
         """The ``memory`` before the first sample as if the axis had stood as ``signals`` tell."""
@@ -126,6 +134,12 @@ def primed(controller: Controller, xp: Xp, gains: Gains, memory: Memory, view: V
     return own(xp, gains, memory, view) if own else memory
 
 
+def begun(controller: Controller, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
+    """What a ``controller`` with these gains remembers before its first sample."""
+    own = getattr(controller, "begun", None)
+    return own(xp, zero, gains) if own else controller.initial_memory(zero)
+
+
 class PerAxis(NamedTuple):
     """A controller of a law for each axis, with gains that all share or each its own."""
 
@@ -136,6 +150,11 @@ class PerAxis(NamedTuple):
     def initial_memory(self, zero: Scalar) -> tuple[Memory, ...]:
         """Memory of each axis before the first sample."""
         return tuple(law.initial_memory(zero) for law in self.laws)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> tuple[Memory, ...]:
+        """See ``begun``."""
+        each = zip(self.laws, self._each(gains), strict=True)
+        return tuple(law.begun(xp, zero, own) for law, own in each)
 
     def primed(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> tuple[Memory, ...]:
         """See ``primed``."""
@@ -178,6 +197,10 @@ class RateLimited(NamedTuple):
     def initial_memory(self, zero: Scalar) -> RateMemory:
         """Memory before the first sample: nothing was commanded."""
         return RateMemory(self.inner.initial_memory(zero), (zero,) * len(self.changes))
+
+    def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> RateMemory:
+        """See ``begun``."""
+        return self.initial_memory(zero)._replace(inner=begun(self.inner, xp, zero, gains))
 
     def primed(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> RateMemory:
         """See ``primed``."""

@@ -97,9 +97,9 @@ class Target(NamedTuple):
 class Template(NamedTuple):
     """A controller in another language: its templates, and what they need of a record.
 
-    For C there is ``c.j2`` (``NAME_init`` and a static ``commanded``) and ``state.j2``
-    (``NAME_state``; of a controller around others what it remembers beside them), for Structured
-    Text ``st.j2`` (statements that end with ``command``).
+    For Structured Text there is ``st.j2`` (statements that end with ``command``); for the C of a
+    controller of a whole machine ``c.j2`` (a static ``commanded``) and ``state.j2`` (what it
+    remembers beside those inside).
     """
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
@@ -113,24 +113,6 @@ class Member(NamedTuple):
     shape: tuple[int, ...] = ()
     what: str = ""  # for people
     whole: tuple[int, int] | None = None  # a whole number between these; None: a real one
-
-
-#: Of a kind that compares a sample with the one before.
-STARTED = Member("started", what="whether there was a sample before", whole=(0, 1))
-
-
-class Saved(NamedTuple):
-    """How the state of a kind's C code is kept while the machine is off, and comes back."""
-
-    learnt: Callable[[Own], list[Member]]  # what a record learns; nothing where it does not adapt
-    past: Callable[[Own], list[Member]]  # the rest of the state
-    #: (record, what was learnt by the names of its members, in their shapes) -> record.
-    taken: Callable[[Own, dict[str, Floats]], Own] = lambda record, found: record
-
-
-def remembered(past: Callable[[Own], list[Member]]) -> Saved:
-    """Of a kind that learns nothing: what it remembers, for those that have it inside."""
-    return Saved(lambda record: [], past)
 
 
 class Inside(NamedTuple):
@@ -251,11 +233,14 @@ class Kind:
     connecting: Callable[[Own], list[str]] = lambda record: []
     rules: RuleBase | None = None
     no_rules: str = "no rule tables"  # why there are no ``rules``, for who asks for a file of them
-    c: Template | None = None
+    c: Template | None = None  # of a controller of a whole machine
     st: Template | None = None
-    saved: Saved | None = None
-    #: Terms tabulated for a machine without exp: (record, points) -> values for the C template, and
-    #: "law", that of the runtime with them: limit -> AxisLaw.
+    #: What the C of a controller of a whole machine remembers beside those inside it.
+    saved: Callable[[Own], list[Member]] | None = None
+    #: Differences that have to be more than 0 in single precision.
+    widths: Callable[[Own], list[float]] = lambda record: []
+    #: Terms tabulated for a machine without exp: (record, points) -> "law", that of the runtime
+    #: with them: limit -> AxisLaw, and how far it is off.
     lookup: Callable[[Own, int], Json] | None = None
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.

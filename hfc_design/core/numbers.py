@@ -1,14 +1,14 @@
 """Numbers, tables and arrays: each type named once, and the functions that laws are written with.
 
 A law takes them as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
-``closed_loop.LANES`` in the simulator. A law has no branches on values, so that the same text
-serves all three. Never imports JAX.
+``closed_loop.LANES`` in the simulator, ``codegen.trace`` for code in other languages. A law has no
+branches on values, so that the same text serves all four. Never imports JAX.
 """
 
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import reduce
+from functools import partial, reduce
 from operator import add, getitem, mul
 from typing import Any, NamedTuple, TypeAlias
 
@@ -64,8 +64,56 @@ class Constant(float):
     """
 
 
+def total(values: Iterable[Scalar]) -> Scalar:
+    """Sum of scalars, left to right, without starting from an integer zero."""
+    return reduce(add, values)
+
+
+def along(function: Callable[..., Any], *rows: Iterable[Any]) -> list[Any]:
+    """``function`` of what stands at the same place in rows."""
+    return [function(*values) for values in zip(*rows, strict=True)]
+
+
+def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:
+    """Rows of ``function`` of what stands at the same place in tables of rows."""
+    return along(partial(along, function), *tables)
+
+
+def put(rows: Sequence[Any], changes: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """Rows of numbers, or of rows, with those replaced that ``(place, ..., value)`` tell."""
+    found = [list(row) if isinstance(row, Sequence) else row for row in rows]
+    for *places, last, value in changes:
+        reduce(getitem, places, found)[last] = value
+    return found
+
+
+def between(
+    tables: Sequence[Any],
+    low: int,
+    high: int,
+    function: Callable[..., Sequence[Any]],
+    but: int | None = None,
+) -> list[list[Any]]:
+    """Tables whose rows from ``low`` to before ``high`` became ``function(number, row, ...)``.
+
+    Those that there are, ``but`` one. A row is a number where a table is a row itself.
+    """
+    found = [list(table) for table in tables]
+    for k in range(max(low, 0), min(high, len(found[0]))):
+        if k != but:
+            after = function(k, *(table[k] for table in tables))
+            for table, row in zip(found, after, strict=True):
+                table[k] = row
+    return found
+
+
 class Xp(NamedTuple):
-    """What a law needs beside arithmetic."""
+    """What a law needs beside arithmetic.
+
+    Those with a default are of laws whose tables are large: they go through their rows with
+    ``along`` and ``total``, which code has as loops, and where ``sparse`` is true they compute only
+    what is not 0.
+    """
 
     where: Callable[[Truth, Scalar, Scalar], Scalar]
     minimum: Callable[[Scalar, Scalar], Scalar]
@@ -78,6 +126,23 @@ class Xp(NamedTuple):
     once: Callable[[Scalar], Scalar]
     #: (values by number, number) -> the value of that number
     pick: Callable[[Mapping[int, Scalar], Scalar], Scalar]
+    sparse: bool = False  # whether a place in a table may be a value
+    along: Callable[..., Sequence[Any]] = along
+    each: Callable[..., Sequence[Any]] = each
+    total: Callable[[Iterable[Scalar]], Scalar] = total
+    #: rows -> rows that a value indexes
+    table: Callable[[Any], Any] = lambda rows: rows
+    whole: Callable[[Scalar], Scalar] = lambda x: int(x) if x > 0.0 else 0  # part of x above 0
+    stored: Callable[[Any], Any] = lambda rows: rows  # computed once, before they are read
+    between: Callable[..., Any] = between
+    put: Callable[[Any, Sequence[tuple[Any, ...]]], Any] = put
+    #: (condition, function, value) -> function() where the condition is true, else the value
+    when: Callable[[Truth, Callable[[], Any], Any], Any] = lambda condition, function, otherwise: (
+        function() if condition else otherwise
+    )
+    sure: Callable[[Scalar], Scalar] = lambda x: x  # marks what is finite whatever the signals are
+    #: (function, arguments) -> function(*arguments), xp the first one; code has it as a function
+    call: Callable[..., Any] = lambda function, *arguments: function(*arguments)
 
 
 SCALARS = Xp(
@@ -89,6 +154,7 @@ SCALARS = Xp(
     ratio=lambda a, b: a / b,
     once=lambda x: x,
     pick=getitem,
+    sparse=True,
 )
 ARRAYS = Xp(
     where=np.where,
@@ -176,19 +242,6 @@ def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
     return xp.minimum(xp.maximum(value, low), high)
 
 
-def total(values: Iterable[Scalar]) -> Scalar:
-    """Sum of scalars, left to right, without starting from an integer zero."""
-    return reduce(add, values)
-
-
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
     """Sum of products, left to right."""
     return reduce(add, map(mul, a, b))
-
-
-def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:
-    """Rows of ``function`` of what stands at the same place in tables of rows."""
-    return [
-        [function(*values) for values in zip(*rows, strict=True)]
-        for rows in zip(*tables, strict=True)
-    ]

@@ -101,7 +101,7 @@ def check_laws(design: Design, machine: Machine) -> None:
                     raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
             law, gains = kind.law(record, part.limits.of(axis).command), kind.gains(record)
             try:
-                law.step(SCALARS, gains, law.initial_memory(0.0), dict.fromkeys(read, SMALL))
+                law.step(SCALARS, gains, law.begun(SCALARS, 0.0, gains), dict.fromkeys(read, SMALL))
             except KeyError as error:
                 why = "which its reads does not name" if kind.reads else "which no signal is called"
                 raise UserError(f"{told} law reads {error}, {why}") from error

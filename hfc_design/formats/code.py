@@ -7,6 +7,8 @@ of one dimension and no arrays as arguments: what every compiler gets right.
 import re
 from collections.abc import Iterable, Iterator
 
+from hfc_design.codegen.c import program
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
@@ -14,6 +16,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
 from hfc_design.formats.fcl import real
+from hfc_design.formats.laws import recorded_law
 
 #: What a kind lacks that has no template of a language.
 NO_CODE = "it has no template in {}; json holds its numbers"
@@ -42,35 +45,35 @@ USUAL: Json = {
 }
 
 
-def sources(design: Design, **others: object) -> dict[str, str]:
+def sources(
+    design: Design, law: AxisLaw | None = None, notes: Iterable[str] = ()
+) -> dict[str, str]:
     """A folder with ``NAME.h`` and ``NAME.c``, NAME as ``c_name`` gives it.
+
+    ``law`` is another one for the same numbers, as that of tabulated terms; ``notes`` stand in the
+    head.
 
     Raises:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
-    template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
+    names, kind = signals(design), design.kind
+    needed(kind.law, design, NO_CODE.format("C"))
     numbers = checked_numbers(design)
     name, told = c_name(design), writing.signal_meanings(design)
-    of_kind = template.values(design.controller)
+    change = design.changes([design.axis])[design.axis]
+    found = recorded_law(design.controller, change, law)
     values = {
         "name": name,
-        "signals": signals(design),
+        "head": writing.head(design, notes),
+        "signals": names,
         "meanings": dict(zip(told, writing.comment(told.values()), strict=True)),
         "command_unit": writing.signal_units(design).get("command", "unit"),
-        "exponential": False,
-        "hyperbolic": False,
-        "integrates": False,
-        "in_place": False,
-        "only_double": only_double(numbers, of_kind.get("widths", ())),
+        "only_double": only_double(numbers, kind.widths(design.controller)),
         "saved": saving.values(design),
-        **of_kind,
-        **others,
+        "law": program(found, (*writing.RESERVED["c"], *writing.RESERVED["c-library"])),
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
-    return {
-        key: writing.rendered(file, design, template.places, **values)
-        for key, file in files.items()
-    }
+    return {key: writing.rendered(file, design, **values) for key, file in files.items()}
 
 
 def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
@@ -84,7 +87,12 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
     """
     lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
     values = lookup(design.controller, points)
-    return sources(design, **values), values
+    far = f"{values['deviation']:.2g} {writing.signal_units(design).get(values['deviates'], '')}"
+    notes = [
+        f"terms tabulated at {points} values, linear in between: the exact {values['deviates']}"
+    ]
+    notes.append(f"is off by {far.rstrip()} at most, of what a search over the inputs found")
+    return sources(design, values["law"](None), notes), values
 
 
 def c_name(design: Design) -> str:

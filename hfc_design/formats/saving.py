@@ -6,17 +6,18 @@ from math import prod
 
 import numpy as np
 
+from hfc_design.codegen.axis import PREVIOUS, STARTED
 from hfc_design.controllers.kind import ControllerRecord, Member, kinds, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
+from hfc_design.formats import laws
 
-INDICES = "ijkl"
 #: Member of a state with that of a controller of the whole machine inside another one.
 WHOLE = "inner"
-#: Member of a state with the commands of the sample before, where their rate is limited.
-PREVIOUS = "previous_command"
+#: Of a controller that compares a sample with the one before.
+WAS = Member(STARTED, what="whether there was a sample before", whole=(0, 1))
 
 
 def learns(design: Design) -> bool:
@@ -34,8 +35,6 @@ def values(design: Design, learning: bool = True) -> Json | None:
     if found is None or (learning and not found[0]):
         return None
     learnt, past = found[0], [*found[1], *_rate(design)]
-    # Of one axis the state of its law is a part of the state where there is another one.
-    head = "law." if _rate(design) and not design.kind.inside else ""
     members = [*learnt, *past]
     firsts = list(accumulate((prod(member.shape) for member in members), initial=0))
     told = []
@@ -44,7 +43,7 @@ def values(design: Design, learning: bool = True) -> Json | None:
         told.append(
             {
                 **member._asdict(),
-                "place": ("" if member.name == PREVIOUS else head) + _place(member),
+                "place": member.name + ("[i]" if member.shape else ""),
                 "first": first,
                 "at": f"{first}" if last == first + 1 else f"{first} to {last - 1}",
                 "learnt": k < len(learnt),
@@ -71,8 +70,8 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
     parts = {}
     for told in found["members"]:
         if told["learnt"]:
-            first, shape = told["first"], told["shape"]
-            parts[told["name"]] = np.array(numbers[first : first + prod(shape)]).reshape(shape)
+            first, count = told["first"], prod(told["shape"])
+            parts[told["name"]] = np.array(numbers[first : first + count])
     record: ControllerRecord = _taken(design.controller, _axes(design), parts)
     return record
 
@@ -100,9 +99,13 @@ def _rate(design: Design) -> list[Member]:
 def _size(record: ControllerRecord, axes: tuple[str, ...], real: int) -> int | None:
     """A whole number has 4 bytes, and before a real one as many as that."""
     kind = kinds().get(record.kind)
+    if kind.law is not None:
+        found = _of_law(record)
+        count = None if found is None else sum(prod(one.shape) for one in (*found[0], *found[1]))
+        return count * real if count else None if count is None else 1
     if kind.saved is None:
         return None
-    count = sum(prod(one.shape) for one in (*kind.saved.learnt(record), *kind.saved.past(record)))
+    count = sum(prod(one.shape) for one in kind.saved(record))
     inside = kind.inside.records(record, axes).values() if kind.inside else ()
     sizes = [_size(own, axes, real) for own in inside]
     whole = sum(sizes_known) if len(sizes_known := [x for x in sizes if x]) == len(sizes) else None
@@ -116,14 +119,35 @@ def _axes(design: Design) -> tuple[str, ...]:
     return axes_of(design) if design.kind.inside else ()
 
 
+def _of_law(record: ControllerRecord) -> tuple[list[Member], list[Member]] | None:
+    """What the law of an axis has learnt, and its past."""
+    kind = kinds().get(record.kind)
+    if kind.reads is None:
+        return None
+    found = laws.recorded_law(record)
+    names = laws.learnt(record)
+    learnt: list[Member] = []
+    past: list[Member] = []
+    for k, field in enumerate(found.fields):
+        if found.started and found.started[1] == k:
+            past.append(WAS)
+        what = " x ".join(map(str, field.shape)) if len(field.shape) > 1 else ""
+        member = Member(field.name, (field.size,) if field.shape else (), what)
+        (learnt if field.name in names else past).append(member)
+    return learnt, past
+
+
 def _members(
     record: ControllerRecord, axes: tuple[str, ...]
 ) -> tuple[list[Member], list[Member]] | None:
     """What the state of a controller has learnt, and its past; None where that is not known."""
     kind = kinds().get(record.kind)
+    if kind.law is not None:
+        return _of_law(record)
     if kind.saved is None:
         return None
-    learnt, past = kind.saved.learnt(record), kind.saved.past(record)
+    learnt: list[Member] = []
+    past = list(kind.saved(record))
     for axis, own in (kind.inside.records(record, axes) if kind.inside else {}).items():
         found = _members(own, axes)
         if found is None:
@@ -138,25 +162,18 @@ def _taken(
 ) -> ControllerRecord:
     """A controller with what its members, and those of what is inside, have learnt."""
     kind = kinds().get(record.kind)
-    assert kind.saved is not None  # or nothing were known of its state
-    if kind.inside is not None:
-        inside = {}
-        for axis, own in kind.inside.records(record, axes).items():
-            head = f"{part(axis)}."
-            mine = {key.removeprefix(head): x for key, x in found.items() if key.startswith(head)}
-            inside[axis] = _taken(own, axes, mine) if mine else own
-        record = kind.inside.replaced(record, inside)
-    own = {member.name for member in kind.saved.learnt(record)}
-    mine = {key: x for key, x in found.items() if key in own}
-    return kind.saved.taken(record, mine) if mine else record
+    if kind.law is not None:
+        return laws.taken(record, found)
+    assert kind.inside is not None  # or it had learnt nothing
+    inside = {}
+    for axis, own in kind.inside.records(record, axes).items():
+        head = f"{part(axis)}."
+        mine = {key.removeprefix(head): x for key, x in found.items() if key.startswith(head)}
+        inside[axis] = _taken(own, axes, mine) if mine else own
+    replaced: ControllerRecord = kind.inside.replaced(record, inside)
+    return replaced
 
 
 def part(axis: str) -> str:
     """The member of a state with what is inside of an axis; "": of the whole machine."""
     return identifier(axis) if axis else WHOLE
-
-
-def _place(member: Member) -> str:
-    """A member as C reads the number at i, j, k."""
-    index = "".join(f"[{INDICES[k]}]" for k in range(len(member.shape)))
-    return member.name.replace("[]", index) if "[]" in member.name else member.name + index

@@ -149,7 +149,7 @@ class Controller:
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
-        self._memory, self._command = self._law.initial_memory(0.0), 0.0
+        self._memory, self._command = self._law.begun(SCALARS, 0.0, self._gains), 0.0
         self._fresh = True
 
     def adapted(self) -> ControllerRecord:
@@ -182,7 +182,9 @@ class Machine:
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)
         self._reads = reader(kind, design.controller)
-        self._memory, self._fresh = self._controller.initial_memory(0.0), True
+        self._memory: Memory = None
+        self._fresh = True
+        self._begin()
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
         whole = self._controller
@@ -229,9 +231,13 @@ class Machine:
             raise what_is_wrong(axes, error) from None
         return dict(zip(self.axes, commands, strict=True))
 
+    def _begin(self) -> None:
+        self._memory = controller.begun(self._controller, SCALARS, 0.0, self._gains)
+        self._fresh = True
+
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
-        self._memory, self._fresh = self._controller.initial_memory(0.0), True
+        self._begin()
         for one in self._each.values():
             one.reset()
 

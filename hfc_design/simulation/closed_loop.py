@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from hfc_design.controllers.controller import Controller, PathView, View
+from hfc_design.controllers.controller import Controller, PathView, View, begun
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import off_path
@@ -151,13 +151,20 @@ class Recorded(NamedTuple):
     state: State
 
 
-def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
-    """A machine before the first sample, at ``started`` and with nothing to remember."""
+def start(
+    loop: Loop, zero: Scalar, started: tuple[State, ...], gains: Gains | None = None
+) -> Moving:
+    """A machine before the first sample, at ``started``, its controllers as they begin.
+
+    Without ``gains`` these remember nothing.
+    """
     blank = loop.machine.initial_state(zero)
     states = tuple(
         own._replace(**{name: zero + x for name, x in state._asdict().items()})
         for own, state in zip(blank, started, strict=True)
     )
+    law = loop.controller
+    memory = law.initial_memory(zero) if gains is None else begun(law, LANES, zero, gains)
     angles, rates = [], []
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
@@ -169,7 +176,7 @@ def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
         states,
         tuple(angles),
         tuple(rates),
-        loop.controller.initial_memory(zero),
+        memory,
         (zero,) * len(states),
     )
 

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from hfc_design.controllers.controller import LEARNT, RateLimited, Stepped, View
+from hfc_design.controllers.controller import SLOW, RateLimited, Stepped, View, begun
 from hfc_design.core.numbers import Floats, Gains, Integers, Mask, Memory, Scalar, Xp
 from hfc_design.core.slopes import SLOPED, Sloped, parts
 from hfc_design.motion.samples import Samples
@@ -321,10 +321,11 @@ def controlled(
     """Controllers with ``gains`` for each lane of ``near``, their errors ``off`` (lanes,) more."""
     law = _unlimited(loop.controller)
     lanes, axes = near.commands.shape
-    begins = law.initial_memory(0.0)
+    rows = jax.tree.map(_rows, gains)
+    begins = begun(law, SLOPED, 0.0, rows)
     living = _living(begins)
     first, size = np.array([*living.values()], float), len(living)
-    memory, rows = slice(size), jax.tree.map(_rows, gains)
+    memory = slice(size)
     signals_of, seen = jax.tree.flatten(near.view)
     count = size + len(signals_of)
 
@@ -350,9 +351,9 @@ def controlled(
             left[:, memory] += solved(matrix[:, memory, memory], drift)
         return left, matrix, slopes
 
-    begun = np.concatenate([np.tile(first, (lanes, 1)), np.zeros((lanes, axes))], axis=1)
+    near_by = np.concatenate([np.tile(first, (lanes, 1)), np.zeros((lanes, axes))], axis=1)
     with np.errstate(all="ignore"):
-        x, left, slopes = _by_newton(at, begun, SETTLED * np.abs(near.commands).max())
+        x, left, slopes = _by_newton(at, near_by, SETTLED * np.abs(near.commands).max())
         if off is not None:
             slopes = at(np.hstack([x[:, memory], x[:, size:] + off[:, None]]))[2]
     scale = np.abs(near.commands).max(axis=1)
@@ -390,7 +391,7 @@ def _living(memory: Memory) -> dict[Any, Any]:
     return {
         path: number
         for path, number in jax.tree_util.tree_flatten_with_path(memory)[0]
-        if not any(getattr(key, "name", None) in LEARNT for key in path)
+        if not any(getattr(key, "name", None) in SLOW for key in path)
     }
 
 

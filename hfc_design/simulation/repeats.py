@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.controllers.controller import Controller, Stepped, View
+from hfc_design.controllers.controller import Controller, Stepped, View, begun
 from hfc_design.core.numbers import Floats, Gains, Json, Memory, Scalar, Xp, storable
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
@@ -37,6 +37,10 @@ class Louder(NamedTuple):
     def initial_memory(self, zero: Scalar) -> Memory:
         """That of the controller itself."""
         return self.inner.initial_memory(zero)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
+        """That of the controller itself, with its gains."""
+        return begun(self.inner, xp, zero, gains[1])
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """Its commands, times the factor."""

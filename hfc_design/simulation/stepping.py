@@ -202,10 +202,11 @@ def stepping(
         return (after, watch), kept if recorded else None
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
-        machine = closed_loop.start(loop, zeros, here)
+        numbers = jax.tree.map(_rows, gains)
+        machine = closed_loop.start(loop, zeros, here, numbers)
         if not doubled:
             return machine, closed_loop.watching(loop, zeros, machine)
-        copy = closed_loop.start(loop, zeros, off)
+        copy = closed_loop.start(loop, zeros, off, numbers)
         return _both(machine, copy), closed_loop.watching(loop, zeros, machine, copy)
 
     # Loads and noise as tuples, so that the loop hands out scalars.

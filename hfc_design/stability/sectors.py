@@ -10,15 +10,15 @@ sectors. Terms (n, 3) are left edge, centre, right edge [BLU]; beside an infinit
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from hfc_design.core.numbers import Floats, RuleTable, Scalar, Triangles, Xp, clipped
+from hfc_design.core.numbers import Floats, RuleTable, Scalar, Triangles, Truth, Xp, clipped
 from hfc_design.core.records import UserError
 
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
@@ -219,48 +219,65 @@ class Curve(NamedTuple):
         return xp.once(xp.minimum(self.k2_max, found))
 
 
-def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
-    """How far the output of term ``k`` may be from 0 by its sector [0, gain].
+def inner_edges(rights: Sequence[Scalar], lefts: Sequence[Scalar]) -> list[Scalar]:
+    """Of each term the edge of its neighbour towards the middle one, where its output is whole.
 
-    A singleton is the whole output from the inner neighbour's edge outwards, so this is where its
-    slope is steepest.
+    A singleton is the whole output from there outwards, so this is where its slope is steepest.
+    The edges are those (n - 1) where two neighbours overlap, the right one of the lower and the
+    left one of the upper term; the middle term has 0.
     """
-    return gain * (terms[k - 1][2] if k > middle(terms) else terms[k + 1][0])
+    half = (len(rights) + 1) // 2
+    return [*lefts[:half], 0.0, *rights[half:]]
 
 
 def bounded(
     xp: Xp,
     sectors: Rectangle | Curve,
-    error_terms: Triangles,
-    change_terms: Triangles,
+    row_edges: Sequence[Scalar],
+    column_edges: Sequence[Scalar],
     singletons: RuleTable,
     signs: RuleTable,
-) -> list[list[Scalar]]:
-    """Singletons moved to the nearest values that keep the table in ``sectors``.
+) -> Callable[[Scalar], Any]:
+    """Rows of singletons moved to the nearest values that keep the table in ``sectors``.
 
-    Between the points of ``reach`` the product rule stays under the chord. The column de = ZR
-    makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton takes
-    another sign than in ``signs``, unless its sector demands it; one that is 0 there may
-    take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.numbers``.
+    Between the points of ``inner_edges`` the product rule stays under the chord. The column
+    de = ZR makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton
+    takes another sign than in ``signs``, unless its sector demands it; one that is 0 there may
+    take the sign of its row. The row e = ZR has no bound. ``xp`` as in ``core.numbers``.
     """
-    zero, none = middle(error_terms), middle(change_terms)  # terms of no error, of no change
-    rows = [i for i in range(len(singletons)) if i != zero]
-    at_rest = {}
+    zero, none = len(row_edges) // 2, len(column_edges) // 2  # terms of no error, of no change
+    rows = [i for i in range(len(row_edges)) if i != zero]
+    found = {zero: 0.0}
     for i in rows:
-        most = reach(sectors.k1_max, error_terms, i)
+        most = sectors.k1_max * row_edges[i]
         low, high = (0.0, most) if i > zero else (most, 0.0)
-        at_rest[i] = xp.once(clipped(xp, singletons[i][none], low, high))
-    k2_max = sectors.k2(xp, (at_rest[i] / reach(1.0, error_terms, i) for i in rows))
-    table = [list(row) for row in singletons]
-    for i in rows:
-        bound = table[i]
-        own = bound[none] = at_rest[i]
-        for j, singleton in enumerate(singletons[i]):
-            if j == none:
-                continue
-            positive = signs[i][j] >= 0.0 if i > zero else signs[i][j] > 0.0
+        found[i] = xp.once(clipped(xp, singletons[i][none], low, high))
+    k2_max = sectors.k2(xp, (found[i] / row_edges[i] for i in rows))
+    reaches = [k2_max * edge for edge in column_edges]
+    lows = xp.table([reaches[j] if j < none else 0.0 for j in range(len(reaches))])
+    highs = xp.table([reaches[j] if j > none else 0.0 for j in range(len(reaches))])
+    above = xp.table(
+        [[sign >= 0.0 if i > zero else sign > 0.0 for sign in signs[i]] for i in range(len(signs))]
+    )
+
+    at_rest = xp.table([found[i] for i in range(len(row_edges))])
+
+    def row(i: Scalar) -> Any:
+        own = at_rest[i]
+
+        def bound(
+            j: Scalar, singleton: Scalar, positive: Truth, low: Scalar, high: Scalar
+        ) -> Scalar:
+            if isinstance(j, int) and j == none:
+                return own
             kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
-            most = reach(k2_max, change_terms, j)
-            low, high = (own, own + most) if j > none else (own + most, own)
-            bound[j] = clipped(xp, kept, low, high)
-    return table
+            return clipped(xp, kept, _off(own, low), _off(own, high))
+
+        return xp.along(bound, range(len(lows)), singletons[i], above[i], lows, highs)
+
+    return row
+
+
+def _off(own: Scalar, by: Scalar) -> Scalar:
+    """The sum; a 0 of the program costs a population nothing."""
+    return own if isinstance(by, float) and not by else own + by

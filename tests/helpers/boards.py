@@ -76,7 +76,7 @@ def compiled(board, design, folder, *flags, lookup=0):
     """Objects of the design's own files in a new ``folder``; ``lookup`` points in place of exp."""
     files = machine_code.sources(design)
     if lookup:
-        files = code.sources(design, **design.kind.lookup(design.controller, lookup))
+        files = code.tabulated(design, lookup)[0]
     write(folder, files)
     sources = sorted(name for name in files if name.endswith(".c"))
     _run(folder, *board.gcc, *flags, "-c", *sources)

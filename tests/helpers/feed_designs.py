@@ -9,7 +9,7 @@ import made_up
 import numpy as np
 from jax import lax
 
-from hfc_design.controllers.controller import View
+from hfc_design.controllers.controller import View, begun
 from hfc_design.core import devices
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
@@ -89,7 +89,8 @@ def jax_motion(controller, gains, references, dtype=np.float64):
 @partial(jax.jit, static_argnums=0)
 def _jax_motion(controller, gains, references):
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], references.dtype)
-    start = controller.initial_memory(zeros), zeros, zeros
+    memory = begun(controller, LANES, zeros, jax.tree.map(_rows, gains))
+    start = memory, zeros, zeros
 
     def sample(gains, carry, reference):
         memory, position, velocity = carry

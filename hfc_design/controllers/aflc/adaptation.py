@@ -6,8 +6,9 @@ JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars
 
 from collections.abc import Sequence
 
-from hfc_design.core.numbers import Degrees, Scalar, Triangles, Truth, Xp, clipped
-from hfc_design.core.records import ZR
+from hfc_design.controllers.neighbours import Degrees, Neighbours
+from hfc_design.core.numbers import Scalar, Truth, Xp, clipped
+from hfc_design.core.records import TERMS, ZR
 
 #: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
 #: has not fired: rounding decides nothing.
@@ -31,13 +32,19 @@ PERFORMANCE = tuple(
     tuple(float(performance_index(before, now)) for now in range(-3, 4)) for before in range(-3, 4)
 )
 
+#: The same as whole numbers.
+INDICES = tuple(tuple(map(int, row)) for row in PERFORMANCE)
+
 
 def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
-    """The term for which an error of degrees (7) counts, -3 to 3.
+    """The term for which an error of these degrees (7) counts, -3 to 3.
 
     That of the highest degree, of two equal ones that nearer ZR.
     """
-    highest, place = in_error[ZR], 0.0 * in_error[ZR]
+    if isinstance(in_error, Neighbours):
+        return _higher_term(xp, in_error)
+    highest: Scalar = in_error[ZR]
+    place: Scalar = 0.0 * highest
     for k in (ZR - 1, ZR + 1, ZR - 2, ZR + 2, ZR - 3, ZR + 3):
         higher = in_error[k] > highest + ALIKE
         highest = xp.where(higher, in_error[k], highest)
@@ -45,8 +52,24 @@ def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
     return place
 
 
-def performance_indices(xp: Xp, place: Scalar) -> list[Scalar]:
+def _higher_term(xp: Xp, in_error: Neighbours) -> Scalar:
+    """The same of two neighbours; ZR if neither of them has a degree."""
+    lower, upper = in_error.first - ZR, in_error.first - (ZR - 1)
+    below: Scalar = in_error.values[0]
+    above: Scalar = in_error.values[1]
+    beyond = lower >= 0  # the lower one is nearer ZR
+    near, far = xp.where(beyond, lower, upper), xp.where(beyond, upper, lower)
+    in_near, in_far = xp.where(beyond, below, above), xp.where(beyond, above, below)
+    counts = (near == 0) | (in_near > ALIKE)
+    farther = in_far > xp.where(counts, in_near, 0.0) + ALIKE
+    return xp.where(farther, far, xp.where(counts, near, 0))
+
+
+def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
     """p(k) of the rules of each error term, when the error counts for the term ``place``."""
+    if xp.sparse:
+        now = xp.whole(clipped(xp, place + ZR, 0, TERMS - 1))
+        return xp.along(lambda row: row[now], xp.table(INDICES))
     found = []
     for row in PERFORMANCE:
         index = 0.0 * place
@@ -77,24 +100,27 @@ def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
 
 
 def joined(
-    xp: Xp, terms: Triangles, steps: Sequence[Scalar], size: Scalar, overlap: Scalar
-) -> list[tuple[Scalar, Scalar, Scalar]]:
-    """Terms (7, 3) after each was narrowed by ``steps`` (7) of ``size`` on both sides.
+    xp: Xp,
+    between: Sequence[Scalar],
+    joint: Sequence[Scalar],
+    steps: Sequence[Scalar],
+    size: Scalar,
+    overlap: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """A joint (right edge of the lower term, left edge of the upper one) after a sample.
 
-    Where two terms overlap, both edges stay between the two centres (JK04 section 4.1), and they
-    overlap by ``overlap`` or more: edges that would come closer are set half of it to either side
-    of their middle. An error in a gap would have no command, and across a narrow overlap the
-    command almost jumps. The papers print no such limit.
+    Each of both terms was narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
+    centres of the two (JK04 section 4.1), and they overlap by ``overlap`` or more: edges that would
+    come closer are set half of it to either side of their middle. An error in a gap would have no
+    command, and across a narrow overlap the command almost jumps. The papers print no such limit.
     """
-    lefts, rights = [terms[0][0]], []
-    for k in range(len(terms) - 1):
-        lower, upper = terms[k][1], terms[k + 1][1]
-        right = clipped(xp, terms[k][2] - size * steps[k], lower, upper)
-        left = clipped(xp, terms[k + 1][0] + size * steps[k + 1], lower, upper)
-        half = 0.5 * overlap
-        middle = clipped(xp, 0.5 * (left + right), lower + half, upper - half)
-        tight = right - left < overlap
-        rights.append(xp.once(xp.where(tight, middle + half, right)))
-        lefts.append(xp.once(xp.where(tight, middle - half, left)))
-    rights.append(terms[-1][2])
-    return [(lefts[k], terms[k][1], rights[k]) for k in range(len(terms))]
+    lower, upper = between
+    right = clipped(xp, joint[0] - size * steps[0], lower, upper)
+    left = clipped(xp, joint[1] + size * steps[1], lower, upper)
+    half = 0.5 * overlap
+    middle = clipped(xp, 0.5 * (left + right), lower + half, upper - half)
+    tight = right - left < overlap
+    return (
+        xp.once(xp.where(tight, middle + half, right)),
+        xp.once(xp.where(tight, middle - half, left)),
+    )

@@ -7,8 +7,10 @@ axis in scalars; ``xp`` as in ``core.numbers``.
 """
 
 from collections.abc import Callable, Sequence
-from operator import add, sub
-from typing import NamedTuple, TypeAlias
+from functools import reduce
+from itertools import pairwise
+from operator import or_
+from typing import NamedTuple
 
 from hfc_design.controllers.aflc.adaptation import (
     ALIKE,
@@ -19,13 +21,19 @@ from hfc_design.controllers.aflc.adaptation import (
 )
 from hfc_design.controllers.controller import AxisLaw, Signals, outside
 from hfc_design.controllers.flc import law as flc
-from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, joints, memberships
-from hfc_design.core.numbers import Scalar, Triangles, Truth, Xp, each, total
-from hfc_design.core.records import ZR
-from hfc_design.stability.sectors import Curve, Rectangle, bounded
-
-#: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.
-Table: TypeAlias = Sequence[Sequence[Scalar]]
+from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, RuleBase
+from hfc_design.controllers.neighbours import (
+    Degrees,
+    Neighbours,
+    Partition,
+    alike,
+    fired,
+    memberships,
+    number_of,
+)
+from hfc_design.core.numbers import RuleTable, Scalar, Truth, Xp, total
+from hfc_design.core.records import TERMS, ZR
+from hfc_design.stability.sectors import Curve, Rectangle, bounded, inner_edges
 
 
 class Rates(NamedTuple):
@@ -47,19 +55,28 @@ class AdaptiveGains(NamedTuple):
 
 
 class AdaptiveMemory(NamedTuple):
-    """What the controller remembers; all zero before the first sample.
+    """What the controller remembers; before the first sample what it starts from, else zero."""
 
-    The moves are counted from the gains. A joint is where two neighbours overlap: the right edge
-    of the lower term and the left edge of the upper one.
-    """
-
+    singletons: RuleTable  # (7, 7)
+    error_rights: Sequence[Scalar]  # (6,) of ``Partition``
+    error_lefts: Sequence[Scalar]  # (6,)
+    change_rights: Sequence[Scalar]  # (6,)
+    change_lefts: Sequence[Scalar]  # (6,)
     error: Scalar  # e(k-1) [BLU]
     change: Scalar  # e(k-1) - e(k-2) [BLU]
-    action: Scalar | None  # u_0(k-1); None: no rule has fired yet, so that none is judged
+    action: Scalar  # u_0(k-1)
     integral: Scalar
-    error_moves: Table  # (6, 2) of the joints between the error terms
-    change_moves: Table  # (6, 2)
-    singleton_moves: Table  # (7, 7)
+    judges: Truth | None = None  # whether rules fired at k - 1 that can be judged; None: they did
+
+    def base(self, gains: AdaptiveGains) -> RuleBase:
+        """The rule base as last adapted."""
+        error = Partition.of(gains.flc.error_terms)
+        change = Partition.of(gains.flc.change_terms)
+        return RuleBase(
+            error._replace(rights=self.error_rights, lefts=self.error_lefts),
+            change._replace(rights=self.change_rights, lefts=self.change_lefts),
+            self.singletons,
+        )
 
 
 #: Whether a rule is to blame: (xp, e(k-1), p(k), its singleton less the action) -> bool.
@@ -80,13 +97,39 @@ JK04 = Judge()
 
 def aflc(sample_time: float, limit: float | None = None, judge: Judge = JK04) -> AxisLaw:
     """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True, prime=primed)
+    law = AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True)
+    return law._replace(prime=primed, begin=begun)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
-    """Memory before the first sample: the axis stood on its reference, nothing has moved."""
-    still = [[zero] * 2] * 6
-    return AdaptiveMemory(zero, zero, zero, zero, still, still, [[zero] * 7] * 7)
+    """Memory before the first sample: the axis stood on its reference; without a rule base."""
+    table, edges = [[zero] * TERMS for _ in range(TERMS)], [zero] * (TERMS - 1)
+    return AdaptiveMemory(table, edges, edges, edges, edges, zero, zero, zero, zero)
+
+
+def begun(xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory) -> AdaptiveMemory:
+    """The same with the rule base that a design starts from.
+
+    Within its bounds, where values may choose what is computed: there a sample in which nothing is
+    judged leaves them alone.
+    """
+    base, zero = RuleBase.of(gains.flc), memory.error
+    if xp.sparse:
+        still, rates = [0.0] * TERMS, gains.rates
+        error_terms = _narrowed(xp, base.error, still, 0.0, rates.a_overlap)
+        change_terms = _narrowed(xp, base.change, still, 0.0, rates.b_overlap)
+        base = _bounded(xp, gains, RuleBase(error_terms, change_terms, base.singletons))
+
+    def row(numbers: Sequence[Scalar]) -> list[Scalar]:
+        return [zero + x for x in numbers]
+
+    return memory._replace(
+        singletons=[*map(row, base.singletons)],
+        error_rights=row(base.error.rights),
+        error_lefts=row(base.error.lefts),
+        change_rights=row(base.change.rights),
+        change_lefts=row(base.change.lefts),
+    )
 
 
 def primed(
@@ -94,7 +137,7 @@ def primed(
 ) -> AdaptiveMemory:
     """The error of the sample before was that of this one; no rule had a part in it."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
-    return memory._replace(error=error, action=None)
+    return memory._replace(error=error, judges=False)
 
 
 def sample(
@@ -102,80 +145,141 @@ def sample(
 ) -> tuple[Scalar, AdaptiveMemory, Parts]:
     """As ``flc.sample``, with the table as it is by now."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
-    start, moved = gains.flc, adapted(xp, law.structure, gains, memory, error)
+    base, in_error = adapted(xp, law.structure, gains, memory, error)
     before = FlcMemory(memory.error, 0.0, memory.integral)
-    command, after, parts = flc.sample(xp, law._replace(structure="PD"), moved, before, signals)
+    as_pd = law._replace(structure="PD")
+    own = base, in_error
+    command, after, parts = flc.commanded(xp, as_pd, gains.flc, *own, before, signals)
     remembered = AdaptiveMemory(
+        base.singletons,
+        base.error.rights,
+        base.error.lefts,
+        base.change.rights,
+        base.change.lefts,
         parts.error,
         parts.change,
         parts.inferred,
         after.integral,
-        each(sub, joints(moved.error_terms), joints(start.error_terms)),
-        each(sub, joints(moved.change_terms), joints(start.change_terms)),
-        each(sub, moved.singletons, start.singletons),
     )
     return command, remembered, parts
 
 
-def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> FlcGains:
-    """The table as last adapted."""
-    table = gains.flc
-    return table._replace(
-        singletons=each(add, table.singletons, memory.singleton_moves),
-        error_terms=_moved(table.error_terms, memory.error_moves),
-        change_terms=_moved(table.change_terms, memory.change_moves),
-    )
-
-
 def adapted(
     xp: Xp, judge: Judge, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
-) -> FlcGains:
-    """The table after the sample k - 1 is judged by the ``error`` of sample k.
+) -> tuple[RuleBase, Degrees]:
+    """The rule base after the sample k - 1 is judged by the ``error`` of sample k, and its degrees.
 
     Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
     terms are widened, |p| steps each. Several rules that move the same term add up, so their
     order does not matter; only then the edges are held between the neighbours' centres. An error
     of 0 judges nothing.
     """
-    table, rates = current(gains, memory), gains.rates
-    if memory.action is None:
-        memory = memory._replace(error=0.0 * error, action=0.0 * error)
-    in_error = memberships(xp, table.error_terms, memory.error)
-    in_change = memberships(xp, table.change_terms, memory.change)
-    place = highest_term(xp, memberships(xp, table.error_terms, error))
-    indices = [xp.once(p) for p in performance_indices(xp, place)]
-    narrowed, singletons = [], []  # by each rule, in steps; what it moves to
-    for i, row in enumerate(table.singletons):
-        judged = (in_error[i] > ALIKE) & (memory.error != 0.0)
-        size = xp.once(xp.where(judged, abs(indices[i]), 0.0))
-        if i == ZR and judge.narrows_zero:
-            leaves = judged & (place != 0.0)
-            narrowed.append([xp.where(leaves & (d > ALIKE), 1.0, 0.0) for d in in_change])
-            singletons.append(list(row))
-            continue
+    base, rates = memory.base(gains), gains.rates
+    judged = memory.error
+    if memory.judges is not None:
+        judged = xp.where(memory.judges, judged, 0.0)
+    in_error = memberships(xp, base.error, judged)
+    in_change = memberships(xp, base.change, memory.change)
+    now = memberships(xp, base.error, error)
+    place = highest_term(xp, now)
+    indices = performance_indices(xp, place)
+    rows, leaves = [], False
+    for i, degree in fired(in_error):
+        judges = (degree > ALIKE) & (judged != 0.0)
+        index = xp.once(indices[i])
+        size = xp.once(xp.where(judges, abs(index), 0.0))
         shift = rates.k_c * size
         # Down where a positive error fell too far or a negative one too slowly.
-        shift = xp.once(xp.where(memory.error * indices[i] > 0.0, -shift, shift))
-        steps, shifted = [], []
-        for j, singleton in enumerate(row):
-            guilty = judge.blamed(xp, memory.error, indices[i], singleton - memory.action)
-            fired = in_change[j] > ALIKE
-            steps.append(xp.where(fired, xp.where(guilty, size, -size), 0.0))
-            shifted.append(singleton + xp.where(fired & guilty, shift, 0.0))
-        narrowed.append(steps)
-        singletons.append(shifted)
-    by_row = [xp.once(total(steps)) for steps in narrowed]
-    by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
-    error_terms = joined(xp, table.error_terms, by_row, rates.k_a, rates.a_overlap)
-    change_terms = joined(xp, table.change_terms, by_column, rates.k_b, rates.b_overlap)
-    if gains.sectors is not None:
-        signs = gains.flc.singletons
-        singletons = bounded(xp, gains.sectors, error_terms, change_terms, singletons, signs)
-    return table._replace(error_terms=error_terms, change_terms=change_terms, singletons=singletons)
+        shift = xp.once(xp.where(judged * index > 0.0, -shift, shift))
+        rows.append((i, index, size, shift))
+        if judge.narrows_zero and (at_zero := i == ZR) is not False:
+            leaves = leaves | (at_zero & judges & (place != 0.0))
+
+    def moved() -> tuple[RuleBase, Degrees]:
+        narrowed, singletons = [], []  # by each rule, in steps; where it moves
+        for i, index, size, shift in rows:
+            steps = []
+            for j, other in fired(in_change):
+                rule = base.singletons[i][j], memory.action, other
+                step, after = xp.call(_judged, xp, judge.blamed, judged, index, size, shift, *rule)
+                if judge.narrows_zero and (at_zero := i == ZR) is not False:
+                    narrows = xp.where(leaves & (other > ALIKE), 1.0, 0.0)
+                    step = xp.where(at_zero, narrows, step)
+                steps.append(step)
+                singletons.append((i, j, after))
+            narrowed.append(steps)
+        by_row = [xp.once(total(steps)) for steps in narrowed]
+        by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
+        error_steps, change_steps = alike(in_error, by_row), alike(in_change, by_column)
+        error_terms = _narrowed(xp, base.error, error_steps, rates.k_a, rates.a_overlap)
+        change_terms = _narrowed(xp, base.change, change_steps, rates.k_b, rates.b_overlap)
+        table = xp.put(base.singletons, singletons)
+        found = _bounded(xp, gains, RuleBase(error_terms, change_terms, table))
+        return found, memberships(xp, error_terms, error)
+
+    if not xp.sparse:
+        return moved()
+    acts = reduce(or_, (size > 0.0 for _, _, size, _ in rows), leaves)
+    found: tuple[RuleBase, Degrees] = xp.when(acts, moved, (base, now))
+    return found
 
 
-def _moved(terms: Triangles, moves: Table) -> Triangles:
-    """Terms (7, 3) with the edges of their joints moved."""
-    lefts = [terms[0][0], *(t[0] + move[1] for t, move in zip(terms[1:], moves, strict=True))]
-    rights = [*(t[2] + move[0] for t, move in zip(terms, moves, strict=False)), terms[-1][2]]
-    return [(left, t[1], right) for left, t, right in zip(lefts, terms, rights, strict=True)]
+def _bounded(xp: Xp, gains: AdaptiveGains, base: RuleBase) -> RuleBase:
+    """The rule base with its singletons in their sectors."""
+    if gains.sectors is None:
+        return base
+    ends = inner_edges(*base.error[1:]), inner_edges(*base.change[1:])
+    row = bounded(xp, gains.sectors, *ends, base.singletons, gains.flc.singletons)
+    # The row ZR has no bound.
+    (table,) = xp.between((base.singletons,), 0, TERMS, lambda i, _: (row(i),), ZR)
+    return base._replace(singletons=table)
+
+
+def _judged(
+    xp: Xp,
+    blamed: Blame,
+    error: Scalar,
+    index: Scalar,
+    size: Scalar,
+    shift: Scalar,
+    singleton: Scalar,
+    action: Scalar,
+    degree: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """By how many steps a rule narrows its terms, and where its singleton moves."""
+    guilty = blamed(xp, error, index, singleton - action)
+    fires = degree > ALIKE
+    steps = xp.where(fires, xp.where(guilty, size, -size), 0.0)
+    return steps, singleton + xp.where(fires & guilty, shift, 0.0)
+
+
+def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: Scalar) -> Partition:
+    """Terms after some were narrowed by ``steps`` of a ``size``."""
+    if isinstance(steps, Neighbours):
+        own = map(xp.table, terms)
+        edges = xp.call(_beside, xp, *own, steps.first, *steps.values, size, overlap)
+        return Partition(terms.centres, *edges)
+    each = zip(pairwise(terms.centres), terms.rights, terms.lefts, pairwise(steps), strict=True)
+    found = [joined(xp, pair, edges, own, size, overlap) for pair, *edges, own in each]
+    return Partition(terms.centres, *map(list, zip(*found, strict=True)))
+
+
+def _beside(
+    xp: Xp,
+    centres: Sequence[Scalar],
+    rights: Sequence[Scalar],
+    lefts: Sequence[Scalar],
+    first: Scalar,
+    lower: Scalar,
+    upper: Scalar,
+    size: Scalar,
+    overlap: Scalar,
+) -> tuple[Sequence[Scalar], ...]:
+    """Edges beside two neighbours of which each was narrowed by so many steps."""
+    steps = Neighbours(first, (lower, upper))
+
+    def moved(k: Scalar, right: Scalar, left: Scalar) -> tuple[Scalar, Scalar]:
+        both = number_of(xp, steps, k), number_of(xp, steps, k + 1)
+        return joined(xp, (centres[k], centres[k + 1]), (right, left), both, size, overlap)
+
+    return tuple(xp.between((rights, lefts), first - 1, first + 2, moved))

@@ -3,6 +3,7 @@
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc
@@ -11,18 +12,19 @@ from hfc_design.controllers.aflc.law import (
     AdaptiveMemory,
     Judge,
     Rates,
-    adapted,
     aflc,
-    current,
 )
-from hfc_design.controllers.flc.law import FlcGains
+from hfc_design.controllers.flc.law import RuleBase
 from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, TriangleRecord, terms_of
 from hfc_design.controllers.flc.rules import RulesRecord
+from hfc_design.controllers.neighbours import Partition
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import TERMS, NotNegative, Positive, Record
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
+#: By how much of itself an edge may be beyond a centre that was learnt in single precision.
+ROUNDING = 1e-6
 
 
 class OverlapRecord(Record):
@@ -128,25 +130,33 @@ class AdaptiveDesign(FuzzyRecord):
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
-        return self._with(current(self.gains(), memory))
+        base = memory.base(self.gains())
+        return self._with(base._replace(error=_within(base.error), change=_within(base.change)))
 
     def at_first(self) -> Self:
         """The controller with the table of its first sample, which is held within the bounds."""
-        law = aflc(self.sample_time_s, judge=self.judge())
-        return self._with(
-            adapted(SCALARS, self.judge(), self.gains(), law.initial_memory(0.0), 0.0)
-        )
+        memory = aflc(self.sample_time_s).begun(SCALARS, 0.0, self.gains())
+        return self.adapted(memory)
 
-    def _with(self, table: FlcGains) -> Self:
+    def _with(self, base: RuleBase) -> Self:
         error, change = (
             [term.label for term in terms] for terms in (self.error_terms, self.error_change_terms)
         )
         changes = {
-            "error_terms": terms_of(table.error_terms, error),
-            "error_change_terms": terms_of(table.change_terms, change),
-            "rules": self.rules.moved(table.singletons),
+            "error_terms": terms_of(base.error.triangles(), error),
+            "error_change_terms": terms_of(base.change.triangles(), change),
+            "rules": self.rules.moved(base.singletons),
         }
         return self.model_copy(update=changes)
+
+
+def _within(terms: Partition) -> Partition:
+    """Edges between the centres of the two terms, where only rounding has them beyond."""
+    centres = np.array(terms.centres)
+    held = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
+    pairs = zip(terms[1:], held, strict=True)
+    near = (np.where(np.isclose(own, edges, ROUNDING, 0.0), own, edges) for edges, own in pairs)
+    return Partition(terms.centres, *(edges.tolist() for edges in near))
 
 
 class AflcDesign(AdaptiveDesign):

@@ -43,7 +43,7 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
     found: dict[str, FuzzyRecord] = {}
     law, gains = aflc(record.sample_time_s, judge=record.judge()), record.gains()
     for axis, signals in (shown.signals or {}).items():
-        memory = law.initial_memory(0.0)
+        memory = law.begun(SCALARS, 0.0, gains)
         read = {name: signals[name].tolist() for name in record.reads()}
         for values in zip(*read.values(), strict=True):
             read_now = dict(zip(read, values, strict=True))

@@ -9,7 +9,7 @@ from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import STARTED, Kind, Member, Target, Template, later, remembered
+from hfc_design.controllers.kind import Kind, Member, Target, Template, later
 from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
 
@@ -28,7 +28,11 @@ def _reads(record: CrossCoupledDesign) -> list[str]:
     return list(dict.fromkeys([*own, *record.inner_reads()]))
 
 
-PAST = [STARTED, Member("error", what="contour error of the sample before"), Member("integral")]
+PAST = [
+    Member("started", what="whether there was a sample before", whole=(0, 1)),
+    Member("error", what="contour error of the sample before"),
+    Member("integral"),
+]
 
 
 class _OwnGenome(GainsGenome):
@@ -82,7 +86,7 @@ KIND = Kind(
     path=True,
     reads=_reads,
     reach=CrossCoupledDesign.reach,
-    saved=remembered(lambda record: [*PAST]),  # whoever asks adds to it
+    saved=lambda record: PAST,
     c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.cross_coupled.section", "sections"),
 )

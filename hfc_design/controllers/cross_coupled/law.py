@@ -8,7 +8,15 @@ scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import Controller, PathView, Stepped, View, limited, primed
+from hfc_design.controllers.controller import (
+    Controller,
+    PathView,
+    Stepped,
+    View,
+    begun,
+    limited,
+    primed,
+)
 from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 
@@ -44,6 +52,10 @@ class CrossCoupled(NamedTuple):
     def initial_memory(self, zero: Scalar) -> CrossMemory:
         """Memory before the first sample: the machine stood on its path."""
         return CrossMemory(self.inner.initial_memory(zero), zero, zero)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: CrossGains) -> CrossMemory:
+        """That of what is inside by its gains."""
+        return self.initial_memory(zero)._replace(inner=begun(self.inner, xp, zero, gains.inner))
 
     def primed(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> CrossMemory:
         """The contour error of the sample before was that of this one."""

@@ -11,7 +11,7 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationSettings,
 )
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Target, Template, later, remembered
+from hfc_design.controllers.kind import Kind, Target, Template, later
 from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
 
@@ -70,7 +70,7 @@ KIND = Kind(
     structure=OuterDesign.structure,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
     reach=CompensationDesign.reach,
-    saved=remembered(lambda record: []),
+    saved=lambda record: [],
     c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),
 )

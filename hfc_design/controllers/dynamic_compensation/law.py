@@ -13,7 +13,7 @@ machine in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import Controller, Stepped, View, limited, primed
+from hfc_design.controllers.controller import Controller, Stepped, View, begun, limited, primed
 from hfc_design.core.numbers import Gains, Memory, Scalar, Xp, total
 
 
@@ -37,6 +37,10 @@ class DynamicCompensation(NamedTuple):
     def initial_memory(self, zero: Scalar) -> Memory:
         """That of what is inside: the compensation remembers nothing."""
         return self.inner.initial_memory(zero)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: CompensationGains) -> Memory:
+        """That of what is inside by its gains."""
+        return begun(self.inner, xp, zero, gains.inner)
 
     def primed(self, xp: Xp, gains: CompensationGains, memory: Memory, view: View) -> Memory:
         """That of what is inside."""

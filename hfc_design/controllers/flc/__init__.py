@@ -1,9 +1,9 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
 
-from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, C, past
+from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, widths
 from hfc_design.controllers.flc.law import flc
 from hfc_design.controllers.flc.record import FlcDesign, FlcSettings
-from hfc_design.controllers.kind import Kind, later, remembered
+from hfc_design.controllers.kind import Kind, later
 
 KIND = Kind(
     name="flc",
@@ -18,8 +18,7 @@ KIND = Kind(
     connecting=FlcDesign.connecting,
     rules=RULES,
     explain=EXPLAIN,
-    c=C,
-    saved=remembered(past),
+    widths=widths,
     st=ST,
     table_gains=FlcDesign.table_gains,
     pictures=later("hfc_design.controllers.flc.section", "pictures"),

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
+from hfc_design.controllers.flc.law import STANDSTILL, Parts
 from hfc_design.controllers.flc.record import USUAL, FlcDesign, FuzzyRecord, signals_of
-from hfc_design.controllers.kind import STARTED, Explain, Member, Template
+from hfc_design.controllers.kind import Explain, Template
+from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
 
@@ -136,8 +137,8 @@ def shown(record: FuzzyRecord, parts: Parts) -> Json:
     """What a sample's command is made of."""
     names, (error, change) = record.names, labels_of(record)
     labels = None if record.rules.output_terms is None else record.rules.labels
-    column = side(names.error_change, parts.change, change, parts.in_change)
-    row = side(names.error, parts.error, error, parts.in_error)
+    column = side(names.error_change, parts.change, change, spread(parts.in_change, len(change)))
+    row = side(names.error, parts.error, error, spread(parts.in_error, len(error)))
     unit = fired(names.output, column, row, parts.singletons, parts.inferred, labels)
     shares = {"fuzzy": float(parts.fuzzy), "integral": float(parts.integral)}
     if parts.compensation is not None:
@@ -151,40 +152,11 @@ def apart(one: float, other: float) -> float:
         return abs(float(np.float32(one) - np.float32(other)))
 
 
-def past(record: FuzzyRecord) -> list[Member]:
-    """What a controller that does not adapt remembers."""
-    found = [STARTED, Member("error", what="of the sample before [BLU]")]
-    if record.control_form() == "PI":
-        found.append(Member("action", what="sum of what the rules gave"))
-    if record.integral_gain * record.sample_time_s:
-        found.append(Member("integral"))
-    return found
-
-
-def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
-    """What the template needs of a controller, which may start from another ``table``."""
-    table = table or record.table()
-    error_terms, change_terms = table.error_terms, table.change_terms
-    return {
-        "adaptive": False,
-        "in_place": not table.k_i and record.control_form() != "PI",  # always finite
-        "widths": [
-            apart(edge, term[1]) for term in (*error_terms, *change_terms) for edge in term[::2]
-        ],
-        "start": "",
-        "current": "",
-        "integrates": bool(table.k_i),
-        "form": record.control_form(),
-        "error_centres": [term[1] for term in error_terms],
-        "change_centres": [term[1] for term in change_terms],
-        "error_joints": joints(error_terms),
-        "change_joints": joints(change_terms),
-        "table": table.singletons,
-        "integral": table.k_i * record.sample_time_s,
-        "dead_zone": record.dead_zone,
-        "compensation": table.compensation,
-        "standstill": STANDSTILL,
-    }
+def widths(record: FuzzyRecord) -> list[float]:
+    """How far the edges of terms are from their centres, in single precision."""
+    table = record.table()
+    terms = (*table.error_terms, *table.change_terms)
+    return [apart(edge, term[1]) for term in terms for edge in term[::2]]
 
 
 def _held(record: FuzzyRecord) -> FlcDesign:
@@ -230,5 +202,4 @@ EXPLAIN = Explain(
     changes={"error_change": "previous_error"},
     names=lambda record: signals_of(record.names),
 )
-C = Template((HERE,), c_values)
 ST = Template((HERE,), _st)

@@ -11,8 +11,9 @@ from hfc_design.controllers.flc.record import FuzzySettings, terms_of
 from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target
+from hfc_design.controllers.neighbours import Partition
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
-from hfc_design.stability.sectors import Rectangle, bounded, middle, reach
+from hfc_design.stability.sectors import Rectangle, bounded, inner_edges, middle
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -260,11 +261,14 @@ def _in_sectors(sectors: Rectangle, terms: tuple[Any, Any], singletons: Floats) 
     """Singletons (n, rows, columns) moved to the nearest that keep them in ``sectors`` of (n,)."""
     table: Any = np.moveaxis(singletons, 0, -1)
     error_terms, change_terms = terms
-    rows = bounded(ARRAYS, sectors, error_terms, change_terms, table, table)
+    row_edges, edges = (inner_edges(*Partition.of(side)[1:]) for side in terms)
+    bound = bounded(ARRAYS, sectors, row_edges, edges, table, table)
+    zero = middle(error_terms)  # whose row has no bound
+    rows = [[*(bound(i) if i != zero else table[i])] for i in range(len(row_edges))]
     # The adaptation never touches the row of no error; here it has to obey the sector of u_2 too.
-    row, none = rows[middle(error_terms)], middle(change_terms)
+    row, none = rows[zero], middle(change_terms)
     for j in range(len(row)):
-        most = reach(sectors.k2_max, change_terms, j)
+        most = sectors.k2_max * edges[j]
         low, high = (0.0, most) if j > none else (most, 0.0)
         row[j] = 0.0 * most if j == none else np.clip(row[j], low, high)
     return np.moveaxis(np.array(rows), -1, 0)

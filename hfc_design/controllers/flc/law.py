@@ -5,11 +5,11 @@ Written for one axis in scalars and without branches on their values; ``xp`` as 
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held, limited, outside
-from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Triangles, Xp, dot, total
+from hfc_design.controllers.neighbours import Degrees, Partition, firing_of, memberships, weighted
+from hfc_design.core.numbers import RuleTable, Scalar, Triangles, Xp
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
 STANDSTILL = 0.5
@@ -63,12 +63,25 @@ def primed(xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Si
     return memory._replace(error=outside(xp, gains.dead_zone, signals["error"]))
 
 
+class RuleBase(NamedTuple):
+    """Partition and singletons as they are at a sample."""
+
+    error: Partition  # [BLU]
+    change: Partition  # [BLU]
+    singletons: RuleTable  # (7, 7)
+
+    @classmethod
+    def of(cls, gains: FlcGains) -> "RuleBase":
+        """Those that a design has."""
+        return cls(
+            Partition.of(gains.error_terms), Partition.of(gains.change_terms), gains.singletons
+        )
+
+
 class Parts(NamedTuple):
     """What a command is made of."""
 
-    error_terms: Triangles  # (7, 3) as they are at this sample
-    change_terms: Triangles  # (7, 3)
-    singletons: RuleTable  # (7, 7)
+    singletons: RuleTable  # (7, 7) as they are at this sample
     error: Scalar  # [BLU]
     change: Scalar  # [BLU]
     in_error: Degrees  # (7,) degrees
@@ -87,11 +100,25 @@ def sample(
     In every form the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
     """
+    base, error = RuleBase.of(gains), outside(xp, gains.dead_zone, signals["error"])
+    in_error = memberships(xp, base.error, error)
+    return commanded(xp, law, gains, base, in_error, memory, signals)
+
+
+def commanded(
+    xp: Xp,
+    law: AxisLaw,
+    gains: FlcGains,
+    base: RuleBase,
+    in_error: Degrees,
+    memory: FlcMemory,
+    signals: Signals,
+) -> tuple[Scalar, FlcMemory, Parts]:
+    """The same by another rule ``base`` than that of the gains, and the degrees of the error."""
     error = outside(xp, gains.dead_zone, signals["error"])
     change = 0.0 * error if law.structure == "P" else error - memory.error
-    in_error = memberships(xp, gains.error_terms, error)
-    in_change = memberships(xp, gains.change_terms, change)
-    inferred = fuzzy = infer(xp, in_error, in_change, gains.singletons)
+    in_change = memberships(xp, base.change, change)
+    inferred = fuzzy = infer(xp, in_error, in_change, base.singletons)
     if law.structure == "PI":
         fuzzy = limited(xp, law.limit, memory.fuzzy + inferred)
     integral = memory.integral + gains.k_i * law.sample_time * error
@@ -102,34 +129,13 @@ def sample(
     if law.limit is not None:
         integral = held(xp, law.limit, command, memory.integral, integral)
         command = _sum(fuzzy, integral, pushed)
-    table = gains.error_terms, gains.change_terms, gains.singletons
-    parts = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)
+    shares = inferred, fuzzy, integral, pushed
+    parts = Parts(base.singletons, error, change, in_error, in_change, *shares)
     return command, FlcMemory(error, fuzzy, integral), parts
 
 
 def _sum(fuzzy: Scalar, integral: Scalar, compensation: Scalar | None) -> Scalar:
     return fuzzy + integral if compensation is None else fuzzy + integral + compensation
-
-
-def memberships(xp: Xp, terms: Triangles, u: Scalar) -> list[Scalar]:
-    """Degrees of ``u`` in terms (left, centre, right): triangles, the outermost saturate at 1.
-
-    JK04 eq. 1. A degree is 0 on an edge.
-    """
-    degrees = []
-    for k, (left, centre, right) in enumerate(terms):
-        degree: Scalar = 1.0
-        if k > 0:
-            degree = xp.minimum(degree, (u - left) / (centre - left))
-        if k < len(terms) - 1:
-            degree = xp.minimum(degree, (right - u) / (right - centre))
-        degrees.append(xp.maximum(degree, 0.0))
-    return degrees
-
-
-def joints(terms: Triangles) -> list[tuple[Scalar, Scalar]]:
-    """Where two neighbours overlap: right edge of the lower term, left edge of the upper one."""
-    return [(lower[2], upper[0]) for lower, upper in pairwise(terms)]
 
 
 def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) -> Scalar:
@@ -142,11 +148,9 @@ def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) 
         u = U_ij + (U_i+1,j - U_ij) x + (U_i,j+1 - U_ij) y
             + (U_i+1,j+1 - U_i+1,j - U_i,j+1 + U_ij) x y,    x = (e - E_i) / alpha, y likewise
     """
-    weighted = total(
-        degree * dot(in_change, row) for degree, row in zip(in_error, singletons, strict=True)
-    )
-    firing = total(in_error) * total(in_change)
-    return weighted / xp.where(firing > 0.0, firing, 1.0)
+    action = weighted(xp, in_error, in_change, singletons)
+    firing = firing_of(in_error) * firing_of(in_change)
+    return xp.sure(action / xp.where(firing > 0.0, firing, 1.0))
 
 
 def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Scalar:
@@ -162,4 +166,4 @@ def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Sc
     ahead, back = law.breakaway
     resting = xp.where(error >= law.smallest_error, ahead, 0.0)
     resting = xp.where(error <= -law.smallest_error, back, resting)
-    return xp.where(abs(v) < STANDSTILL, resting, sliding)
+    return xp.sure(xp.where(abs(v) < STANDSTILL, resting, sliding))

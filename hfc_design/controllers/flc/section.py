@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.controllers import surfaces
 from hfc_design.controllers.flc.export import labels_of, units
-from hfc_design.controllers.flc.law import infer, memberships
+from hfc_design.controllers.flc.law import infer
 from hfc_design.controllers.flc.record import (
     USUAL,
     FlcDesign,
@@ -18,6 +18,7 @@ from hfc_design.controllers.flc.record import (
     signals_of,
 )
 from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.neighbours import Partition, memberships
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures.heat_map import heat_map
@@ -246,7 +247,7 @@ def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
 def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
     """Output of the rules [unit] at errors and changes [BLU] that broadcast."""
     table = record.table()
-    in_error = memberships(ARRAYS, table.error_terms, error)
-    in_change = memberships(ARRAYS, table.change_terms, change)
+    in_error = memberships(ARRAYS, Partition.of(table.error_terms), error)
+    in_change = memberships(ARRAYS, Partition.of(table.change_terms), change)
     found: Floats = infer(ARRAYS, in_error, in_change, table.singletons)
     return found

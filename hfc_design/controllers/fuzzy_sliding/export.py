@@ -7,7 +7,8 @@ from pathlib import Path
 
 from hfc_design.controllers.fuzzy_sliding.law import Parts
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
-from hfc_design.controllers.kind import Explain, Member, Saved, Template
+from hfc_design.controllers.kind import Explain, Template
+from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import TERMS, ZR
@@ -75,27 +76,13 @@ def tables(record: SlidingDesign) -> dict[str, Rows]:
 
 def shown(record: SlidingDesign, parts: Parts) -> Json:
     """What a sample's command is made of."""
-    column = side("error_rate", parts.rate, LABELS, parts.in_rate)
-    row = side("error", parts.error, LABELS, parts.in_error)
+    column = side("error_rate", parts.rate, LABELS, spread(parts.in_rate, TERMS))
+    row = side("error", parts.error, LABELS, spread(parts.in_error, TERMS))
     unit = fired("rules", column, row, parts.consequents, parts.fuzzy)
     shares = {"fuzzy": float(parts.fuzzy), "switching": float(parts.switching)}
     if parts.pid is not None:
         shares["pid"] = float(parts.pid)
     return {"units": [unit], "parts": shares}
-
-
-def _c(record: SlidingDesign) -> Json:
-    gains, every = record.gains(), record.sample_time_s
-    return {
-        "start": record.consequents,
-        "learnt": record.adaptation.moves,
-        "gains": gains,
-        "pid": gains.pid,
-        "integral": gains.pid.k_i * every if gains.pid else 0.0,
-        "step": gains.adaptation * every,
-        "integrates": True,
-        "in_place": True,
-    }
 
 
 def _st(record: SlidingDesign) -> Json:
@@ -120,13 +107,6 @@ def _st(record: SlidingDesign) -> Json:
     }
 
 
-def _learnt(record: SlidingDesign) -> list[Member]:
-    if not record.learns:
-        return []
-    told = "of the consequents, [term of the error][term of its rate]"
-    return [Member("moves", (TERMS, TERMS), told)]
-
-
 RULES = RuleBase(units, lambda record: ["error_rate", "error"], about, notes, tables)
 EXPLAIN = Explain(
     lambda record: (["error", "error_rate"], []),
@@ -134,10 +114,4 @@ EXPLAIN = Explain(
     shown,
     SlidingDesign.held,
 )
-C = Template(HERE, _c)
 ST = Template(HERE, _st)
-SAVED = Saved(
-    _learnt,
-    lambda record: [Member("sum", what="the integral")] if record.pid else [],
-    lambda record, found: record.with_moves(tuple(map(tuple, found["moves"].tolist()))),
-)

@@ -12,7 +12,8 @@ from operator import add
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped, dot, each, total
+from hfc_design.controllers.neighbours import Degrees, changed, evenly, weighted
+from hfc_design.core.numbers import RuleTable, Scalar, Xp, clipped
 from hfc_design.core.records import TERMS, ZR
 
 
@@ -29,7 +30,7 @@ class SlidingGains(NamedTuple):
 
     error_terms: Scalar  # terms that an error of 1 is away from ZZ
     rate_terms: Scalar  # the same of its rate
-    consequents: RuleTable  # (7, 7) theta before the first sample [term of e][term of its rate]
+    consequents: RuleTable  # (7, 7) theta as it was designed [term of e][term of its rate]
     slope: Scalar  # lambda [1/s]
     switching: Scalar  # k, largest command of the switching part
     boundary_layer: Scalar  # phi [error/s]
@@ -43,7 +44,7 @@ class SlidingGains(NamedTuple):
 class SlidingMemory(NamedTuple):
     """What the controller remembers; all zero before the first sample."""
 
-    moves: RuleTable  # (7, 7) of the consequents since then
+    moves: RuleTable  # (7, 7) of the consequents from where they were designed
     sum: Scalar  # of k_i T e
 
 
@@ -63,12 +64,18 @@ class Parts(NamedTuple):
 
 def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``fuzzy-sliding``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit)
+    return AxisLaw(sample, initial_memory, sample_time, limit, begin=begun)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
     """Memory before the first sample: nothing has moved yet."""
-    return SlidingMemory(((zero,) * TERMS,) * TERMS, zero)
+    return SlidingMemory([[zero] * TERMS for _ in range(TERMS)], zero)
+
+
+def begun(xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory) -> SlidingMemory:
+    """The same with what was learnt already."""
+    learnt = gains.learnt or memory.moves
+    return memory._replace(moves=[[memory.sum + move for move in row] for row in learnt])
 
 
 def sample(
@@ -81,9 +88,8 @@ def sample(
     error, rate = signals["error"], signals["error_rate"]
     in_error = degrees(xp, gains.error_terms * error)
     in_rate = degrees(xp, gains.rate_terms * rate)
-    consequents = each(add, gains.consequents, memory.moves)
-    rows = zip(in_error, consequents, strict=True)
-    fuzzy = xp.once(total(degree * dot(in_rate, row) for degree, row in rows))
+    consequents = xp.each(add, gains.consequents, memory.moves)
+    fuzzy = xp.once(weighted(xp, in_error, in_rate, consequents))
     s = rate + gains.slope * error
     switching = gains.switching * clipped(xp, s / gains.boundary_layer, -1.0, 1.0)
     command, linear, whole = _linear(xp, law, gains.pid, memory, error, rate, fuzzy + switching)
@@ -96,13 +102,12 @@ def sample(
     return command, SlidingMemory(moves, whole), parts
 
 
-def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
+def degrees(xp: Xp, place: Scalar) -> Degrees:
     """Degrees (7,) of a value ``place`` terms away from ZZ: triangles, the outermost saturate.
 
     They are evenly spaced and reach to their neighbours' centres, so that they sum to 1.
     """
-    place = clipped(xp, place, -float(ZR), float(ZR))
-    return [xp.maximum(1.0 - abs(place - (k - ZR)), 0.0) for k in range(TERMS)]
+    return evenly(xp, clipped(xp, place, -float(ZR), float(ZR)), ZR)
 
 
 def _moved(
@@ -114,14 +119,16 @@ def _moved(
     farther from any point in it: the projection makes no consequent worse (Wang 1994, who has a
     ball for a box).
     """
-    found, largest = [], gains.largest_move
-    learnt = ((0.0,) * TERMS,) * TERMS if gains.learnt is None else gains.learnt
-    for share, row, before in zip(in_error, moves, learnt, strict=True):
-        size = xp.once(step * share)
-        each = zip(row, in_rate, before, strict=True)
-        stepped = ((move + size * degree, had) for move, degree, had in each)
-        found.append(tuple(clipped(xp, u, -largest - had, largest - had) for u, had in stepped))
-    return tuple(found)
+    largest = gains.largest_move
+
+    def size(share: Scalar) -> Scalar:
+        return xp.once(step * share)
+
+    def moved(size: Scalar, degree: Scalar, move: Scalar) -> Scalar:
+        return clipped(xp, move + size * degree, -largest, largest)
+
+    found: RuleTable = changed(xp, in_error, in_rate, moves, size, moved)
+    return found
 
 
 def _linear(

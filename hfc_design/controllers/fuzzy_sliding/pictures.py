@@ -156,13 +156,12 @@ def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
     """What the rules learn of what an axis with this limit measured."""
     law, gains = sliding(record.sample_time_s, limit), record.gains()
-    memory, moves, before = law.initial_memory(0.0), [], record.adaptation.moves
+    memory, moves = law.begun(SCALARS, 0.0, gains), []
     pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
     for error, rate in pairs:
         moves.append(memory.moves)
         _, memory = law.step(SCALARS, gains, memory, {"error": error, "error_rate": rate})
-    whole: Floats = np.array(moves) + (0.0 if before is None else np.array(before))
-    return Learning(signals["error"], signals["error_rate"], whole)
+    return Learning(signals["error"], signals["error_rate"], np.array(moves))
 
 
 def _controller(record: SlidingDesign, shown: Shown) -> Section:

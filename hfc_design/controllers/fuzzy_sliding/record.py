@@ -112,7 +112,7 @@ class SlidingDesign(ControllerRecord):
         return SlidingGains(
             ZR / self.largest_error,
             ZR / self.largest_error_rate,
-            self.table(),
+            self.consequents,
             surface.slope,
             surface.gain,
             surface.boundary_layer,
@@ -135,9 +135,7 @@ class SlidingDesign(ControllerRecord):
 
     def adapted(self, memory: SlidingMemory) -> Self | None:
         """The controller with what ``memory`` has learnt; None where it learns nothing."""
-        before = self.adaptation.moves
-        moves = each(add, before, memory.moves) if before else memory.moves
-        rows = tuple(tuple(map(float, row)) for row in moves)
+        rows = tuple(tuple(map(float, row)) for row in memory.moves)
         return self.with_moves(rows) if self.learns else None
 
     def with_moves(self, moves: Table) -> Self:

@@ -1,6 +1,6 @@
 """PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)."""
 
-from hfc_design.controllers.hierarchical.code import ST, C, tabulated
+from hfc_design.controllers.hierarchical.code import ST, tabulated
 from hfc_design.controllers.hierarchical.law import hierarchical
 from hfc_design.controllers.hierarchical.record import (
     HierarchicalDesign,
@@ -8,7 +8,6 @@ from hfc_design.controllers.hierarchical.record import (
     layout_of,
 )
 from hfc_design.controllers.hierarchical.rules import EXPLAIN, RULES, reads
-from hfc_design.controllers.hierarchical.saved import SAVED
 from hfc_design.controllers.hierarchical.units import units_that_matter
 from hfc_design.controllers.kind import Kind, later
 
@@ -28,8 +27,6 @@ KIND = Kind(
     rules=RULES,
     explain=EXPLAIN,
     adapted=HierarchicalDesign.adapted,
-    c=C,
-    saved=SAVED,
     st=ST,
     lookup=tabulated,
     pictures=later("hfc_design.controllers.hierarchical.pictures", "pictures"),

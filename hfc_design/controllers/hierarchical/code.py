@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.aflc import ADAPTATION
-from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
 from hfc_design.controllers.hierarchical.law import (
     PREVIOUS,
     Graded,
@@ -20,7 +18,6 @@ from hfc_design.controllers.hierarchical.law import (
     outputs,
 )
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
-from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
 from hfc_design.controllers.kind import Template
 from hfc_design.controllers.linear import code as linear
@@ -28,43 +25,6 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import ARRAYS, Floats, Json
 
 HERE = Path(__file__).parent / "templates"
-
-
-def _c(record: HierarchicalDesign) -> Json:
-    adaptation = record.adaptation
-    scales = {item.name: item.scale for item in record.inputs}
-    places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
-    previous = list(map(identifier, layout_of(record).remembered))
-    part, own = record.linear_part, record.scheduled_part
-    return (linear.c_values(part) if part else {"resonators": []}) | {
-        "exponential": True,
-        # Where a linear part remembers too, all of it together tells whether the command is finite.
-        "in_place": adaptation is not None and part is None,
-        "linear": part is not None,
-        "scheduled": own and linear.c_values(own),
-        "lookup": None,
-        "pd": record.pd,
-        "inputs": [
-            {"scale": scale, "read": place + identifier(name)}
-            for place, (name, scale) in zip(places, scales.items(), strict=True)
-        ],
-        "previous": previous,
-        "past": {f"previous_{name}": f"inputs->{name}" for name in previous},
-        "terms": record.terms,
-        "units": [
-            unit._asdict() | {"sources": sources, "table": own.consequents}
-            for unit, own, sources in zip(
-                units(record), record.units, record.sources(), strict=True
-            )
-        ],
-        "output_scale": record.output_scale,
-        "adaptation": adaptation
-        and {"error_scale": scales.get("error"), "moves": None}
-        | adaptation.model_dump(exclude_none=True),
-        "fired": FIRED,
-        "alike": ALIKE,
-        "performance": PERFORMANCE,
-    }
 
 
 def _st(record: HierarchicalDesign) -> Json:
@@ -113,7 +73,6 @@ def _scheduled_st(record: HierarchicalDesign) -> Json:
     return {"constants": own, "within": within, "fed_back": values["fed_back"]}
 
 
-C = Template((HERE, *ADAPTATION, *linear.PLACES), _c)
 ST = Template((HERE, *linear.PLACES), _st)
 
 
@@ -131,13 +90,11 @@ class Lookup(NamedTuple):
 
 
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
-    """What the C template needs to go without ``exp``."""
+    """What code needs to go without ``exp``."""
     found = lookup(design, points)
     grid = Grid(found.low, found.per_unit, tuple(map(tuple, found.table)))
     layout = layout_of(design)._replace(grid=grid)
     return {
-        "lookup": found,
-        "exponential": False,
         "deviation": found.deviation,
         "deviates": found.of,
         "largest": found.largest,

@@ -7,6 +7,7 @@ of five. ``xp`` as in ``core.numbers``. Never imports JAX.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from operator import mul
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,6 +18,7 @@ from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear import law as linear
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
 from hfc_design.core.numbers import (
+    SCALARS,
     Constant,
     Degrees,
     Floats,
@@ -24,7 +26,6 @@ from hfc_design.core.numbers import (
     Scalar,
     Xp,
     clipped,
-    dot,
     total,
 )
 
@@ -81,14 +82,16 @@ class Grid(NamedTuple):
     per_unit: float  # of them in a unit
     table: tuple[tuple[float, ...], ...]  # (points, 7)
 
-    def between(self, u: Scalar) -> list[Scalar]:
-        """Degrees of numbers of the runtime: linear in between, constant beyond."""
-        if isinstance(u, np.ndarray):
-            return [*np.transpose([self.between(one) for one in u])]
-        place = max(0.0, min(float(len(self.table) - 1), (u - self.low) * self.per_unit))
-        k = min(int(place), len(self.table) - 2)
-        part, pairs = place - k, zip(self.table[k], self.table[k + 1], strict=True)
-        return [lower + part * (upper - lower) for lower, upper in pairs]
+
+def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
+    """Degrees of a number in a grid: linear in between, constant beyond."""
+    if isinstance(u, np.ndarray):
+        return [*np.transpose([tabulated(SCALARS, grid, one) for one in u])]
+    last, table = len(grid.table) - 1, xp.table(grid.table)
+    place = clipped(xp, (u - grid.low) * grid.per_unit, 0.0, float(last))
+    k = xp.minimum(xp.whole(place), last - 1)
+    part = place - k
+    return xp.along(lambda lower, upper: lower + part * (upper - lower), table[k], table[k + 1])
 
 
 class Layout(NamedTuple):
@@ -110,7 +113,9 @@ class Layout(NamedTuple):
 
     def graded(self, xp: Xp) -> Graded:
         """What gives degrees in the terms."""
-        return self.grid.between if self.grid else partial(memberships, xp, self.terms)
+        if self.grid:
+            return partial(xp.call, tabulated, xp, self.grid)
+        return partial(xp.call, memberships, xp, self.terms)
 
     @property
     def reach(self) -> Reach:
@@ -142,8 +147,8 @@ class HierarchicalGains(NamedTuple):
 class HierarchicalMemory(NamedTuple):
     """What the controller remembers; all zero before the first sample."""
 
-    readings: Mapping[str, Scalar]  # of the previous sample
     root: root_unit.RootMemory | None  # None: the root does not adapt
+    readings: Mapping[str, Scalar]  # of the previous sample
     linear: LinearMemory | None = None  # None: a PD remembers nothing
 
 
@@ -192,10 +197,14 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
     Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
     the universe that every membership underflows) the output is 0.
     """
-    weighted = 0.0
-    for degree, singletons in zip(in_row, consequents, strict=True):
-        weighted = weighted + degree * dot(in_column, singletons)
-    firing = total(in_column) * total(in_row)
+    weighted = xp.total(
+        xp.along(
+            lambda degree, row: degree * xp.total(xp.along(mul, in_column, row)),
+            in_row,
+            consequents,
+        )
+    )
+    firing = xp.total(in_column) * xp.total(in_row)
     # The division comes last: what ends in a division the compiler computes once, what ends in
     # a selection it would repeat in everything that uses it.
     return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))
@@ -214,7 +223,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     root = root_unit.initial_memory(zero, learnt.moves) if learnt else None
     part = law._replace(structure=layout.linear)
     own = None if layout.linear is None else linear.initial_memory(part, zero)
-    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, own)
+    return HierarchicalMemory(root, dict.fromkeys(layout.remembered, zero), own)
 
 
 def primed(
@@ -244,7 +253,7 @@ def sample(
     if layout.linear is None:
         parts = (gains.kp * signals["error"], gains.kd * signals["error_rate"], fuzzy)
         whole = HierarchyParts(readings, scaled, units, *parts)
-        return total(parts), HierarchicalMemory(remembered, root), whole
+        return total(parts), HierarchicalMemory(root, remembered), whole
     assert gains.linear is not None
     assert memory.linear is not None
     before, error = memory.linear, signals["error"]
@@ -263,7 +272,7 @@ def sample(
     after = linear.remembered(xp, part, command, before, rate, *steps)
     shares = (own.proportional, own.derivative, bent, own, scheduled)
     whole = HierarchyParts(readings, scaled, units, *shares)
-    return command, HierarchicalMemory(remembered, root, after), whole
+    return command, HierarchicalMemory(root, remembered, after), whole
 
 
 def _learning(
@@ -297,6 +306,6 @@ def outputs(
         in_column, in_row = degrees(column), degrees(row)
         own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
         table, remembered = own
-        values.append(averaged(xp, table, in_column, in_row))
+        values.append(xp.sure(xp.call(averaged, xp, table, in_column, in_row)))
         units.append(Firing(column, row, in_column, in_row, table, values[-1]))
     return units, remembered

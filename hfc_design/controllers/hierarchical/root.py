@@ -8,14 +8,16 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 ``core.numbers``. Never imports JAX.
 """
 
-from operator import add, not_
+from collections.abc import Callable, Sequence
+from functools import partial
+from operator import add, mul, not_
 from typing import NamedTuple
 
 from pydantic import Field
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
-from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Truth, Xp, clipped, each, total
-from hfc_design.core.records import ZR, NotNegative, Positive, Record, Table
+from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped
+from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Table
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -63,41 +65,55 @@ def step(
     degrees of the scaled error and of the root's inputs at this sample.
     """
     term = highest_term(xp, in_error)
-    index = 0.0 * term
-    for k, value in enumerate(performance_indices(xp, term)):
-        index = xp.where(memory.term == k - ZR, value, index)
-    table = each(add, consequents, memory.moves)
-    guilty = _guilty(xp, memory, table, xp.once(index))
+    index = xp.once(_index(xp, memory.term, term))
     size, largest = law.k_c * abs(index), law.largest_move
     # Down where a positive error fell too far or a negative one too slowly.
     shift = xp.once(xp.where(memory.term * index > 0.0, -size, size))
+    table = xp.each(add, consequents, memory.moves)
+    firing = _firing(xp, memory)
+    action = _action(xp, firing, table)
 
-    def moved(move: Scalar, blamed: Truth) -> Scalar:
-        return clipped(xp, move + xp.where(blamed, shift, 0.0), -largest, largest)
+    def row(i: Scalar, moves: Sequence[Scalar]) -> tuple[Sequence[Scalar]]:
+        def moved(weight: Scalar, singleton: Scalar, move: Scalar) -> Scalar:
+            guilty = blamed_aflc(xp, memory.term, index, singleton - action)
+            by = xp.where((weight > 0.0) & guilty, shift, 0.0)
+            return clipped(xp, move + by, -largest, largest)
 
-    moves = tuple(map(tuple, each(moved, memory.moves, guilty)))
-    return each(add, consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
+        return (xp.along(moved, firing(i), table[i], moves),)
+
+    (moves,) = xp.between((memory.moves,), 0, TERMS, row)
+    return xp.each(add, consequents, moves), RootMemory(term, in_column, in_row, moves)
 
 
-def _guilty(xp: Xp, memory: RootMemory, table: RuleTable, index: Scalar) -> list[list[Truth]]:
-    """Which rules (7, 7) fired at k - 1 and pulled the wrong way.
+def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
+    """p(k) of the rules of the term ``before``."""
+    indices = performance_indices(xp, now)
+    if xp.sparse:
+        return indices[xp.whole(clipped(xp, before + ZR, 0, TERMS - 1))]
+    index = 0.0 * now
+    for k, value in enumerate(indices):
+        index = xp.where(before == k - ZR, value, index)
+    return index
 
-    They are compared with the mean of those that fired. The tails of all others belong to the
+
+def _firing(xp: Xp, memory: RootMemory) -> Callable[[Scalar], Sequence[Scalar]]:
+    """Of a row by how much its rules fired at k - 1; 0 of those that did not."""
+    least = xp.once(FIRED * xp.total(memory.in_row) * xp.total(memory.in_column))
+
+    def weight(row: Scalar, column: Scalar) -> Scalar:
+        return xp.where(row * column > least, row * column, 0.0)
+
+    return lambda i: xp.along(partial(weight, memory.in_row[i]), memory.in_column)
+
+
+def _action(xp: Xp, firing: Callable[[Scalar], Sequence[Scalar]], table: RuleTable) -> Scalar:
+    """What the rules that fired gave at k - 1.
+
+    Rules are compared with the mean of those that fired. The tails of all others belong to the
     root's output too, but they stay where they are: against it, rules that have moved past them
     would all be on the same side and nothing would move any more.
     """
-    least = xp.once(FIRED * total(memory.in_row) * total(memory.in_column))
-    firing = [[r * c for c in memory.in_column] for r in memory.in_row]
-    fired = [[f > least for f in row] for row in firing]
-    weights = each(lambda active, f: xp.where(active, f, 0.0), fired, firing)
-    weighted = total(
-        total(w * u for w, u in zip(*rows, strict=True))
-        for rows in zip(weights, table, strict=True)
-    )
-    weight = total(map(total, weights))
-    action = xp.once(weighted / xp.where(weight > 0.0, weight, 1.0))
-
-    def blamed(active: Truth, singleton: Scalar) -> Truth:
-        return active & blamed_aflc(xp, memory.term, index, singleton - action)
-
-    return each(blamed, fired, table)
+    rows = range(TERMS)
+    weighted = xp.total(xp.along(lambda i: xp.total(xp.along(mul, firing(i), table[i])), rows))
+    weight = xp.total(xp.along(lambda i: xp.total(firing(i)), rows))
+    return xp.once(weighted / xp.where(weight > 0.0, weight, 1.0))

@@ -5,36 +5,15 @@ Never imports JAX.
 
 from pathlib import Path
 
-from hfc_design.controllers.kind import Member
 from hfc_design.controllers.linear.law import AHEAD, Parts
 from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 
-#: Folders of the templates; ``law.c.j2`` and ``law.st.j2`` are for who has the law as a part too.
+#: Folders of the templates; ``law.st.j2`` is for who has the law as a part too.
 PLACES = (Path(__file__).parent / "templates",)
 #: The gains of a resonator.
 TURNING = ("in_phase", "quadrature")
-
-
-def c_values(record: LinearDesign) -> Json:
-    """What the law's templates in C read."""
-    fed_back = {identifier(name): gain for name, gain in record.signals.items()}
-    return {
-        "gains": record.gains(),
-        "kept": record.kept,
-        "fed_back": fed_back,
-        "integrates": True,
-        "resonators": resonators(record),
-    }
-
-
-def past(record: LinearDesign) -> list[Member]:
-    """What the law remembers."""
-    found = [Member("integral"), Member("rate", what="of the error, filtered")]
-    if record.resonators:
-        found.append(Member("resonators", (len(record.resonators), 2)))
-    return found
 
 
 def resonators(record: LinearDesign) -> list[Json]:
@@ -48,12 +27,13 @@ def resonators(record: LinearDesign) -> list[Json]:
 
 def st_values(record: LinearDesign) -> Json:
     """What the law's templates in Structured Text read, and its variables."""
-    own, gains = c_values(record), record.gains()
+    gains, turning = record.gains(), resonators(record)
+    fed_back = {identifier(name): gain for name, gain in record.signals.items()}
     constants = {
         "kp": gains.kp,
         "ki": gains.ki,
         "kd": gains.kd,
-        **{f"gain_{name}": gain for name, gain in own["fed_back"].items()},
+        **{f"gain_{name}": gain for name, gain in fed_back.items()},
         **{f"ahead_{name}": getattr(gains, name) for name in MULTIPLES},
         "coulomb_width": gains.width,
         "filter_kept": gains.kept,
@@ -61,7 +41,7 @@ def st_values(record: LinearDesign) -> Json:
         "sample_time": record.sample_time_s,
     }
     remembered, within = ["error_integral", "error_rate_filtered"], []
-    for k, one in enumerate(own["resonators"], 1):
+    for k, one in enumerate(turning, 1):
         constants |= {f"{key}_{k}": one[key] for key in ("cosine", "sine", *TURNING)}
         remembered += [f"resonator_{k}", f"behind_{k}"]
         within = ["along", "across", "turned"]
@@ -69,8 +49,8 @@ def st_values(record: LinearDesign) -> Json:
         "constants": constants,
         "remembered": remembered,
         "within": ["new_rate", "direction", "new_integral", *within],
-        "fed_back": own["fed_back"],
-        "resonators": own["resonators"],
+        "fed_back": fed_back,
+        "resonators": turning,
     }
 
 

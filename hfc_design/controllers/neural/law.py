@@ -21,10 +21,11 @@ How the paper is read where it leaves a choice:
 """
 
 from collections.abc import Sequence
+from operator import add, mul
 from typing import NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals, stood
-from hfc_design.core.numbers import Scalar, Xp, dot, each
+from hfc_design.core.numbers import Scalar, Xp, total
 
 #: Weights of the units of a layer, a row each: of what comes in, last the threshold.
 Layer: TypeAlias = Sequence[Sequence[Scalar]]
@@ -47,13 +48,15 @@ class Passed(NamedTuple):
 
 def passed(xp: Xp, weights: Weights, slope: Scalar, inputs: Sequence[Scalar]) -> Passed:
     """Forwards (eq. 10 and 11): ``tanh(slope * net)`` in the hidden layer."""
-    hidden = [xp.once(xp.tanh(slope * net)) for net in _nets(weights.hidden, inputs)]
-    return Passed(inputs, hidden, _nets(weights.output, hidden))
 
+    def net(row: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
+        return xp.total(xp.along(mul, row[:-1], values)) + row[-1]
 
-def _nets(layer: Layer, values: Sequence[Scalar]) -> list[Scalar]:
-    """(units,) weighted sum of what comes in, and the threshold."""
-    return [dot(weights[:-1], values) + weights[-1] for weights in layer]
+    def unit(row: Sequence[Scalar]) -> Scalar:
+        return xp.once(xp.tanh(slope * net(row, inputs)))
+
+    hidden = xp.stored(xp.along(unit, weights.hidden))
+    return Passed(inputs, hidden, [net(row, hidden) for row in weights.output])
 
 
 def changes(
@@ -71,27 +74,32 @@ def changes(
     ``before`` is what they moved by before.
     """
     deltas = [xp.once(rate * error) for error in errors]
-    columns = [*zip(*weights.output, strict=True)][:-1]
-    back = []
-    for unit, column in zip(found.hidden, columns, strict=True):
-        back.append(xp.once(dot(deltas, column) * slope * (1.0 - unit * unit)))
+
+    def behind(j: Scalar, unit: Scalar) -> Scalar:
+        ahead = [delta * row[j] for delta, row in zip(deltas, weights.output, strict=True)]
+        return xp.once(total(ahead) * slope * (1.0 - unit * unit))
+
+    back = xp.stored(xp.along(behind, range(len(found.hidden)), found.hidden))
 
     def moved(deltas: Sequence[Scalar], values: Sequence[Scalar], layer: Layer) -> Layer:
-        steps = [[*(delta * value for value in values), delta] for delta in deltas]
-        return each(lambda step, last: step + momentum * last, steps, layer)
+        values, last = xp.table(values), len(values)  # then the threshold, a weight of 1
+
+        def row(delta: Scalar, before: Sequence[Scalar]) -> Sequence[Scalar]:
+            def step(k: Scalar, before: Scalar) -> Scalar:
+                # Not where(): there is no value of the threshold.
+                return xp.when(k < last, lambda: delta * values[k], delta) + momentum * before
+
+            return xp.along(step, range(last + 1), before)
+
+        return xp.along(row, deltas, layer)
 
     hidden = moved(back, found.inputs, before.hidden)
     return Weights(hidden, moved(deltas, found.hidden, before.output))
 
 
-def added(weights: Weights, steps: Weights) -> Weights:
+def added(xp: Xp, weights: Weights, steps: Weights) -> Weights:
     """Weights that have moved."""
-    return Weights(
-        *(
-            each(lambda weight, step: weight + step, *layers)
-            for layers in zip(weights, steps, strict=True)
-        )
-    )
+    return Weights(*(xp.each(add, *layers) for layers in zip(weights, steps, strict=True)))
 
 
 class NeuralGains(NamedTuple):
@@ -116,13 +124,13 @@ class NeuralMemory(NamedTuple):
 
 def neural(start: Weights, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law that begins with the weights ``start``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, start, prime=stood)
+    return AxisLaw(sample, initial_memory, sample_time, limit, start, tells=True, prime=stood)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> NeuralMemory:
     """Memory before the first sample: the axis stood on its reference."""
-    start = (each(lambda weight: zero + weight, layer) for layer in law.structure)
-    still = (each(lambda weight: zero, layer) for layer in law.structure)
+    start = ([[zero + weight for weight in row] for row in layer] for layer in law.structure)
+    still = ([[zero] * len(row) for row in layer] for layer in law.structure)
     return NeuralMemory(zero, Weights(*start), Weights(*still))
 
 
@@ -140,4 +148,6 @@ def sample(
         told = xp.where((abs(command) > law.limit) & (command * told > 0.0), 0.0 * told, told)
     rates = gains.rate, gains.momentum, gains.slope
     moved = changes(xp, memory.weights, memory.moved, found, (told,), *rates)
-    return command, NeuralMemory(error, added(memory.weights, moved), moved), None
+    # Not finite where a weight would not be any more.
+    command = command + 0.0 * (told * told * (e * e + ce * ce))
+    return command, NeuralMemory(error, added(xp, memory.weights, moved), moved), None

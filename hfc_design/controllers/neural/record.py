@@ -200,7 +200,7 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
             answer = law.passed(SCALARS, found, start.slope, own)
             off = [target - answer.outputs[0]]
             last = law.changes(SCALARS, found, last, answer, off, *rates)
-            found = law.added(found, last)
+            found = law.added(SCALARS, found, last)
     design = start.with_weights(found)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import Template, reach_of, remembered
+from hfc_design.controllers.kind import Template, reach_of
 from hfc_design.core.numbers import Scalar, Xp
 
 
@@ -45,7 +45,5 @@ KIND = kind_of_gains(
     reach=lambda record, limit: reach_of(
         {"error": record.pd.kp, "error_rate": record.pd.kd}, limit
     ),
-    saved=remembered(lambda record: []),
-    c=Template(HERE, lambda record: {"pd": record.pd}),
     st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),
 )

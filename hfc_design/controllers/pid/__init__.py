@@ -9,7 +9,7 @@ from typing import NamedTuple
 from hfc_design.controllers import kind
 from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import FEEDS, kind_of_gains
-from hfc_design.controllers.kind import STARTED, ControllerRecord, Member, Template
+from hfc_design.controllers.kind import ControllerRecord, Template
 from hfc_design.core.numbers import Json, Own, Scalar, Xp
 
 
@@ -53,11 +53,11 @@ def sample(
     """
     error, every = outside(xp, law.structure, signals["error"]), law.sample_time
     whole = memory.sum + error
-    rate = (error - memory.error) / every
-    command = gains.k_p * error + gains.k_i * every * whole + gains.k_d * rate
+    damping = gains.k_d / every * (error - memory.error)
+    command = gains.k_p * error + gains.k_i * every * whole + damping
     if law.limit is not None:
         whole = held(xp, law.limit, command, memory.sum, whole)
-        command = gains.k_p * error + gains.k_i * every * whole + gains.k_d * rate
+        command = gains.k_p * error + gains.k_i * every * whole + damping
     return command, PidMemory(error, whole), None
 
 
@@ -94,12 +94,5 @@ KIND = kind_of_gains(
     reads=lambda record: ["error"],
     reach=_reach,
     connecting=lambda record: [kind.CHANGES, *kind.zone_told(record)],
-    saved=kind.remembered(
-        lambda record: [STARTED, Member("error"), Member("sum", what="of all errors")]
-    ),
-    c=Template(
-        HERE,
-        lambda record: {"gains": record.pid, "integrates": True, "dead_zone": record.dead_zone},
-    ),
     st=Template(HERE, _st),
 )

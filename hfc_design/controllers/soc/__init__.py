@@ -1,14 +1,13 @@
 """The fuzzy controller that begins without rules and learns them in the loop (Huang & Shy)."""
 
-from pathlib import Path
-
 from hfc_design.controllers import kind
 from hfc_design.controllers.gains import FEEDS, genome_of_gains, settings_of
-from hfc_design.controllers.kind import STARTED, Kind, Member, Template
+from hfc_design.controllers.kind import Kind
+from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.rules import fired, side
-from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, soc
+from hfc_design.controllers.soc.law import LABELS, SETS, Parts, SocGains, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Json
 
 #: On a milling table, errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
@@ -16,25 +15,12 @@ RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
     """What a sample's command is made of."""
-    column = side("error_change", parts.change, LABELS, parts.in_change)
-    row = side("error", parts.error, LABELS, parts.in_error)
+    column = side("error_change", parts.change, LABELS, spread(parts.in_change, SETS))
+    row = side("error", parts.error, LABELS, spread(parts.in_error, SETS))
     unit = fired("rules", column, row, parts.rules, parts.inferred)
     return {"units": [unit], "parts": {"rules": record.gains().gu * float(parts.inferred)}}
 
 
-def _learnt(record: SocDesign) -> list[Member]:
-    """Its rules by now, as far as it adapts."""
-    if not record.adaptation.gamma:
-        return []
-    return [Member("rules", (SETS, SETS), "[set of the error][set of its change]")]
-
-
-def _taken(record: SocDesign, found: dict[str, Floats]) -> SocDesign:
-    table = tuple(map(tuple, found["rules"].tolist()))
-    return record.model_copy(update={"table": table})
-
-
-PAST = [STARTED, Member("error", what="of the sample before")]
 KIND = Kind(
     name="soc",
     summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
@@ -55,18 +41,7 @@ KIND = Kind(
         held=SocDesign.held,
         changes={"error_change": "previous_error"},
     ),
-    saved=kind.Saved(_learnt, lambda record: PAST, _taken),
     no_rules="it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do",
-    c=Template(
-        (Path(__file__).parent / "templates",),
-        lambda record: {
-            "gains": record.gains(),
-            "table": record.table,
-            "highest": HIGHEST,
-            "sets": SETS,
-            "in_place": True,
-        },
-    ),
     pictures=kind.later("hfc_design.controllers.soc.section", "pictures"),
     sections=kind.later("hfc_design.controllers.soc.section", "sections"),
 )

@@ -18,7 +18,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals, stood
-from hfc_design.core.numbers import Scalar, Xp, clipped, dot
+from hfc_design.controllers.neighbours import Degrees, changed, evenly, weighted
+from hfc_design.core.numbers import Scalar, Xp, clipped
 
 #: The sets of an input are -HIGHEST to HIGHEST.
 HIGHEST = 5
@@ -77,20 +78,22 @@ def sample(
     e = xp.once(clipped(xp, gains.ge * error, -HIGHEST, HIGHEST))
     ce = xp.once(clipped(xp, gains.gc * (error - memory.error), -HIGHEST, HIGHEST))
     in_error, in_change = degrees(xp, e), degrees(xp, ce)
-    inferred = dot(in_error, [dot(in_change, row) for row in memory.rules])
+    inferred = xp.sure(weighted(xp, in_error, in_change, memory.rules))
     correction = gains.gamma * ((1.0 - gains.xi) * e + gains.xi * ce)
     top = None if law.limit is None else xp.ratio(law.limit, gains.gu)
-    rules = []
-    for degree, row in zip(in_error, memory.rules, strict=True):
-        step = xp.once(degree * correction)
-        moved = [rule + step * other for rule, other in zip(row, in_change, strict=True)]
-        rules.append(moved if top is None else [clipped(xp, rule, -top, top) for rule in moved])
+
+    def step(degree: Scalar) -> Scalar:
+        return xp.once(degree * correction)
+
+    def moved(size: Scalar, other: Scalar, rule: Scalar) -> Scalar:
+        rule = rule + size * other
+        return rule if top is None else clipped(xp, rule, -top, top)
+
+    rules = changed(xp, in_error, in_change, memory.rules, step, moved)
     parts = Parts(e, ce, in_error, in_change, memory.rules, inferred)
     return gains.gu * inferred, SocMemory(error, rules), parts
 
 
-def degrees(xp: Xp, value: Scalar) -> list[Scalar]:
+def degrees(xp: Xp, value: Scalar) -> Degrees:
     """(11,) degrees of a value in the sets: linear between two neighbours, which add up to 1."""
-    return [
-        xp.once(xp.maximum(1.0 - abs(value - place), 0.0)) for place in range(-HIGHEST, HIGHEST + 1)
-    ]
+    return evenly(xp, value, HIGHEST)

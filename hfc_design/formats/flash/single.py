@@ -21,6 +21,7 @@ from hfc_design.controllers.controller import (
     Controller,
     PerAxis,
     View,
+    begun,
     primed,
     rate_limited,
 )
@@ -90,7 +91,7 @@ def _controller(design: Design, axes: tuple[str, ...], law: AxisLaw | None) -> C
 def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes: int) -> Floats:
     """(steps, lanes, axes)."""
     zero, found = np.zeros(lanes, np.float32), []
-    memory = controller.initial_memory(zero)
+    memory = begun(controller, SINGLE, zero, gains)
     with np.errstate(all="ignore"):
         for k, view in enumerate(views):
             before = memory if k else primed(controller, SINGLE, gains, memory, view)

@@ -187,10 +187,10 @@ def test_the_vectors_are_those_of_the_runtime(name, folder):
 
 #: Where numbers of a table stand in the C of a design.
 TABLES = {
-    "jee-koren-2004-flc": "real table[ERROR_TERMS][CHANGE_TERMS] = {",
-    "lin-lee-1999-table-1": "real table_3[RULES] = {",
-    "jee-koren-2004-aflc": "real start_table[ERROR_TERMS][CHANGE_TERMS] = {",
-    "huang-neural": "real start_output[UNITS + 1] = {",
+    "jee-koren-2004-flc": "real singletons[49] = {",
+    "lin-lee-1999-table-1": "real consequents[196] = {",
+    "jee-koren-2004-aflc": "real start_singletons[49] = {",
+    "huang-neural": "real start_weights_output[26] = {",
 }
 
 

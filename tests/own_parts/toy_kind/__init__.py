@@ -198,7 +198,6 @@ KIND = hfc.Kind(
     reads=lambda record: ["error"],
     adapted=Design.adapted,
     explain=hfc.Explain(lambda record: (["error"], []), lambda memory, readings: memory, shown),
-    c=hfc.Template((HERE,), lambda record: {"gains": record, "integrates": True}),
     st=hfc.Template((HERE,), st_values),
     sections=sections,
 )

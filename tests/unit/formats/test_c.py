@@ -32,8 +32,9 @@ def test_the_header_says_what_each_signal_is():
 
 def test_the_numbers_are_those_of_the_design():
     text = code.sources(TABLE_1)["lin_lee_1999_table_1.c"]
-    assert "values[3] = clamped(R(20.0) * inputs->spindle_velocity, 1);" in text
-    assert "values[4] = clamped(R(10.0) * state->previous_spindle_velocity, 1);" in text
+    assert "scales[5] = {\n    R(50.0), R(80.0), R(20.0), R(20.0), R(10.0),\n};" in text
+    assert "scales[3] * inputs->spindle_velocity;" in text
+    assert "state->readings_spindle_velocity" in text
     assert "R(0.4479), R(0.4644), R(0.5193), R(0.4429)," in text  # LL Table I
 
 

@@ -14,7 +14,8 @@ from hfc_design.controllers.aflc.adaptation import (
     performance_indices,
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Judge, Rates
-from hfc_design.controllers.flc.law import FlcGains, infer, memberships
+from hfc_design.controllers.flc.law import FlcGains, infer
+from hfc_design.controllers.neighbours import Partition, memberships, spread
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import ZR
 from hfc_design.stability.sectors import Curve, Rectangle, true_sectors
@@ -48,7 +49,7 @@ def sampled(gains, blamed, memory, error, narrows_zero=False):
 
 def stepped(gains, blamed, errors, narrows_zero=False):
     """Command, memory after each sample of errors."""
-    memory = aflc.aflc(0.01).initial_memory(0.0)
+    memory = aflc.aflc(0.01).begun(SCALARS, 0.0, gains)
     for error in errors:
         command, memory, _ = sampled(gains, blamed, memory, error, narrows_zero)
         yield command, memory
@@ -58,7 +59,17 @@ def after(errors, blamed=blamed_aflc, gains=None, narrows_zero=False):
     """Error terms, change terms and singletons after the last of errors."""
     gains = gains or gains_of()
     *_, (_, memory) = stepped(gains, blamed, errors, narrows_zero)
-    return aflc.current(gains, memory)[:3]
+    return table_of(memory.base(gains))
+
+
+def table_of(base):
+    """Triangles of the error and of its change, and singletons."""
+    return base.error.triangles(), base.change.triangles(), base.singletons
+
+
+def degrees_in(triangles, value):
+    """The degrees of a value in all terms."""
+    return spread(memberships(SCALARS, Partition.of(triangles), value), len(triangles))
 
 
 def test_performance_indices_are_table_2():
@@ -81,7 +92,7 @@ def test_the_term_of_the_highest_degree_counts(degrees, place):
 def test_example_1_of_jk04():
     """e(k-1) = PS, de = PS alone; then e(k) = 3 is more ZR (0.4) than PS (0.2): p = 0."""
     before = after([7.0 - 1.5, 7.0])
-    fired = memberships(SCALARS, before[0], 7.0), memberships(SCALARS, before[1], 1.5)
+    fired = degrees_in(before[0], 7.0), degrees_in(before[1], 1.5)
     assert [d.count(0.0) for d in fired] == [6, 6]
     assert after([5.5, 7.0, 3.0]) == before
 
@@ -92,7 +103,7 @@ def test_example_2_of_jk04():
     *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
     assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
     _, memory, _ = sampled(gains_of(), blamed_aflc, memory, 18.0)
-    error_terms, change_terms, table = aflc.current(gains_of(), memory)[:3]
+    error_terms, change_terms, table = table_of(memory.base(gains_of()))
     assert error_terms[PS] == (2.0 + 1.0, 7.0, 12.0 - 1.0)  # rule (a): narrower by two steps
     assert error_terms[PM] == (9.0 - 0.5, 14.0, 19.0 + 0.5)  # rule (b): wider by one
     assert change_terms[ZR] == (-1.0 + 0.125, 0.0, 1.0 - 0.125)  # two steps less one
@@ -132,7 +143,7 @@ def test_soflc_steps_of_jk95():
     _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
     memory = memory._replace(change=0.0, action=32.0 / 3.0)
     _, memory, _ = sampled(gains, blamed_soflc, memory, 18.0)
-    error_terms, change_terms, _ = aflc.current(gains, memory)[:3]
+    error_terms, change_terms, _ = table_of(memory.base(gains))
     np.testing.assert_allclose(error_terms[PS], (2.0 - 1.0, 7.0, 12.0 + 1.0))  # |p| = 2
     np.testing.assert_allclose(error_terms[PM], (9.0 + 0.5, 14.0, 19.0 - 0.5))  # |p| = 1
     np.testing.assert_allclose(change_terms[ZR], (-1.0 - 0.2, 0.0, 1.0 + 0.2))
@@ -169,7 +180,7 @@ def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, nar
     commands, memories = zip(*stepped(gains, blamed, errors, narrows_zero), strict=True)
     expected = [plain.step(error) for error in errors]
     np.testing.assert_allclose(commands, expected, rtol=1e-9, atol=1e-9)
-    error_terms, change_terms, table = aflc.current(gains, memories[-1])[:3]
+    error_terms, change_terms, table = table_of(memories[-1].base(gains))
     np.testing.assert_allclose(error_terms, plain.a, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(change_terms, plain.b, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(table, plain.c, rtol=1e-9, atol=1e-9)
@@ -196,12 +207,12 @@ def test_driven_hard_it_stays_inside(base, seed):
     ):
         if k % 100:
             continue
-        error_terms, change_terms, table = aflc.current(gains, memory)[:3]
+        error_terms, change_terms, table = table_of(memory.base(gains))
         no_gap(error_terms, 0.5)
         no_gap(change_terms, 0.125)
         assert table[ZR] == list(rule_singletons(base)[ZR])
-        rows = np.array([memberships(SCALARS, error_terms, e) for e in grid])
-        columns = np.array([memberships(SCALARS, change_terms, d) for d in fine])
+        rows = np.array([degrees_in(error_terms, e) for e in grid])
+        columns = np.array([degrees_in(change_terms, d) for d in fine])
         rows /= rows.sum(1, keepdims=True)
         columns /= columns.sum(1, keepdims=True)
         u = rows @ np.array(table) @ columns.T
@@ -233,11 +244,11 @@ def test_resting_on_the_reference_moves_nothing():
 def test_terms_keep_the_overlap_that_they_are_told():
     gains = gains_of(overlaps=(3.0, 0.5))
     for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(500, 7)):
-        error_terms, change_terms, _ = aflc.current(gains, memory)[:3]
+        error_terms, change_terms, _ = table_of(memory.base(gains))
         no_gap(error_terms, 3.0)
         no_gap(change_terms, 0.5)
     *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(500, 7))
-    error_terms, _, _ = aflc.current(gains_of(), memory)[:3]
+    error_terms, _, _ = table_of(memory.base(gains_of()))
     assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough
 
 
@@ -273,7 +284,7 @@ def test_driven_hard_it_stays_below_the_curve_of_fig_4():
     found = []
     for k, (_, memory) in enumerate(stepped(gains, blamed_aflc, feed_oracle.errors(1500, 10))):
         if k % 100 == 0:
-            own = true_sectors(*aflc.current(gains, memory)[:3])
+            own = true_sectors(*table_of(memory.base(gains)))
             assert own.k1_low >= 0.0
             assert own.k2 <= stable.k2(own.k1) * (1 + 1e-8)  # the oracle rounds edges
             found.append(own.k1)

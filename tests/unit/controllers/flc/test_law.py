@@ -4,18 +4,27 @@ import numpy as np
 import pytest
 from jk04 import CHANGE_TERMS, ERROR_TERMS, RULE_BASES, rule_labels, rule_singletons
 
+from hfc_design.controllers import neighbours
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import (
     Compensation,
     FlcGains,
     compensate,
     infer,
-    memberships,
 )
 from hfc_design.controllers.flc.rules import LABELS
+from hfc_design.controllers.neighbours import Partition
 from hfc_design.core.numbers import SCALARS
 
 INF = float("inf")
+
+
+def memberships(triangles, value):
+    """The degrees of a value in all terms."""
+    degrees = neighbours.memberships(SCALARS, Partition.of(triangles), value)
+    return neighbours.spread(degrees, len(triangles))
+
+
 X_AXIS = Compensation((0.05, -1.16, 6.54), (-0.04, -1.0, -6.43), 12.0, (6.54, -6.43), 2.0, 0.01)
 
 
@@ -44,7 +53,7 @@ def commands(errors, form="PD", gains=None, sample_time=0.01):
     ],
 )
 def test_degrees_by_hand(e, degrees):
-    found = dict(zip(LABELS, memberships(SCALARS, ERROR_TERMS, e), strict=True))
+    found = dict(zip(LABELS, memberships(ERROR_TERMS, e), strict=True))
     assert found == pytest.approx(dict.fromkeys(LABELS, 0.0) | degrees)
 
 
@@ -58,7 +67,7 @@ def test_command_by_hand():
 
 def test_four_rules_by_hand():
     """e = 3 is ZR 0.4 and PS 0.2; de = 0.75 is ZR 0.25 and PS 0.25."""
-    degrees = memberships(SCALARS, ERROR_TERMS, 3.0), memberships(SCALARS, CHANGE_TERMS, 0.75)
+    degrees = memberships(ERROR_TERMS, 3.0), memberships(CHANGE_TERMS, 0.75)
     found = infer(SCALARS, *degrees, rule_singletons("II"))
     # Table 5: ZR/ZR 0, ZR/PS 8, PS/ZR 8, PS/PS 16.
     assert found == pytest.approx((0.4 * 8 + 0.2 * (8 + 16)) / (2 * 0.6))
@@ -66,9 +75,9 @@ def test_four_rules_by_hand():
 
 def test_where_no_rule_fires_there_is_no_action():
     gap = [(-INF, -21.0, -16.0), *ERROR_TERMS[1:3], (-1.0, 0.0, 1.0), *ERROR_TERMS[4:]]
-    degrees = memberships(SCALARS, gap, 1.5)
+    degrees = memberships(gap, 1.5)
     assert degrees == [0.0] * 7
-    assert infer(SCALARS, degrees, memberships(SCALARS, CHANGE_TERMS, 0.0), [[9.0] * 7] * 7) == 0.0
+    assert infer(SCALARS, degrees, memberships(CHANGE_TERMS, 0.0), [[9.0] * 7] * 7) == 0.0
 
 
 def evenly(distance):
@@ -93,7 +102,7 @@ def test_evenly_spaced_terms_are_bilinear(seed):
         u, right, up = table[i, j], table[i + 1, j], table[i, j + 1]
         printed = u + x * (right - u) + y * (up - u)
         cross = (table[i + 1, j + 1] - right - up + u) * x * y
-        degrees = memberships(SCALARS, evenly(alpha), e), memberships(SCALARS, evenly(beta), de)
+        degrees = memberships(evenly(alpha), e), memberships(evenly(beta), de)
         assert infer(SCALARS, *degrees, table) == pytest.approx(printed + cross)
         missing = max(missing, abs(cross))
     assert missing > 1.0

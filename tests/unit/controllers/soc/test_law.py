@@ -6,6 +6,7 @@ from wording import refused
 
 import hfc_design.api as hfc
 from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.soc.law import SETS, SocGains, degrees, soc
 from hfc_design.controllers.soc.record import EMPTY, SocDesign
 from hfc_design.controllers.soc.section import learnt, sections
@@ -33,7 +34,7 @@ def stepped(errors, gains=GAINS, rules=EMPTY, limit=None):
 
 def test_degrees_are_linear_between_two_sets():
     for value in np.linspace(-5.0, 5.0, 101):
-        found = np.array(degrees(SCALARS, float(value)))
+        found = np.array(spread(degrees(SCALARS, float(value)), SETS))
         assert found.sum() == pytest.approx(1.0)
         assert (found > 0).sum() <= 2
         assert found @ np.arange(-5, 6) == pytest.approx(value)

@@ -1,0 +1,1 @@
+"""Laws and drives as code: recorded once, printed in any language."""

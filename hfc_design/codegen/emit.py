@@ -1,0 +1,228 @@
+"""Prints what was recorded: which numbers get a name, which statements count, in which order.
+
+A language is a ``Syntax``: how it writes a number, an operation, a loop. What is here is the same
+in all of them.
+"""
+
+import re
+from collections.abc import Iterable, Iterator
+from textwrap import wrap
+from typing import Any, Protocol
+
+from hfc_design.codegen.live import LEAVES, counted
+from hfc_design.codegen.nodes import (
+    REAL,
+    Block,
+    Comment,
+    Function,
+    Node,
+    Storage,
+)
+from hfc_design.codegen.trace import Trace
+
+#: How close an operation binds.
+CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
+BINDING = {"?": CHOICE, "or": OR, "and": AND, "==": EQUAL, "!=": EQUAL, "+": SUM, "-": SUM}
+BINDING |= dict.fromkeys(("<", "<=", ">", ">="), ORDER) | {"*": PRODUCT, "/": PRODUCT}
+BINDING |= {"neg": SIGN, "not": SIGN}
+WIDTH = 100
+
+
+class Syntax(Protocol):
+    """How a language writes what every language has."""
+
+    fold: bool  # whether upper and lower case are alike
+
+    def leaf(self, node: Node, name: str) -> str:
+        """A number that is known outside, or a variable."""
+
+    def literal(self, value: float | bool, real: bool) -> str:
+        """A number of the law; ``real``: among real ones."""
+
+    def operation(self, op: str, parts: list[str], node: Node) -> str:
+        """An operation of its parts, in brackets where they need some."""
+
+    def element(self, storage: Storage, name: str, place: str) -> str:
+        """A number of an array."""
+
+    def comment(self, text: str) -> list[str]:
+        """Lines of a comment."""
+
+    def statement(self, printer: "Printer", item: Any) -> Iterator[str]:
+        """Lines of a declaration or of a statement."""
+
+
+class Names:
+    """Names of things, each with one of its own."""
+
+    def __init__(self, taken: Iterable[str], fold: bool = False, around: "Names | None" = None):
+        self.fold, self.around = fold, around
+        self.found: dict[object, str] = {}
+        self.taken = {self.folded(name) for name in taken}
+        self.used: set[object] = set()  # what the text has of what every function sees
+
+    def of(self, thing: Any, wish: str = "") -> str:
+        """The name of a thing; what every function sees has it from around."""
+        if self.around and _everywhere(thing):
+            if thing not in self.around.found:
+                name = self.fresh(wish or thing.name or "part")
+                self.around.found[thing] = name
+                self.around.taken.add(self.folded(name))
+            return self.around.found[thing]
+        if thing not in self.found:
+            self.found[thing] = self.fresh(wish or thing.name or "part")
+        return self.found[thing]
+
+    def fresh(self, wish: str) -> str:
+        """A name that nothing else has."""
+        first = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", wish)).strip("_") or "part"
+        first = first if first[0].isalpha() else f"part_{first}"
+        found, k = first, 1
+        while self.folded(found) in self.taken or (
+            self.around and self.folded(found) in self.around.taken
+        ):
+            k += 1
+            found = f"{first}_{k}"
+        self.taken.add(self.folded(found))
+        return found
+
+    def folded(self, name: str) -> str:
+        """As the language compares names."""
+        return name.casefold() if self.fold else name
+
+
+def _everywhere(thing: Any) -> bool:
+    if isinstance(thing, Storage):
+        return thing.kind == "table"
+    return isinstance(thing, Function) or (isinstance(thing, Node) and thing.op == "number")
+
+
+class Printer:
+    """One function: what counts in it, and its lines."""
+
+    def __init__(
+        self,
+        trace: Trace,
+        syntax: Syntax,
+        roots: Iterable[Any],
+        around: Names,
+        *others: Block,
+    ):
+        self.trace, self.syntax = trace, syntax
+        self.names = Names((), syntax.fold, around)
+        self.alive, self.uses = counted(trace, roots, *others)
+        self.bound: set[Node] = {*trace.bound}  # that get a name even where they are used once
+        self.done: set[Node] = set()  # what was printed already
+        self.told: set[str] = set()  # comments likewise
+
+    def inlined(self, node: Node) -> bool:
+        """Whether it stands where it is used."""
+        if node in self.bound:
+            return False
+        uses = self.uses.get(node, [])
+        once = len(uses) == 1 and uses[0] is node.block
+        if node.op == "read":
+            storage, place = node.args
+            if storage.kind in ("table", "parameter") and not storage.version:
+                return isinstance(place, int) or once
+            if storage in self.trace.rewritten:
+                return False
+        return once and not node.name
+
+    def name(self, thing: Any, wish: str = "") -> str:
+        """The name of a number, an array or a function."""
+        if self.names.around:
+            self.names.around.used.add(thing)
+        return self.names.of(thing, wish)
+
+    def lines(self, block: Block | None = None, indent: str = "    ") -> Iterator[str]:
+        """The lines of a block, of the whole function at first."""
+        told = ""
+        for item in (block or self.trace.root).items:
+            if isinstance(item, Comment):
+                told = item.text
+            elif self._stands(item):
+                if told and told not in self.told:
+                    self.told.add(told)
+                    yield from (indent + line for line in self.syntax.comment(told))
+                told = ""
+                yield from (indent + line for line in self.syntax.statement(self, item))
+
+    def _stands(self, item: Any) -> bool:
+        """Whether it is a statement of its own that counts and was not printed yet."""
+        if id(item) not in self.alive or (isinstance(item, Node) and item in self.done):
+            return False
+        return not (isinstance(item, Node) and self.inlined(item))
+
+    def first(self, values: Iterable[Any], indent: str = "    ") -> Iterator[str]:
+        """Lines of what these need, before all others."""
+        needed: set[Node] = set()
+        pending = [*values]
+        while pending:
+            x = pending.pop()
+            if isinstance(x, Node) and x not in needed:
+                needed.add(x)
+                pending += x.args
+        for node in sorted(needed, key=hash):
+            if node.op not in LEAVES and node not in self.done and not self.inlined(node):
+                self.done.add(node)
+                yield from (indent + line for line in self.syntax.statement(self, node))
+
+    def text(self, value: Any, outer: int = CHOICE, real: bool = False) -> str:
+        """An expression, in brackets where it binds less than what is around it.
+
+        ``real``: among real numbers.
+        """
+        if not isinstance(value, Node):
+            return self.syntax.literal(value, real)
+        if value.op in LEAVES or value in self.names.found:
+            outside = value.op in ("input", "state")
+            found = self.syntax.leaf(value, value.name if outside else self.name(value))
+            binding = ATOM
+        else:
+            found, binding = self.expression(value), BINDING.get(value.op, ATOM)
+        if real and value.type != REAL:
+            return self.syntax.operation("real", [found], value)
+        return f"({found})" if binding < outer else found
+
+    def expression(self, node: Node) -> str:
+        """The operation of a node, without brackets around it."""
+        if node.op == "read":
+            storage, place = node.args
+            return self.syntax.element(storage, self.name(storage), self.text(place))
+        reals = node.type == REAL or any(map(_real, node.args))
+        parts = []
+        for k, x in enumerate(node.args):
+            condition = node.op in ("and", "or", "not", "whole") or (node.op == "?" and not k)
+            parts.append(self.text(x, _least(node.op, k), reals and not condition))
+        return self.syntax.operation(node.op, parts, node)
+
+
+def _least(op: str, k: int) -> int:
+    """How close an operation has to bind that stands in another one as its part ``k``."""
+    binding = BINDING.get(op, CHOICE)
+    if op in ("and", "or"):
+        return ORDER  # no language is asked which of them comes first
+    if op in ("==", "!=", "<", "<=", ">", ">="):
+        return SUM
+    return binding if op in ("+", "-", "*", "/") and not k else binding + 1
+
+
+def _real(x: Any) -> bool:
+    return x.type == REAL if isinstance(x, Node) else isinstance(x, float)
+
+
+def folded(lines: Iterable[str]) -> list[str]:
+    """Lines no longer than ``WIDTH``, folded where there is a space."""
+    found: list[str] = []
+    for line in lines:
+        more = " " * (len(line) - len(line.lstrip()) + 4)
+        found += wrap(
+            line,
+            WIDTH,
+            subsequent_indent=more,
+            break_long_words=False,
+            break_on_hyphens=False,
+            replace_whitespace=False,
+        ) or [""]
+    return found

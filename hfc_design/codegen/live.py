@@ -1,0 +1,99 @@
+"""What of a recorded function counts: all that its results, and what it remembers, are made of."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from hfc_design.codegen.nodes import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Loop,
+    Node,
+    Statement,
+    Storage,
+    Store,
+)
+from hfc_design.codegen.trace import Trace
+
+#: What stands for itself wherever it is used.
+LEAVES = frozenset(("input", "state", "number", "parameter", "index", "variable", "called"))
+
+
+def counted(
+    trace: Trace, roots: Iterable[Any], *others: Block
+) -> tuple[set[int], dict[Node, list[Block]]]:
+    """Identities of nodes, arrays and statements that count, and where each node is used.
+
+    ``roots`` count, and what writes to memory that outlives the function; ``others`` are blocks
+    beside that of the function.
+    """
+    owners, writers = _written((trace.root, *others))
+    alive: set[int] = set()
+    uses: dict[Node, list[Block]] = {}
+    pending: list[tuple[Any, Block]] = [(root, trace.root) for root in roots]
+    for place, found in writers.items():
+        kept = isinstance(place, Storage) and place.kind in ("state", "parameter", "result")
+        if kept or (isinstance(place, Node) and place.op == "state"):
+            pending += found
+    while pending:
+        item, block = pending.pop()
+        if isinstance(item, Node) and item.op not in LEAVES:
+            uses.setdefault(item, []).append(block)
+        if not isinstance(item, Node | Storage | tuple) or id(item) in alive:
+            continue
+        alive.add(id(item))
+        if isinstance(item, Node):
+            pending += [(x, item.block) for x in item.args]
+        if isinstance(item, Node | Storage):
+            pending += writers.get(item, ())
+            continue
+        pending += [(x, block) for x in _parts(item)]
+        while block in owners:
+            owner, block = owners[block]
+            pending.append((owner, block))
+    return alive, uses
+
+
+def _written(
+    blocks: Iterable[Block],
+) -> tuple[dict[Block, tuple[Statement, Block]], dict[Any, list[tuple[Statement, Block]]]]:
+    """The statement that each inner block is of, and what writes to each array or variable."""
+    owners: dict[Block, tuple[Statement, Block]] = {}
+    writers: dict[Any, list[tuple[Statement, Block]]] = {}
+    pending = [*blocks]
+    while pending:
+        block = pending.pop()
+        for item in block.items:
+            if isinstance(item, Loop | Branch):
+                owners[item.block] = (item, block)
+                pending.append(item.block)
+            for place in _places(item):
+                writers.setdefault(place, []).append((item, block))
+    return owners, writers
+
+
+def _places(item: Any) -> tuple[Any, ...]:
+    if isinstance(item, Store):
+        return (item.storage,)
+    if isinstance(item, Assign):
+        return (item.variable,)
+    return item.results if isinstance(item, Call) else ()
+
+
+def _parts(statement: Any) -> list[Any]:
+    """Nodes and arrays that a statement needs."""
+    if isinstance(statement, Branch):
+        return [statement.condition]
+    if isinstance(statement, Loop):
+        return [statement.low, statement.high]
+    if isinstance(statement, Assign):
+        return [statement.variable, statement.value]
+    if isinstance(statement, Store):
+        kept = [] if isinstance(statement.storage, Node) else [statement.storage]
+        return [*kept, statement.place, statement.value]
+    if isinstance(statement, Call):
+        arrays = [x for x in statement.args if isinstance(x, tuple)]
+        plain = [x for x in statement.args if not isinstance(x, tuple)]
+        return [*plain, *(part for pair in arrays for part in pair), *statement.results]
+    return []

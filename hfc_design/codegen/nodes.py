@@ -1,0 +1,321 @@
+"""What a recorded law is made of: numbers, arrays, and statements in blocks. Never imports JAX.
+
+Equal expressions are one node, which stands in the outermost block in which all that it is made of
+is known. Arrays lie in memory row after row, as every language has arrays of one dimension.
+"""
+
+import math
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from hfc_design.core.records import UserError
+
+if TYPE_CHECKING:
+    from hfc_design.codegen.trace import Trace
+
+#: Types of numbers.
+REAL, WHOLE, TRUTH = "real", "whole", "truth"
+#: Operations that give a truth.
+TRUTHS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not"))
+#: Folders whose lines are not those of a law.
+INNER = (str(Path(__file__).parent), str(Path(__file__).parents[1] / "core"))
+
+
+class TraceError(UserError):
+    """A law does what no code can be made of; the line begins with its file and line."""
+
+
+def refusal(what: str) -> TraceError:
+    """The error that says ``what`` the line of the law does that is being recorded."""
+    for frame in reversed(traceback.extract_stack()):
+        if not frame.filename.startswith(INNER):
+            return TraceError(f"{frame.filename}:{frame.lineno}: {what}")
+    return TraceError(what)
+
+
+class Block:
+    """Nodes and statements in order; a loop or a branch has one inside that around it."""
+
+    def __init__(self, trace: "Trace", around: "Block | None" = None, branch: bool = False):
+        self.trace, self.around, self.branch = trace, around, branch
+        self.depth: int = 0 if around is None else around.depth + 1
+        self.items: list[Any] = []  # nodes, arrays that are declared, statements
+        self.known: dict[object, Node] = {}
+
+
+def _operator(op: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """An operator of ``Node`` with the node at its left, and at its right."""
+    return (
+        lambda self, other: self.block.trace.made(op, self, other),
+        lambda self, other: self.block.trace.made(op, other, self),
+    )
+
+
+class Node:
+    """A number that the code computes, or a truth."""
+
+    __slots__ = ("args", "block", "name", "number", "op", "type", "value")
+
+    def __init__(self, block: Block, op: str, args: tuple[Any, ...], kind: str, number: int):
+        self.block, self.op, self.args, self.type, self.number = block, op, args, kind, number
+        self.name = ""
+        #: What it is, where that is known already: of numbers of a design.
+        self.value: float | bool | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name or self.op} {self.number}>"
+
+    __add__, __radd__ = _operator("+")
+    __sub__, __rsub__ = _operator("-")
+    __mul__, __rmul__ = _operator("*")
+    __truediv__, __rtruediv__ = _operator("/")
+    __and__, __rand__ = _operator("and")
+    __or__, __ror__ = _operator("or")
+    __lt__, __gt__ = _operator("<")[0], _operator(">")[0]
+    __le__, __ge__ = _operator("<=")[0], _operator(">=")[0]
+    __eq__, __ne__ = _operator("==")[0], _operator("!=")[0]
+
+    def __neg__(self) -> "Node":
+        return self.block.trace.made("neg", self)
+
+    def __abs__(self) -> "Node":
+        return self.block.trace.made("abs", self)
+
+    def __pow__(self, power: Any) -> "Node":
+        if power != 0.5:
+            raise refusal(
+                f"raises a value to the power of {power!r}; write a product, or ** 0.5 for a "
+                "square root"
+            )
+        return self.block.trace.made("sqrt", self)
+
+    def __invert__(self) -> "Node":
+        return self.block.trace.made("not", self)
+
+    def __hash__(self) -> int:
+        return self.number
+
+    def __bool__(self) -> bool:
+        if self.value is None:
+            raise refusal(
+                "branches on a value that is known at run time alone; write xp.where(condition, "
+                "a, b) instead"
+            )
+        return bool(self.value)
+
+    def __float__(self) -> float:
+        if self.value is None:
+            raise refusal(
+                "needs the number of a value that is known at run time alone, as functions of math "
+                "do; write it with + - * /, abs and the functions of xp instead"
+            )
+        return float(self.value)
+
+    def __index__(self) -> int:
+        return int(float(self))
+
+    def __iter__(self) -> Iterator["Node"]:
+        raise refusal("takes a number for a sequence of numbers")
+
+
+class Storage:
+    """Numbers beside each other in memory, under one name."""
+
+    def __init__(self, kind: str, name: str, shape: tuple[int, ...], type_: str = REAL):
+        self.kind = kind  # table, state, local or parameter
+        self.name, self.shape, self.type = name, shape, type_
+        self.numbers: list[float] = []  # of a table
+        self.version = 0  # how often it was written to
+        self.block: Block | None = None  # where a local one is declared
+
+    @property
+    def size(self) -> int:
+        """How many numbers it holds."""
+        return math.prod(self.shape)
+
+
+class Array:
+    """A sequence of numbers or of rows, as a law sees it."""
+
+    trace: "Trace"
+    shape: tuple[int, ...]
+
+    def element(self, places: tuple[Any, ...]) -> Any:
+        """The number at a place, which has an index for each dimension."""
+        return self.flat(flat(places, self.shape))
+
+    def flat(self, place: Any) -> Any:
+        """The number at a place in memory, row after row."""
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[k] for k in range(len(self)))
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            places = range(len(self))[place]
+            step, begin = places.step, places.start
+            shape = (len(places), *self.shape[1:])
+            return Lazy(self.trace, shape, lambda k: self[k * step + begin])
+        if isinstance(place, int):
+            if not -len(self) <= place < len(self):
+                raise IndexError(place)  # which ends a loop of Python's
+            place %= len(self)
+        return self.element((place,)) if len(self.shape) == 1 else Row(self, place)
+
+
+class Row(Array):
+    """A row of an array."""
+
+    def __init__(self, whole: Any, place: Any):
+        self.whole, self.place = whole, place
+        self.trace, self.shape = whole.trace, whole.shape[1:]
+
+    def flat(self, place: Any) -> Any:
+        """The number at a place in memory from the row's beginning on."""
+        return self.whole.flat(self.place * math.prod(self.shape) + place)
+
+    def element(self, places: tuple[Any, ...]) -> Any:
+        """The number at a place of the row."""
+        return self.whole.element((self.place, *places))
+
+
+class Stored(Array):
+    """An array in memory, as it is since it was last written to."""
+
+    def __init__(self, trace: "Trace", storage: Storage):
+        self.trace, self.storage, self.shape = trace, storage, storage.shape
+        self.version = storage.version
+
+    def flat(self, place: Any) -> Any:
+        """The number at a place in memory."""
+        if self.version != self.storage.version:
+            raise refusal(f"reads numbers of {self.storage.name} after it has replaced some")
+        return self.trace.read(self.storage, place)
+
+
+class Lazy(Array):
+    """An array whose numbers are computed where they are used."""
+
+    def __init__(self, trace: "Trace", shape: tuple[int, ...], function: Callable[[Any], Any]):
+        self.trace, self.shape, self.function = trace, shape, function
+
+    def element(self, places: tuple[Any, ...]) -> Any:
+        """What the function gives for a place."""
+        found = self.function(places[0])
+        for place in places[1:]:
+            found = found[place]
+        return found
+
+
+class Each(Array):
+    """An array of what a function makes of the numbers at the same place of others."""
+
+    def __init__(self, trace: "Trace", function: Callable[..., Any], tables: list[Any]):
+        self.trace, self.shape, self.function = trace, tables[0].shape, function
+        if any(table.shape != self.shape for table in tables):
+            raise refusal("goes along tables of different sizes")
+        self.tables = tables
+
+    def element(self, places: tuple[Any, ...]) -> Any:
+        """What the function makes of the numbers at a place."""
+        return self.function(*(table.element(places) for table in self.tables))
+
+    def flat(self, place: Any) -> Any:
+        """The number at a place in memory."""
+        return self.function(*(table.flat(place) for table in self.tables))
+
+
+class Put(Array):
+    """An array in memory with some numbers replaced: as soon as they are read, or at the end."""
+
+    def __init__(self, base: Stored, changes: list[tuple[Any, Any]]):
+        self.base, self.changes = base, changes  # place in memory, value
+        self.trace, self.shape = base.trace, base.shape
+        self.written: Stored | None = None
+
+    def flat(self, place: Any) -> Any:
+        """The number at a place in memory."""
+        if self.written is None:
+            self.written = self.trace.write(self)
+        return self.written.flat(place)
+
+
+def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
+    """Where in memory the number at ``places`` is."""
+    found = places[0]
+    for place, size in zip(places[1:], shape[1:], strict=True):
+        found = found * size + place
+    return found
+
+
+class Comment(NamedTuple):
+    """What the statements after it do, in the law's words."""
+
+    text: str
+
+
+class Loop(NamedTuple):
+    """Runs a block with ``counter`` from ``low`` to before ``high``."""
+
+    counter: Node
+    low: Any
+    high: Any
+    block: Block
+
+
+class Branch(NamedTuple):
+    """Runs a block where ``condition`` is true."""
+
+    condition: Node
+    block: Block
+
+
+class Assign(NamedTuple):
+    """Gives a variable a value, at ``first`` its first one."""
+
+    variable: Node
+    value: Any
+    first: bool
+
+
+class Store(NamedTuple):
+    """Writes a number of an array."""
+
+    storage: "Storage | Node"  # a node of a single number that is remembered
+    place: Any
+    value: Any
+
+
+class Call(NamedTuple):
+    """Calls a function, which gives numbers, fills an array or replaces numbers of some."""
+
+    function: "Function"
+    args: tuple[Any, ...]  # nodes and numbers; of an array (its memory, where it begins)
+    results: tuple[Node | Storage, ...]
+
+
+Statement: TypeAlias = Comment | Loop | Branch | Assign | Store | Call
+
+
+class Function:
+    """What a law calls with numbers and arrays, and code has as a function of its own."""
+
+    def __init__(self, name: str, trace: "Trace"):
+        self.name, self.trace = name, trace
+        self.what = ""  # in the law's words
+        self.parameters: list[Node | Storage] = []
+        self.results: list[Any] = []  # numbers; of an array the memory that is filled
+        self.made: Any = None  # what the law's function gave, of these
+
+
+def kind_of(x: Any) -> str:
+    """The type of a number, a truth or an array, as a law has it or as Python does."""
+    if isinstance(x, Node | Storage):
+        return x.type
+    return TRUTH if isinstance(x, bool) else WHOLE if isinstance(x, int) else REAL

@@ -1,0 +1,80 @@
+"""Names and comments of code, as the functions of a law have them."""
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from inspect import CO_VARARGS, CO_VARKEYWORDS
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import TYPE_CHECKING, Any
+
+from hfc_design.codegen.nodes import INNER, Comment, Node, Stored
+
+if TYPE_CHECKING:
+    from hfc_design.codegen.trace import Trace
+
+#: What a comment has that says where a formula is from.
+CITES = re.compile(r"\b(eq|fig)\. |\b(Table|Appendix|section|equation) \w", re.IGNORECASE)
+#: What neither names nor comments are taken from; site-packages lie below the standard library.
+SKIPPED = (
+    *INNER,
+    *(
+        str(Path(os.__file__).with_name(name))
+        for name in ("abc.py", "contextlib.py", "functools.py", "inspect.py", "typing.py")
+    ),
+)
+#: Names are numbered in rows of no more.
+FEW = 8
+
+
+@contextmanager
+def named(trace: "Trace") -> Iterator[None]:
+    """Take names and comments from a law while it runs.
+
+    Nodes and arrays get the names of the variables of the functions that made them; the first line
+    of what such a function says of itself stands before what it does.
+    """
+    before = sys.getprofile()
+
+    def watch(frame: FrameType, event: str, argument: Any) -> None:
+        code = frame.f_code
+        if code.co_filename.startswith(SKIPPED):
+            return
+        if event == "call" and CITES.search(told := first_line(code)):
+            block = trace.running.block
+            block.items.append(Comment(told))
+        if event == "return":
+            count = code.co_argcount + code.co_kwonlyargcount
+            count += bool(code.co_flags & CO_VARARGS) + bool(code.co_flags & CO_VARKEYWORDS)
+            given = code.co_varnames[:count]
+            own = (*code.co_varnames[count:], *(x for x in code.co_cellvars if x not in given))
+            for name in own:
+                call_it(frame.f_locals.get(name), name)
+
+    sys.setprofile(watch)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
+
+
+def first_line(code: CodeType) -> str:
+    """The first line of a function's docstring, without marks; "": it has none."""
+    told = code.co_consts[0] if code.co_consts else None
+    if not isinstance(told, str) or code.co_name.startswith("<"):
+        return ""
+    return told.strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
+
+
+def call_it(value: Any, name: str) -> None:
+    """Give what has no name yet this one."""
+    if isinstance(value, Node):
+        value.name = value.name or name
+    elif isinstance(value, Stored):
+        value.storage.name = value.storage.name or name
+    elif isinstance(value, tuple | list) and len(value) <= FEW:
+        for k, one in enumerate(value):
+            if isinstance(one, Node | Stored):
+                call_it(one, f"{name}_{k}")

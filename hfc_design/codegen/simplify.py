@@ -1,0 +1,55 @@
+"""Operations that need not be done, because of what is known before a design runs."""
+
+from typing import Any
+
+from hfc_design.codegen.nodes import WHOLE, Node
+
+
+def simpler(op: str, args: tuple[Any, ...]) -> Any:
+    """What an operation gives without being done, in every bit but the sign of 0; None: nothing.
+
+    Inputs and what is remembered are finite: else there is no command.
+    """
+    if op == "whole" and isinstance(args[0], Node) and args[0].type == WHOLE:
+        return args[0]
+    if op in ("min", "max") and all(map(_literal, args)):
+        return (min if op == "min" else max)(args)
+    if op in ("and", "or") and any(isinstance(x, bool) for x in args):
+        a, b = args if isinstance(args[0], bool) else args[::-1]
+        return b if a == (op == "and") else a
+    if op == "?":
+        return _chosen(*args)
+    return _added(op, *args) if op in ("+", "-", "*", "/") else None
+
+
+def _chosen(condition: Any, a: Any, b: Any) -> Any:
+    if (holds := known(condition)) is not None:
+        return a if holds else b
+    return a if a is b or (_literal(a) and _literal(b) and a == b) else None
+
+
+def _added(op: str, a: Any, b: Any) -> Any:
+    left, right = known(a), known(b)
+    if op == "*" and ((left == 0.0 and _finite(b)) or (right == 0.0 and _finite(a))):
+        return 0.0
+    if right == (1.0 if op in ("*", "/") else 0.0) and not _literal(a):
+        return a
+    neutral = {"*": 1.0, "+": 0.0}.get(op)
+    return b if neutral is not None and left == neutral and not _literal(b) else None
+
+
+def _literal(x: Any) -> bool:
+    return not isinstance(x, Node)
+
+
+def known(x: Any) -> float | None:
+    """What a number is, or None where that is known at run time alone."""
+    return x.value if isinstance(x, Node) else x
+
+
+def _finite(x: Any) -> bool:
+    if not isinstance(x, Node) or x.value is not None:
+        return True
+    if x.op in ("neg", "abs", "?", "min", "max"):
+        return all(map(_finite, x.args[x.op == "?" :]))
+    return x.op in ("input", "state", "whole", "index")

@@ -1,0 +1,164 @@
+"""Degrees of a value in terms of which no more than two neighbours fire.
+
+Where values may choose what is computed (``Xp.sparse``: the runtime, code in other languages) they
+are these two; in the simulator, which steps a population at once, they are those of all terms.
+What laws do with them is the same text. Never imports JAX.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from hfc_design.core.numbers import Scalar, Triangles, Xp, clipped, total
+
+
+class Neighbours(NamedTuple):
+    """Two neighbouring terms, or a number for each of both."""
+
+    first: Scalar  # number of the lower one, from 0 on
+    values: Sequence[Scalar]  # (2,)
+
+
+#: Of a value in the terms of an input: of all of them, or of two.
+Degrees: TypeAlias = "Sequence[Scalar] | Neighbours"
+
+
+class Partition(NamedTuple):
+    """Triangles in order, each over the next. The outermost are 1 beyond their centres."""
+
+    centres: Sequence[Scalar]  # (n,)
+    #: (n - 1,) the right edge of the lower one where two overlap, within the centre of the upper.
+    rights: Sequence[Scalar]
+    lefts: Sequence[Scalar]  # (n - 1,) the left edge of the upper one, likewise
+
+    @classmethod
+    def of(cls, triangles: Triangles) -> "Partition":
+        """Those of (left, centre, right); the outermost edges are not read."""
+        centres = [centre for _, centre, _ in triangles]
+        rights = [right for _, _, right in triangles[:-1]]
+        return cls(centres, rights, [left for left, _, _ in triangles[1:]])
+
+    def triangles(self) -> tuple[tuple[Scalar, Scalar, Scalar], ...]:
+        """(n, 3) left, centre, right; the outermost edges are infinite."""
+        lefts, rights = [-math.inf, *self.lefts], [*self.rights, math.inf]
+        return tuple(zip(lefts, self.centres, rights, strict=True))
+
+
+def memberships(xp: Xp, terms: Partition, u: Scalar) -> Degrees:
+    """Degrees of ``u`` in triangles (JK04 eq. 1). A degree is 0 on an edge."""
+    if not xp.sparse:
+        return [_membership(xp, terms, k, u) for k in range(len(terms.centres))]
+    found: Degrees = xp.call(neighbours, xp, *map(xp.table, terms), u)
+    return found
+
+
+def neighbours(
+    xp: Xp,
+    centres: Sequence[Scalar],
+    rights: Sequence[Scalar],
+    lefts: Sequence[Scalar],
+    u: Scalar,
+) -> Neighbours:
+    """The two of a partition's terms that may fire, and their degrees."""
+    k = sum((u >= centre for centre in centres[1:-1]), 0)
+    right, left = rights[k], lefts[k]
+    lower = clipped(xp, (right - u) / (right - centres[k]), 0.0, 1.0)
+    upper = clipped(xp, (u - left) / (centres[k + 1] - left), 0.0, 1.0)
+    return Neighbours(k, (lower, upper))
+
+
+def _membership(xp: Xp, terms: Partition, k: int, u: Scalar) -> Scalar:
+    degree: Scalar = 1.0
+    if k > 0:
+        left = terms.lefts[k - 1]
+        degree = xp.minimum(degree, (u - left) / (terms.centres[k] - left))
+    if k < len(terms.centres) - 1:
+        right = terms.rights[k]
+        degree = xp.minimum(degree, (right - u) / (right - terms.centres[k]))
+    return xp.maximum(degree, 0.0)
+
+
+def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
+    """Degrees in terms at -``highest`` to ``highest``, 1 apart, of a ``place`` between these.
+
+    Triangles that reach to their neighbours' centres, so that degrees add up to 1.
+    """
+
+    def degree(of: Scalar) -> Scalar:
+        return xp.once(xp.maximum(1.0 - abs(place - of), 0.0))
+
+    if not xp.sparse:
+        return [degree(k) for k in range(-highest, highest + 1)]
+    last = 2 * highest - 1
+    k = xp.minimum(xp.whole(place + float(highest)), last)
+    return Neighbours(k, (degree(k - highest), degree(k - (highest - 1))))
+
+
+def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
+    """Number and degree of the terms that may fire."""
+    if isinstance(degrees, Neighbours):
+        lower, upper = degrees.values
+        return [(degrees.first, lower), (degrees.first + 1, upper)]
+    return enumerate(degrees)
+
+
+def spread(degrees: Degrees, count: int) -> Sequence[Scalar]:
+    """A number for each of ``count`` terms, 0 where only two neighbours have one."""
+    if not isinstance(degrees, Neighbours):
+        return degrees
+    found = [0.0] * count
+    found[degrees.first : degrees.first + 2] = degrees.values
+    return found
+
+
+def firing_of(degrees: Degrees) -> Scalar:
+    """The sum of all degrees."""
+    return total(degree for _, degree in fired(degrees))
+
+
+def alike(degrees: Degrees, values: Sequence[Scalar]) -> Degrees:
+    """A value for each of the terms that ``fired`` tells of ``degrees``."""
+    return Neighbours(degrees.first, values) if isinstance(degrees, Neighbours) else values
+
+
+def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
+    """The value of term ``k``."""
+    if not isinstance(values, Neighbours):
+        return values[k]
+    lower, upper = values.values
+    beside = xp.where(k == values.first + 1, upper, 0.0)
+    return xp.where(k == values.first, lower, beside)
+
+
+def weighted(xp: Xp, in_row: Degrees, in_column: Degrees, table: Any) -> Scalar:
+    """The sum of a table's numbers, each times the degrees of its row and of its column."""
+    rows = xp.table(table) if xp.sparse else table
+    return xp.total(
+        row * xp.total(column * rows[i][j] for j, column in fired(in_column))
+        for i, row in fired(in_row)
+    )
+
+
+def changed(
+    xp: Xp,
+    in_row: Degrees,
+    in_column: Degrees,
+    table: Any,
+    of_row: Callable[[Scalar], Scalar],
+    function: Callable[..., Scalar],
+) -> Any:
+    """A table whose numbers have moved where their row and their column fire.
+
+    ``function`` gives a number of what ``of_row`` makes of the degree of its row, of the degree of
+    its column, and of what it was. What does not fire it has to leave as it was.
+    """
+    if not xp.sparse:
+        sizes = map(of_row, in_row)
+        return [
+            [function(size, *each) for each in zip(in_column, row, strict=True)]
+            for size, row in zip(sizes, table, strict=True)
+        ]
+    own = [(i, of_row(degree)) for i, degree in fired(in_row)]
+    columns, rows = [*fired(in_column)], xp.table(table)
+    each = ((i, size, j, degree) for i, size in own for j, degree in columns)
+    return xp.put(table, [(i, j, function(size, d, rows[i][j])) for i, size, j, d in each])
