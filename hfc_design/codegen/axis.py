@@ -193,8 +193,8 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
         return known[x]
 
     def of_parts(x: Node) -> set[Node]:
-        parts = [found(part) for part in x.args[x.op == "?" :]]
-        if x.op in ("?", "min", "max", "neg"):
+        parts = [found(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
+        if x.op in ("?", "min", "max", "neg") or x in trace.assigned:
             return set().union(*parts)
         if x.op in ("+", "-") and not all(parts):
             return set().union(*parts)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -40,7 +41,10 @@ CALLED = {"min": "smaller", "max": "larger", "abs": "magnitude", "whole": "whole
 LIBRARY = {"exp": "EXP", "tanh": "TANH", "sqrt": "SQRT", "sin": "SIN", "cos": "COS"}
 WORDS = {"and": "&&", "or": "||", "==": "==", "!=": "!="}
 #: What the code itself calls so.
-OWN = ("real", "R", "state", "inputs", "largest", "odd", "overflow", *HELPERS, *LIBRARY.values())
+OWN = (
+    *("real", "R", "LARGEST", "state", "inputs", "largest", "odd", "overflow", "stepped"),
+    *("is_whole", "numbers", "count", "before", *HELPERS, *LIBRARY.values()),
+)
 
 
 class C:
@@ -241,17 +245,17 @@ def program(found: Recorded, reserved: Iterable[str] = ()) -> Program:
         for x in found.numbers
         if x in c.names.used
     ]
-    state, init = [], []
+    state, starts = [], {}
     for k, field in enumerate(found.fields):
         if found.started and found.started[1] == k:
             state.append("int started; /* whether there was a sample before */")
-            init.append("state->started = 0;")
         state.append(f"{{real}} {field.name}{f'[{field.size}]' if field.shape else ''};")
-        start = ""
         if field.shape and any(field.start):
-            start = c.names.fresh(f"start_{field.name}")
-            tables.append(_constants(start, REAL, field.shape, field.start))
-        init += _begin(field, start)
+            starts[field.name] = c.names.fresh(f"start_{field.name}")
+            tables.append(_constants(starts[field.name], REAL, field.shape, field.start))
+    init = ["state->started = 0;"] if found.started else []
+    for (count, *_), fields in groupby(found.fields, lambda field: (field.size, *field.shape[:1])):
+        init += _begin([*fields], count, starts)
     stateless = not any("state" in line for line in law)
     helpers = [HELPERS[name] for name in c.helpers]
     lines = folded(law)
@@ -268,12 +272,15 @@ def _check(printer: Printer, doubtful: list[Any]) -> list[str]:
     return [f"    {line}" for line in (*lines, "    return overflow;", "}")]
 
 
-def _begin(field: Field, start: str) -> list[str]:
-    place = f"state->{field.name}"
-    if not field.shape:
-        return [f"{place} = {_plain(field.start[0])};"]
-    value = f"{start}[k]" if start else "0"
-    return [f"for (int k = 0; k < {field.size}; k++) {{", f"    {place}[k] = {value};", "}"]
+def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]:
+    """Set fields of one size."""
+    if not fields[0].shape:
+        return [f"state->{field.name} = {_plain(field.start[0])};" for field in fields]
+    first = {
+        field.name: f"{starts[field.name]}[k]" if field.name in starts else "0" for field in fields
+    }
+    lines = (f"    state->{name}[k] = {value};" for name, value in first.items())
+    return [f"for (int k = 0; k < {count}; k++) {{", *lines, "}"]
 
 
 def _plain(x: float) -> str:

@@ -70,6 +70,7 @@ class Trace:
         self.tables: dict[object, Storage] = {}  # of the whole, in the order of their use
         self.bound: set[Node] = set()  # what is computed before it is stored
         self.sure: set[Node] = set()  # what is finite
+        self.assigned: dict[Node, list[Any]] = {}  # of the whole: what variables may be
         self.rewritten: set[Storage] = set()  # of the arrays that are remembered
 
     # Numbers.
@@ -337,7 +338,7 @@ class Trace:
 
     def along(self, function: Callable[..., Any], *rows: Any) -> Any:
         """``function`` of what stands at the same place in rows: lazy where one is an array."""
-        if not any(isinstance(row, Array) for row in rows):
+        if not any(isinstance(row, Array | range) for row in rows):
             return [function(*values) for values in zip(*rows, strict=True)]
         if len({len(row) for row in rows}) > 1:
             raise refusal("goes along rows of different lengths")
@@ -380,6 +381,8 @@ class Trace:
         """``function()`` where the condition is true, else ``otherwise``."""
         if not isinstance(condition, Node):
             return function() if condition else otherwise
+        if isinstance(otherwise, Node | float) and self._idle(function, otherwise):
+            return otherwise
         holders = _mapped(self._holder, otherwise)
         block = Block(self, self.block, branch=True)
         self.block = block
@@ -388,6 +391,16 @@ class Trace:
         self.block = block.around
         self.block.items.append(Branch(condition, block))
         return _mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
+
+    def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
+        """Whether a function gives the number ``otherwise``; what it does is dropped."""
+        around = self.block
+        self.block = Block(self, around, branch=True)
+        found = function()
+        self.block = around
+        if isinstance(found, Node) or isinstance(otherwise, Node):
+            return found is otherwise
+        return bool(found == otherwise)
 
     def _holder(self, value: Any) -> Any:
         """What has the value before a branch and after it."""
@@ -398,11 +411,13 @@ class Trace:
         if known(value) is not None and isinstance(value, Node):
             return value  # a number of the design, which no branch changes
         variable = self._node(self.block, "variable", (), kind_of(value))
+        self.whole.assigned[variable] = [value]
         self.block.items.append(Assign(variable, value, True))
         return variable
 
     def _hold(self, holder: Any, value: Any) -> None:
         if isinstance(holder, Node) and holder.op == "variable":
+            self.whole.assigned[holder].append(self.plain(value))
             self.block.items.append(Assign(holder, self.plain(value), False))
         elif isinstance(holder, Storage) and self._stored(value).storage is not holder:
             self.replace([(holder, self._stored(value))])
@@ -410,22 +425,19 @@ class Trace:
     def call(self, function: Callable[..., Any], xp: Xp, *args: Any) -> Any:
         """``function(xp, *args)`` as a function of the code.
 
-        It may give a number, a tuple of numbers, a list of numbers, which is an array, or tables
-        of its arguments that it has changed.
+        Of its arguments tuples of numbers are these, lists are arrays. It may give a number, a
+        tuple of numbers, a list of numbers, which is an array, or tables of its arguments that it
+        has changed.
         """
         args = tuple(map(self._argument, args))
-        forms = (
-            x.shape if isinstance(x, Array) else x.type if isinstance(x, Node) else x for x in args
-        )
-        key = (function, *forms)
+        key = (function, *map(_form, args))
         if key not in self.whole.functions:
             self.whole.functions[key] = self._recorded(function, args)
         called = self.whole.functions[key]
         stored, given = {}, []
-        for x, parameter in zip(filter(_given, args), called.parameters, strict=True):
+        for x, parameter in zip(_given(args), called.parameters, strict=True):
             if isinstance(x, Stored):
                 x.storage.name = x.storage.name or parameter.name
-        for x, parameter in zip(filter(_given, args), called.parameters, strict=True):
             if isinstance(parameter, Storage) and parameter.version:
                 stored[parameter] = self._own(self._stored(x))
                 given.append((stored[parameter], 0))
@@ -471,18 +483,22 @@ class Trace:
     def _recorded(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Function:
         inner = Trace(self.whole, in_place=True)
         found = Function(function.__name__.strip("_"), inner)
-        given: list[Any] = []
         wishes = [*signature(function).parameters][1:]
-        for wish, x in zip(wishes, args, strict=True):
+
+        def parameter(wish: str, x: Any) -> Any:
+            """What the function sees of an argument."""
             if isinstance(x, Array):
                 storage = Storage("parameter", wish, x.shape, _begin(x)[0].type)
                 found.parameters.append(storage)
-                given.append(Stored(inner, storage))
-            elif isinstance(x, Node):
+                return Stored(inner, storage)
+            if isinstance(x, Node):
                 found.parameters.append(inner.leaf("parameter", wish, x.type))
-                given.append(found.parameters[-1])
-            else:
-                given.append(x)
+                return found.parameters[-1]
+            if _several(x):
+                return tuple(parameter(f"{wish}_{k}", one) for k, one in enumerate(x))
+            return x
+
+        given = [parameter(wish, x) for wish, x in zip(wishes, args, strict=True)]
         outer, self.whole.running = self.whole.running, inner
         found.made = function(inner.xp, *given)
         self.whole.running = outer
@@ -510,7 +526,7 @@ def _type(op: str, args: Sequence[Any]) -> str:
     if op == "whole":
         return WHOLE
     kinds = {kind_of(x) for x in (args[1:] if op == "?" else args)}
-    if op in ("+", "-", "*", "neg", "min", "max", "?") and REAL not in kinds:
+    if op in ("+", "-", "*", "neg", "abs", "min", "max", "?") and REAL not in kinds:
         return TRUTH if op == "?" and kinds == {TRUTH} else WHOLE
     return REAL
 
@@ -549,8 +565,27 @@ def _numbers(rows: Any) -> Iterator[Any]:
         yield rows
 
 
-def _given(x: Any) -> bool:
-    return isinstance(x, Array | Node)
+def _given(args: tuple[Any, ...]) -> Iterator[Any]:
+    """Arguments that are given at run time."""
+    for x in args:
+        if isinstance(x, Array | Node):
+            yield x
+        elif _several(x):
+            yield from _given(x)
+
+
+def _several(x: Any) -> bool:
+    """Whether an argument is a tuple of such ones."""
+    return type(x) is tuple and any(isinstance(one, Array | Node) for one in x)
+
+
+def _form(x: Any) -> Any:
+    """What of an argument belongs to the function."""
+    if isinstance(x, Array):
+        return x.shape
+    if isinstance(x, Node):
+        return x.type
+    return tuple(map(_form, x)) if _several(x) else x
 
 
 def _begin(array: Array) -> tuple[Storage, Any]:

@@ -259,4 +259,6 @@ def held(xp: Xp, limit: float | None, command: Scalar, before: Scalar, after: Sc
     if limit is None:
         return after
     further = (after - before) * command > 0.0
+    if xp.sparse:  # a processor guesses that it is not
+        return xp.when(abs(command) > limit, lambda: xp.where(further, before, after), after)
     return xp.where((abs(command) > limit) & further, before, after)

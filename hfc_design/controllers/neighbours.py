@@ -84,14 +84,22 @@ def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
     Triangles that reach to their neighbours' centres, so that degrees add up to 1.
     """
 
-    def degree(of: Scalar) -> Scalar:
-        return xp.once(xp.maximum(1.0 - abs(place - of), 0.0))
-
     if not xp.sparse:
-        return [degree(k) for k in range(-highest, highest + 1)]
+        return [_near(xp, place, k) for k in range(-highest, highest + 1)]
+    found: Degrees = xp.call(even_neighbours, xp, place, highest)
+    return found
+
+
+def even_neighbours(xp: Xp, place: Scalar, highest: int) -> Neighbours:
+    """The two of evenly spaced terms that may fire, and their degrees."""
     last = 2 * highest - 1
     k = xp.minimum(xp.whole(place + float(highest)), last)
-    return Neighbours(k, (degree(k - highest), degree(k - (highest - 1))))
+    degrees = _near(xp, place, k - highest), _near(xp, place, k - (highest - 1))
+    return Neighbours(k, degrees)
+
+
+def _near(xp: Xp, place: Scalar, term: Scalar) -> Scalar:
+    return xp.once(xp.maximum(1.0 - abs(place - term), 0.0))
 
 
 def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
@@ -126,7 +134,7 @@ def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
     if not isinstance(values, Neighbours):
         return values[k]
     lower, upper = values.values
-    beside = xp.where(k == values.first + 1, upper, 0.0)
+    beside = xp.where(k == values.first + 1, upper, 0)
     return xp.where(k == values.first, lower, beside)
 
 

@@ -18,6 +18,8 @@ from hfc_design.formats import saving, writing
 from hfc_design.formats.fcl import real
 from hfc_design.formats.laws import recorded_law
 
+#: How names of the C code end that others see.
+PUBLIC = ("real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest")
 #: What a kind lacks that has no template of a language.
 NO_CODE = "it has no template in {}; json holds its numbers"
 #: What the block itself calls by these names within a sample.
@@ -62,6 +64,8 @@ def sources(
     name, told = c_name(design), writing.signal_meanings(design)
     change = design.changes([design.axis])[design.axis]
     found = recorded_law(design.controller, change, law)
+    reserved = [*writing.RESERVED["c"], *writing.RESERVED["c-library"]]
+    reserved += [f"{name}_{one}" for one in PUBLIC]
     values = {
         "name": name,
         "head": writing.head(design, notes),
@@ -70,7 +74,7 @@ def sources(
         "command_unit": writing.signal_units(design).get("command", "unit"),
         "only_double": only_double(numbers, kind.widths(design.controller)),
         "saved": saving.values(design),
-        "law": program(found, (*writing.RESERVED["c"], *writing.RESERVED["c-library"])),
+        "law": program(found, reserved),
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
     return {key: writing.rendered(file, design, **values) for key, file in files.items()}

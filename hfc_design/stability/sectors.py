@@ -246,21 +246,24 @@ def bounded(
     take the sign of its row. The row e = ZR has no bound. ``xp`` as in ``core.numbers``.
     """
     zero, none = len(row_edges) // 2, len(column_edges) // 2  # terms of no error, of no change
-    rows = [i for i in range(len(row_edges)) if i != zero]
-    found = {zero: 0.0}
-    for i in rows:
-        most = sectors.k1_max * row_edges[i]
-        low, high = (0.0, most) if i > zero else (most, 0.0)
-        found[i] = xp.once(clipped(xp, singletons[i][none], low, high))
-    k2_max = sectors.k2(xp, (found[i] / row_edges[i] for i in rows))
+    rows = range(len(row_edges))
+
+    def resting(i: Scalar, edge: Scalar) -> Scalar:
+        most = sectors.k1_max * edge
+        if isinstance(i, int):
+            low, high = (0.0, most) if i > zero else (most, 0.0)
+        else:
+            low, high = xp.minimum(most, 0.0), xp.maximum(most, 0.0)
+        return xp.once(clipped(xp, singletons[i][none], low, high))
+
+    at_rest = xp.stored(xp.along(resting, rows, xp.table(row_edges)))
+    k2_max = sectors.k2(xp, (at_rest[i] / row_edges[i] for i in rows if i != zero))
     reaches = [k2_max * edge for edge in column_edges]
     lows = xp.table([reaches[j] if j < none else 0.0 for j in range(len(reaches))])
     highs = xp.table([reaches[j] if j > none else 0.0 for j in range(len(reaches))])
     above = xp.table(
         [[sign >= 0.0 if i > zero else sign > 0.0 for sign in signs[i]] for i in range(len(signs))]
     )
-
-    at_rest = xp.table([found[i] for i in range(len(row_edges))])
 
     def row(i: Scalar) -> Any:
         own = at_rest[i]

@@ -187,7 +187,7 @@ def adapted(
     for i, degree in fired(in_error):
         judges = (degree > ALIKE) & (judged != 0.0)
         index = xp.once(indices[i])
-        size = xp.once(xp.where(judges, abs(index), 0.0))
+        size = xp.once(xp.where(judges, abs(index), 0))
         shift = rates.k_c * size
         # Down where a positive error fell too far or a negative one too slowly.
         shift = xp.once(xp.where(judged * index > 0.0, -shift, shift))
@@ -197,16 +197,16 @@ def adapted(
 
     def moved() -> tuple[RuleBase, Degrees]:
         narrowed, singletons = [], []  # by each rule, in steps; where it moves
+        columns, degrees = zip(*fired(in_change), strict=True)
         for i, index, size, shift in rows:
-            steps = []
-            for j, other in fired(in_change):
-                rule = base.singletons[i][j], memory.action, other
-                step, after = xp.call(_judged, xp, judge.blamed, judged, index, size, shift, *rule)
-                if judge.narrows_zero and (at_zero := i == ZR) is not False:
-                    narrows = xp.where(leaves & (other > ALIKE), 1.0, 0.0)
-                    step = xp.where(at_zero, narrows, step)
-                steps.append(step)
-                singletons.append((i, j, after))
+            rules = tuple(base.singletons[i][j] for j in columns), memory.action, degrees
+            told = judge.blamed, judged, index, size, shift
+            steps, after = xp.call(_judged, xp, *told, *rules)
+            if judge.narrows_zero and (at_zero := i == ZR) is not False:
+                narrows = (xp.where(leaves & (degree > ALIKE), 1, 0) for degree in degrees)
+                pairs = zip(narrows, steps, strict=True)
+                steps = tuple(xp.where(at_zero, *pair) for pair in pairs)
+            singletons += [(i, j, x) for j, x in zip(columns, after, strict=True)]
             narrowed.append(steps)
         by_row = [xp.once(total(steps)) for steps in narrowed]
         by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
@@ -219,7 +219,7 @@ def adapted(
 
     if not xp.sparse:
         return moved()
-    acts = reduce(or_, (size > 0.0 for _, _, size, _ in rows), leaves)
+    acts = reduce(or_, (size > 0 for _, _, size, _ in rows), leaves)
     found: tuple[RuleBase, Degrees] = xp.when(acts, moved, (base, now))
     return found
 
@@ -242,15 +242,18 @@ def _judged(
     index: Scalar,
     size: Scalar,
     shift: Scalar,
-    singleton: Scalar,
+    singletons: Sequence[Scalar],
     action: Scalar,
-    degree: Scalar,
-) -> tuple[Scalar, Scalar]:
-    """By how many steps a rule narrows its terms, and where its singleton moves."""
-    guilty = blamed(xp, error, index, singleton - action)
-    fires = degree > ALIKE
-    steps = xp.where(fires, xp.where(guilty, size, -size), 0.0)
-    return steps, singleton + xp.where(fires & guilty, shift, 0.0)
+    degrees: Sequence[Scalar],
+) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    """By how many steps each rule of a row narrows its terms, and where its singleton moves."""
+    steps, moved = [], []
+    for singleton, degree in zip(singletons, degrees, strict=True):
+        guilty = blamed(xp, error, index, singleton - action)
+        fires = degree > ALIKE
+        steps.append(xp.where(fires, xp.where(guilty, size, -size), 0))
+        moved.append(singleton + xp.where(fires & guilty, shift, 0.0))
+    return tuple(steps), tuple(moved)
 
 
 def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: Scalar) -> Partition:

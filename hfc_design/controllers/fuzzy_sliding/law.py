@@ -125,10 +125,16 @@ def _moved(
         return xp.once(step * share)
 
     def moved(size: Scalar, degree: Scalar, move: Scalar) -> Scalar:
-        return clipped(xp, move + size * degree, -largest, largest)
+        found: Scalar = xp.call(_stepped, xp, size, degree, move, largest)
+        return found
 
     found: RuleTable = changed(xp, in_error, in_rate, moves, size, moved)
     return found
+
+
+def _stepped(xp: Xp, size: Scalar, degree: Scalar, move: Scalar, largest: Scalar) -> Scalar:
+    """Where a consequent moves that fires to a degree, within its box."""
+    return clipped(xp, move + size * degree, -largest, largest)
 
 
 def _linear(

@@ -8,7 +8,7 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 ``core.numbers``. Never imports JAX.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from operator import add, mul, not_
 from typing import NamedTuple
@@ -79,7 +79,7 @@ def step(
             by = xp.where((weight > 0.0) & guilty, shift, 0.0)
             return clipped(xp, move + by, -largest, largest)
 
-        return (xp.along(moved, firing(i), table[i], moves),)
+        return (xp.along(moved, firing[i], table[i], moves),)
 
     (moves,) = xp.between((memory.moves,), 0, TERMS, row)
     return xp.each(add, consequents, moves), RootMemory(term, in_column, in_row, moves)
@@ -96,24 +96,28 @@ def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
     return index
 
 
-def _firing(xp: Xp, memory: RootMemory) -> Callable[[Scalar], Sequence[Scalar]]:
-    """Of a row by how much its rules fired at k - 1; 0 of those that did not."""
+def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
+    """(7, 7) by how much rules fired at k - 1; 0 of those that did not."""
     least = xp.once(FIRED * xp.total(memory.in_row) * xp.total(memory.in_column))
 
     def weight(row: Scalar, column: Scalar) -> Scalar:
         return xp.where(row * column > least, row * column, 0.0)
 
-    return lambda i: xp.along(partial(weight, memory.in_row[i]), memory.in_column)
+    found: Sequence[Sequence[Scalar]] = xp.along(
+        lambda row: xp.along(partial(weight, row), memory.in_column), memory.in_row
+    )
+    return found
 
 
-def _action(xp: Xp, firing: Callable[[Scalar], Sequence[Scalar]], table: RuleTable) -> Scalar:
+def _action(xp: Xp, firing: Sequence[Sequence[Scalar]], table: RuleTable) -> Scalar:
     """What the rules that fired gave at k - 1.
 
     Rules are compared with the mean of those that fired. The tails of all others belong to the
     root's output too, but they stay where they are: against it, rules that have moved past them
     would all be on the same side and nothing would move any more.
     """
-    rows = range(TERMS)
-    weighted = xp.total(xp.along(lambda i: xp.total(xp.along(mul, firing(i), table[i])), rows))
-    weight = xp.total(xp.along(lambda i: xp.total(firing(i)), rows))
+    weighted = xp.total(
+        xp.along(lambda weights, row: xp.total(xp.along(mul, weights, row)), firing, table)
+    )
+    weight = xp.total(xp.along(xp.total, firing))
     return xp.once(weighted / xp.where(weight > 0.0, weight, 1.0))
