@@ -11,6 +11,8 @@ from hfc_design.codegen.emit import ORDER, PRODUCT, WIDTH, Names, Printer, folde
 from hfc_design.codegen.live import LEAVES
 from hfc_design.codegen.nodes import (
     REAL,
+    TRUTH,
+    WHOLE,
     Assign,
     Branch,
     Call,
@@ -39,6 +41,7 @@ HELPERS |= {
 }
 CALLED = {"min": "smaller", "max": "larger", "abs": "magnitude", "whole": "whole_part"}
 LIBRARY = {"exp": "EXP", "tanh": "TANH", "sqrt": "SQRT", "sin": "SIN", "cos": "COS"}
+TYPES = {REAL: "real", WHOLE: "int", TRUTH: "int"}
 WORDS = {"and": "&&", "or": "||", "==": "==", "!=": "!="}
 #: What the code itself calls so.
 OWN = (
@@ -104,23 +107,23 @@ class C:
         """Lines of one."""
         text = printer.text
         if isinstance(item, Node):
-            value = printer.expression(item)
-            yield f"const {_type(item)} {printer.name(item)} = {value};"
+            yield self.named(item.type, printer.name(item), printer.expression(item))
         elif isinstance(item, Storage):
-            yield f"real {printer.name(item)}[{item.size}];"
+            yield self.array(printer.name(item), item.size)
         elif isinstance(item, Store):
-            place = f"state->{item.storage.name}"
-            if isinstance(item.storage, Storage):
+            if isinstance(item.storage, Node):
+                place = self.leaf(item.storage, item.storage.name)
+            else:
                 place = self.element(item.storage, printer.name(item.storage), text(item.place))
             yield f"{place} = {text(item.value, real=True)};"
         elif isinstance(item, Assign):
-            first = f"{_type(item.variable)} " if item.first else ""
-            real = item.variable.type == REAL
-            yield f"{first}{printer.name(item.variable)} = {text(item.value, real=real)};"
+            kind, name = item.variable.type, printer.name(item.variable)
+            value = text(item.value, real=kind == REAL)
+            yield self.variable(kind, name, value) if item.first else f"{name} = {value};"
         elif isinstance(item, Loop):
             k = printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
             low, high = text(item.low), text(item.high, ORDER + 1)
-            yield f"for (int {k} = {low}; {k} < {high}; {k}++) {{"
+            yield self.loop(k, low, high)
             yield from printer.lines(item.block)
             yield "}"
         elif isinstance(item, Branch):
@@ -130,6 +133,26 @@ class C:
         elif isinstance(item, Call):
             yield from self._call(printer, item)
 
+    def named(self, kind: str, name: str, value: str) -> str:
+        """A value that stays."""
+        return f"const {TYPES[kind]} {name} = {value};"
+
+    def variable(self, kind: str, name: str, value: str) -> str:
+        """A value that changes."""
+        return f"{TYPES[kind]} {name} = {value};"
+
+    def array(self, name: str, size: int) -> str:
+        """An array within a sample."""
+        return f"real {name}[{size}];"
+
+    def loop(self, k: str, low: str, high: str) -> str:
+        """The head of a loop."""
+        return f"for (int {k} = {low}; {k} < {high}; {k}++) {{"
+
+    def part(self, array: str, place: str) -> str:
+        """An array from a place on."""
+        return f"{array} + {place}"
+
     def _call(self, printer: Printer, item: Call) -> Iterator[str]:
         args = []
         for x, parameter in zip(item.args, item.function.parameters, strict=True):
@@ -137,139 +160,157 @@ class C:
                 storage, place = x
                 array = self._array(storage, printer.name(storage))
                 begins = isinstance(place, int) and not place
-                args.append(array if begins else f"{array} + {printer.text(place)}")
+                args.append(array if begins else self.part(array, printer.text(place)))
             else:
                 args.append(printer.text(x, real=kind_of(parameter) == REAL))
-        numbers = [x for x in item.results if isinstance(x, Node)]
         filled = sum(isinstance(x, Storage) for x in item.function.results)
         args += [printer.name(x) for x in item.results if isinstance(x, Storage)][:filled]
-        name = self.names.of(item.function)
-        if len(numbers) == 1:
-            (one,) = numbers
-            yield f"const {_type(one)} {printer.name(one)} = {name}({', '.join(args)});"
+        numbers = [(x.type, printer.name(x)) for x in item.results if isinstance(x, Node)]
+        yield from self.called(self.names.of(item.function), args, numbers)
+
+    def called(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
+        """A call that gives numbers, several of them through pointers."""
+        if len(results) == 1:
+            yield self.named(*results[0], f"{name}({', '.join(args)})")
             return
-        for one in numbers:
-            yield f"{_type(one)} {printer.name(one)};"
-        args += [f"&{printer.name(one)}" for one in numbers]
-        yield f"{name}({', '.join(args)});"
+        for kind, one in results:
+            yield f"{TYPES[kind]} {one};"
+        yield f"{name}({', '.join([*args, *(f'&{one}' for _, one in results)])});"
 
     def function(self, found: Function) -> str:
         """The definition of one."""
         numbers = [x for x in found.results if not isinstance(x, Storage)]
         printer = Printer(found.trace, self, numbers, self.names)
         printer.told.add(found.what)
-        parameters = []
-        for x in found.parameters:
-            if isinstance(x, Node):
-                parameters.append(f"{_type(x)} {printer.name(x)}")
-            else:
-                fixed = "" if x.version else "const "
-                parameters.append(f"{fixed}real {printer.name(x)}[{x.size}]")
-        for x in found.results:
-            if isinstance(x, Storage):
-                parameters.append(f"real {printer.name(x)}[{x.size}]")
-        several = (
-            [printer.names.fresh(f"{getattr(x, 'name', '') or 'part'}_out") for x in numbers]
-            if len(numbers) > 1
-            else []
-        )
-        parameters += [
-            f"{'real' if kind_of(x) == REAL else 'int'} *{name}"
-            for x, name in zip(numbers, several, strict=False)
-        ]
+        parameters = [self.parameter(x, printer.name(x)) for x in found.parameters]
+        arrays = [x for x in found.results if isinstance(x, Storage)]
+        parameters += [self.parameter(x, printer.name(x)) for x in arrays]
         lines = [*printer.lines()]
-        lines += [
-            f"    *{name} = {printer.text(x, real=kind_of(x) == REAL)};"
-            for x, name in zip(numbers, several, strict=False)
-        ]
-        kind = "void"
-        if len(numbers) == 1:
-            kind = "real" if kind_of(numbers[0]) == REAL else "int"
-            lines.append(f"    return {printer.text(numbers[0], real=kind == 'real')};")
-        head = f"static {kind} {self.names.of(found)}({', '.join(parameters)})"
+        kinds = [kind_of(x) for x in numbers]
+        values = [printer.text(x, real=kind_of(x) == REAL) for x in numbers]
+        wishes = [printer.names.fresh(f"{getattr(x, 'name', '') or 'part'}_out") for x in numbers]
         told = self.comment(found.what) if found.what else []
-        return "\n".join(folded([*told, head, "{", *lines, "}", ""]))
+        head, ends = self.defined(self.names.of(found), parameters, kinds, values, wishes)
+        return "\n".join(folded([*told, head, "{", *lines, *ends, "}", ""]))
 
-    def table(self, storage: Storage) -> str:
-        """A table of constants."""
-        return _constants(self.names.of(storage), storage.type, storage.shape, storage.numbers)
+    def parameter(self, x: Node | Storage, name: str) -> str:
+        """One of a function; an array that it does not change is constant."""
+        if isinstance(x, Node):
+            return f"{TYPES[x.type]} {name}"
+        fixed = "" if x.version or x.kind == "result" else "const "
+        return f"{fixed}real {name}[{x.size}]"
+
+    def defined(
+        self, name: str, parameters: list[str], kinds: list[str], values: list[str], outs: list[str]
+    ) -> tuple[str, list[str]]:
+        """The head of a function, and how it gives its numbers."""
+        if len(values) == 1:
+            head = f"static {TYPES[kinds[0]]} {name}({', '.join(parameters)})"
+            return head, [f"    return {values[0]};"]
+        parameters += [f"{TYPES[kind]} *{out}" for kind, out in zip(kinds, outs, strict=True)]
+        ends = [f"    *{out} = {value};" for out, value in zip(outs, values, strict=True)]
+        return f"static void {name}({', '.join(parameters)})", ends
+
+    def constants(
+        self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
+    ) -> str:
+        """A table of constants, a row in a line."""
+        declared = TYPES[kind]
+        if kind != REAL and max(map(abs, numbers)) < 128:
+            declared = "signed char"
+        first = f"static const {declared} {name}[{len(numbers)}] = {{"
+        return "\n".join(folded([first, *self.rows(kind, shape, numbers), "};"]))
+
+    def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
+        """Lines of a table."""
+        count = shape[-1]
+        written = [self.literal(x if kind == REAL else int(x), kind == REAL) for x in numbers]
+        rows = (written[k : k + count] for k in range(0, len(written), count))
+        return [f"    {', '.join(row)}," for row in rows]
+
+    def constant(self, name: str, value: float) -> str:
+        """A number of the design."""
+        return f"static const real {name} = R({value!r});"
+
+    def helper(self, name: str) -> str:
+        """A function of its own language."""
+        return HELPERS[name]
 
 
-def _constants(name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> str:
-    """A row in a line."""
-    declared, cast = ("real", "R({!r})") if kind == REAL else ("int", "{:d}")
-    if kind != REAL and max(map(abs, numbers)) < 128:
-        declared = "signed char"
-    count, written = shape[-1], [cast.format(x) for x in numbers]
-    rows = [", ".join(written[k : k + count]) for k in range(0, len(written), count)]
-    first = f"static const {declared} {name}[{len(written)}] = {{"
-    return "\n".join(folded([first, *(f"    {row}," for row in rows), "};"]))
-
-
-class Program(NamedTuple):
-    """The parts of the code of a law, each as lines that end."""
+class Printed(NamedTuple):
+    """The parts of the code of a law, each as lines."""
 
     helpers: list[str]
-    numbers: list[str]  # of the design
+    constants: list[str]
     functions: list[str]
-    state: list[str]  # members
-    init: list[str]
     law: list[str]  # what is done in a sample
     command: str
-    library: list[str]  # functions of math.h
+    starts: dict[str, str]  # name of an array that is remembered -> of what it starts from
+    library: list[str]  # functions of the language's mathematics
     stateless: bool
+    state: list[str] = []  # members, where the language declares them
+    init: list[str] = []
 
 
-def program(found: Recorded, reserved: Iterable[str] = ()) -> Program:
+def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
     """A law in C99; nothing in it has a name that is ``reserved``."""
-    c = C(reserved)
+    parts = printed(found, C(reserved))
+    state = []
+    for k, field in enumerate(found.fields):
+        if found.started and found.started[1] == k:
+            state.append("int started; /* whether there was a sample before */")
+        state.append(f"{{real}} {field.name}{f'[{field.size}]' if field.shape else ''};")
+    init = ["state->started = 0;"] if found.started else []
+    for (count, *_), fields in groupby(found.fields, lambda field: (field.size, *field.shape[:1])):
+        init += _begin([*fields], count, parts.starts)
+    return parts._replace(state=state, init=init)
+
+
+def printed(found: Recorded, syntax: C) -> Printed:
+    """A law in a language with the syntax of C."""
     functions = [*found.trace.functions.values()]
     roots = [found.command, *found.doubtful]
-    printer = Printer(found.trace, c, roots, c.names, found.after)
+    printer = Printer(found.trace, syntax, roots, syntax.names, found.after)
     printer.names.found[found.limit] = "largest"
     if isinstance(found.command, Node) and found.command.op not in LEAVES:
         printer.bound.add(found.command)
     things: list[Any] = [*functions, *found.trace.tables.values(), *found.numbers]
     for thing in things:
-        c.names.of(thing, thing.name)
+        syntax.names.of(thing, thing.name)
     first = [*printer.first(found.doubtful)] if found.early else []
     body, check = [*printer.lines()], _check(printer, found.doubtful)
     after, command = [*printer.lines(found.after)], printer.text(found.command)
     law = [*first, *check, *body, *after] if found.early else [*body, *check, *after]
     if found.started:
-        law.append("    state->started = 1;")
-    texts = [c.function(one) for one in functions]
-    tables = [c.table(x) for x in found.trace.tables.values() if x in c.names.used]
-    numbers = [
-        f"static const real {c.names.of(x)} = R({x.value!r});"
-        for x in found.numbers
-        if x in c.names.used
-    ]
-    state, starts = [], {}
-    for k, field in enumerate(found.fields):
-        if found.started and found.started[1] == k:
-            state.append("int started; /* whether there was a sample before */")
-        state.append(f"{{real}} {field.name}{f'[{field.size}]' if field.shape else ''};")
+        flag = found.started[0]
+        law.append(f"    {syntax.leaf(flag, flag.name)} = {syntax.literal(True, False)};")
+    texts = [syntax.function(one) for one in functions]
+    used = [x for x in found.trace.tables.values() if x in syntax.names.used]
+    names = syntax.names.of
+    constants = [syntax.constants(names(x), x.type, x.shape, x.numbers) for x in used]
+    starts = {}
+    for field in found.fields:
         if field.shape and any(field.start):
-            starts[field.name] = c.names.fresh(f"start_{field.name}")
-            tables.append(_constants(starts[field.name], REAL, field.shape, field.start))
-    init = ["state->started = 0;"] if found.started else []
-    for (count, *_), fields in groupby(found.fields, lambda field: (field.size, *field.shape[:1])):
-        init += _begin([*fields], count, starts)
+            starts[field.name] = syntax.names.fresh(f"start_{field.name}")
+            constants.append(syntax.constants(starts[field.name], REAL, field.shape, field.start))
+    for x in found.numbers:
+        if x in syntax.names.used and x.value is not None:
+            constants.append(syntax.constant(names(x), float(x.value)))
+    helpers = [syntax.helper(name) for name in syntax.helpers]
     stateless = not any("state" in line for line in law)
-    helpers = [HELPERS[name] for name in c.helpers]
-    lines = folded(law)
-    return Program(
-        helpers, [*tables, *numbers], texts, state, init, lines, command, [*c.library], stateless
+    return Printed(
+        helpers, constants, texts, folded(law), command, starts, [*syntax.library], stateless
     )
 
 
 def _check(printer: Printer, doubtful: list[Any]) -> list[str]:
     if not doubtful:
         return []
-    products = " + ".join(f"R(0) * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
-    lines = [f"const real overflow = {products};", "if (!(overflow <= 0)) {"]
-    return [f"    {line}" for line in (*lines, "    return overflow;", "}")]
+    zero = printer.syntax.literal(0.0, True)
+    products = " + ".join(f"{zero} * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
+    first = printer.syntax.named(REAL, "overflow", products)
+    lines = (first, "if (!(overflow <= 0)) {", "    return overflow;", "}")
+    return [f"    {line}" for line in lines]
 
 
 def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]:
@@ -285,10 +326,6 @@ def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]
 
 def _plain(x: float) -> str:
     return f"R({x!r})" if x else "0"
-
-
-def _type(node: Node) -> str:
-    return "real" if node.type == REAL else "int"
 
 
 def _bare(text: str) -> str:

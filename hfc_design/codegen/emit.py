@@ -48,6 +48,9 @@ class Syntax(Protocol):
     def comment(self, text: str) -> list[str]:
         """Lines of a comment."""
 
+    def named(self, kind: str, name: str, value: str) -> str:
+        """A value that stays, of a type of ``nodes``."""
+
     def statement(self, printer: "Printer", item: Any) -> Iterator[str]:
         """Lines of a declaration or of a statement."""
 
@@ -182,7 +185,9 @@ class Printer:
         else:
             found, binding = self.expression(value), BINDING.get(value.op, ATOM)
         if real and value.type != REAL:
-            return self.syntax.operation("real", [found], value)
+            converted = self.syntax.operation("real", [found], value)
+            binding = binding if converted == found else ATOM
+            found = converted
         return f"({found})" if binding < outer else found
 
     def expression(self, node: Node) -> str:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hfc_design.codegen.nodes import WHOLE, Node
+from hfc_design.codegen.nodes import TRUTH, WHOLE, Node
 
 
 def simpler(op: str, args: tuple[Any, ...]) -> Any:
@@ -35,7 +35,9 @@ def _added(op: str, a: Any, b: Any) -> Any:
     if right == (1.0 if op in ("*", "/") else 0.0) and not _literal(a):
         return a
     neutral = {"*": 1.0, "+": 0.0}.get(op)
-    return b if neutral is not None and left == neutral and not _literal(b) else None
+    if neutral is None or left != neutral or _literal(b):
+        return None
+    return b if b.type != TRUTH else None  # which a sum makes a number
 
 
 def _literal(x: Any) -> bool:

@@ -11,6 +11,7 @@ packages+=(fuzzylite)    # FLL, FCL
 linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
 command -v chromium >/dev/null || packages+=(chromium) # reports as wide as a phone
+command -v node >/dev/null || packages+=(nodejs) # JavaScript
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
     apt-cache show "${linuxcnc[@]}" >/dev/null 2>&1 && packages+=("${linuxcnc[@]}")

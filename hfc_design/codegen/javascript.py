@@ -1,0 +1,125 @@
+"""JavaScript of what was recorded, for a page or for Node."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from hfc_design.codegen.axis import Recorded
+from hfc_design.codegen.c import CALLED, C, Printed, printed
+from hfc_design.codegen.emit import folded
+from hfc_design.codegen.nodes import REAL, WHOLE, Node, Storage
+
+HELPERS = {
+    "smaller": "function smaller(a, b) {\n    return b < a ? b : a;\n}\n",
+    "larger": "function larger(a, b) {\n    return b > a ? b : a;\n}\n",
+    "whole_part": (
+        "/* The whole part of a number above 0; of others 0. */\n"
+        "function wholePart(x) {\n    return x > 0 ? Math.trunc(x) : 0;\n}\n"
+    ),
+}
+WORDS = {"==": "===", "!=": "!=="}
+#: What the module itself calls so.
+OWN = (
+    *("Math", "Number", "Infinity", "NaN", "Float64Array", "Int32Array", "initial", "step"),
+    *("signals", "sampleTime", "limit", "wholePart"),
+)
+
+
+class JavaScript(C):
+    """See ``emit.Syntax``."""
+
+    def leaf(self, node: Node, name: str) -> str:
+        """Inputs and what is remembered are members of objects."""
+        place = {"input": "inputs.", "state": "state."}.get(node.op, "")
+        return place + name
+
+    def literal(self, value: float | bool, real: bool) -> str:
+        """A number is one whatever its type."""
+        return str(value).lower() if isinstance(value, bool) else repr(value)
+
+    def operation(self, op: str, parts: list[str], node: Node) -> str:
+        """Functions of ``Math``, and comparisons without conversions."""
+        if op == "real":
+            return parts[0] if node.type == WHOLE else f"Number({parts[0]})"
+        if op == "abs":
+            return f"Math.abs({parts[0]})"
+        if op in ("exp", "tanh", "sqrt", "sin", "cos"):
+            return f"Math.{op}({parts[0]})"
+        if op in CALLED:
+            name = CALLED[op]
+            self.helpers[name] = None
+            return f"{'wholePart' if op == 'whole' else name}({', '.join(parts)})"
+        if op in WORDS:
+            return f"{parts[0]} {WORDS[op]} {parts[1]}"
+        return super().operation(op, parts, node)
+
+    def _array(self, storage: Storage, name: str) -> str:
+        return f"state.{storage.name}" if storage.kind == "state" else name
+
+    def named(self, kind: str, name: str, value: str) -> str:
+        """A value that stays."""
+        return f"const {name} = {value};"
+
+    def variable(self, kind: str, name: str, value: str) -> str:
+        """A value that changes."""
+        return f"let {name} = {value};"
+
+    def array(self, name: str, size: int) -> str:
+        """An array within a sample."""
+        return f"const {name} = new Float64Array({size});"
+
+    def loop(self, k: str, low: str, high: str) -> str:
+        """The head of a loop."""
+        return f"for (let {k} = {low}; {k} < {high}; {k} += 1) {{"
+
+    def part(self, array: str, place: str) -> str:
+        """An array from a place on, in the same memory."""
+        return f"{array}.subarray({place})"
+
+    def called(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
+        """A call that gives a number, or an array of several."""
+        call = f"{name}({', '.join(args)});"
+        names = [one for _, one in results]
+        if len(names) == 1:
+            yield f"const {names[0]} = {call}"
+        else:
+            yield f"const [{', '.join(names)}] = {call}" if names else call
+
+    def parameter(self, x: Node | Storage, name: str) -> str:
+        """One of a function."""
+        return name
+
+    def defined(
+        self, name: str, parameters: list[str], kinds: list[str], values: list[str], outs: list[str]
+    ) -> tuple[str, list[str]]:
+        """The head of a function, and how it gives its numbers."""
+        found = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+        ends = [f"    return {found};"] if values else []
+        return f"function {name}({', '.join(parameters)})", ends
+
+    def constants(
+        self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
+    ) -> str:
+        """A table of constants, a row in a line."""
+        made = "Float64Array" if kind == REAL else "Int32Array"
+        rows = self.rows(kind, shape, numbers)
+        return "\n".join(folded([f"const {name} = {made}.from([", *rows, "]);"]))
+
+    def constant(self, name: str, value: float) -> str:
+        """A number of the design."""
+        return f"const {name} = {value!r};"
+
+    def helper(self, name: str) -> str:
+        """A function of its own language."""
+        return HELPERS[name]
+
+
+def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
+    """A law as a module; ``init`` are the members of the object that it remembers in."""
+    parts = printed(found, JavaScript((*OWN, *reserved)))
+    init = ["started: false,"] if found.started else []
+    for field in found.fields:
+        value = repr(field.start[0])
+        if field.shape:
+            start = parts.starts.get(field.name)
+            value = f"{start}.slice()" if start else f"new Float64Array({field.size})"
+        init.append(f"{field.name}: {value},")
+    return parts._replace(init=init)
