@@ -91,11 +91,12 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
     """
     lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
     values = lookup(design.controller, points)
-    far = f"{values['deviation']:.2g} {writing.signal_units(design).get(values['deviates'], '')}"
+    of, unit = values["deviates"], writing.signal_units(design).get(values["deviates"], "")
+    far = f"{values['deviation']:.2g} {unit}".rstrip()
     notes = [
-        f"terms tabulated at {points} values, linear in between: the exact {values['deviates']}"
+        f"terms tabulated at {points} values, linear in between",
+        f"the largest deviation from the exact {of} that a search found is {far}",
     ]
-    notes.append(f"is off by {far.rstrip()} at most, of what a search over the inputs found")
     return sources(design, values["law"](None), notes), values
 
 

@@ -46,8 +46,8 @@ class RootMemory(NamedTuple):
 
 def initial_memory(zero: Scalar, moves: RuleTable | None = None) -> RootMemory:
     """Memory before the first sample: no error; what has moved before, or nothing."""
-    start = tuple(tuple(zero + move for move in row) for row in moves or ((0.0,) * 7,) * 7)
-    return RootMemory(zero, (zero,) * 7, (zero,) * 7, start)
+    start = [[zero + move for move in row] for row in moves or ((0.0,) * TERMS,) * TERMS]
+    return RootMemory(zero, [zero] * TERMS, [zero] * TERMS, start)
 
 
 def step(
