@@ -11,6 +11,7 @@ from hfc_design.codegen.nodes import (
     TRUTH,
     Array,
     Block,
+    Each,
     Lazy,
     Node,
     Put,
@@ -325,8 +326,8 @@ def _checked(trace: Trace, after: Memory) -> Iterator[Any]:
             yield after
     elif isinstance(after, Put):
         yield from (value for _, value in after.changes)
-    elif isinstance(after, Lazy):
-        raise NotImplementedError
+    elif isinstance(after, Lazy | Each):
+        yield trace.total(trace.each(lambda x: 0.0 * x, trace.stored(after)))
     elif isinstance(after, Mapping):
         for one in after.values():
             yield from _checked(trace, one)

@@ -7,6 +7,7 @@ from itertools import count
 import pytest
 
 from hfc_design.codegen.axis import recorded
+from hfc_design.codegen.c import program
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.controllers.controller import AxisLaw
 
@@ -87,3 +88,16 @@ def test_what_a_design_fixes_may_be_branched_on():
 
     law = AxisLaw(sample, lambda law, zero: (), 0.01)
     assert recorded(law, ({"gain": 2.0}["gain"],), ["error"]).command is not None
+
+
+def test_what_a_law_remembers_in_rows_is_checked_before_it_is_kept():
+    """Of a law that does not promise that its command tells."""
+
+    def sample(xp, law, gains, memory, signals):
+        return signals["error"], xp.along(lambda x: x + signals["error"], memory), None
+
+    law = AxisLaw(sample, lambda law, zero: [zero] * 30, 0.01)
+    found = program(recorded(law, (2.0,), ["error"]))
+    text = "\n".join(found.law)
+    assert text.index("overflow <= 0") < text.rindex("state->memory[")
+    assert "for (int" in text
