@@ -128,7 +128,6 @@ class Storage:
         self.name, self.shape, self.type = name, shape, type_
         self.numbers: list[float] = []  # of a table
         self.version = 0  # how often it was written to
-        self.block: Block | None = None  # where a local one is declared
 
     @property
     def size(self) -> int:

@@ -1,8 +1,30 @@
 """Operations that need not be done, because of what is known before a design runs."""
 
+from collections.abc import Callable
 from typing import Any
 
 from hfc_design.codegen.nodes import TRUTH, WHOLE, Node
+
+#: What an operation does to numbers that are known.
+KNOWN: dict[str, Callable[..., Any]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+    "neg": lambda a: -a,
+    "abs": abs,
+}
+
+
+def value_of(op: str, args: tuple[Any, ...]) -> Any:
+    """What an operation gives where all that it is made of is known; else None."""
+    numbers = [known(x) for x in args]
+    return None if op not in KNOWN or None in numbers else KNOWN[op](*numbers)
 
 
 def simpler(op: str, args: tuple[Any, ...]) -> Any:

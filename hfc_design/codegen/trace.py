@@ -11,8 +11,6 @@ import numpy as np
 
 from hfc_design.codegen.nodes import (
     REAL,
-    TRUTH,
-    TRUTHS,
     WHOLE,
     Array,
     Assign,
@@ -33,27 +31,25 @@ from hfc_design.codegen.nodes import (
     refusal,
 )
 from hfc_design.codegen.sayings import first_line
-from hfc_design.codegen.simplify import known, simpler
+from hfc_design.codegen.simplify import known, simpler, value_of
+from hfc_design.codegen.values import (
+    begin_of,
+    cost,
+    form_of,
+    given_of,
+    mapped,
+    numbers_in,
+    row_of,
+    several,
+    shape_of,
+    type_of,
+)
 from hfc_design.core.numbers import SCALARS, Xp
 
 #: More operations than a law has that comes to an end.
 MOST = 100_000
 #: Sums of no more operations are written out.
 SHORT = 24
-#: What an operation does to numbers that are known.
-KNOWN: dict[str, Callable[..., Any]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "<": lambda a, b: a < b,
-    "<=": lambda a, b: a <= b,
-    ">": lambda a, b: a > b,
-    ">=": lambda a, b: a >= b,
-    "==": lambda a, b: a == b,
-    "!=": lambda a, b: a != b,
-    "neg": lambda a: -a,
-    "abs": abs,
-}
 
 
 class Trace:
@@ -87,12 +83,10 @@ class Trace:
             if key in at.known:
                 return at.known[key]
             at = at.around
-        node = self._node(block, op, args, _type(op, args))
+        node = self._node(block, op, args, type_of(op, args))
         block.known[key] = node
         block.items.append(node)
-        numbers = [known(x) for x in args]
-        if op in KNOWN and all(x is not None for x in numbers):
-            node.value = KNOWN[op](*numbers)
+        node.value = value_of(op, args)
         return node
 
     def plain(self, value: Any) -> Any:
@@ -165,8 +159,8 @@ class Trace:
         """Numbers as an array that values can index."""
         if isinstance(rows, Array):
             return rows
-        shape = _shape(rows)
-        numbers = [*_numbers(rows)]
+        shape = shape_of(rows)
+        numbers = [*numbers_in(rows)]
         values: list[Any] = [known(x) for x in numbers]
         if any(x is None for x in values):
             return self.local(shape, numbers, name)
@@ -184,7 +178,6 @@ class Trace:
     def local(self, shape: tuple[int, ...], numbers: Sequence[Any], name: str = "") -> Stored:
         """An array of these numbers within a sample."""
         storage = Storage("local", name, shape)
-        storage.block = self.block
         self.block.items.append(storage)
         for k, x in enumerate(numbers):
             self.store(storage, k, x)
@@ -244,13 +237,9 @@ class Trace:
         if not isinstance(value, Lazy | Each):
             return value
         found = self.local(value.shape, ())
-        self.fill(found.storage, value)
+        self.replace([(found.storage, value)])
         found.storage.version += 1
         return Stored(self, found.storage)
-
-    def fill(self, storage: Storage, values: Any, *places: Any) -> None:
-        """Write all numbers of an array."""
-        self.replace([(storage, values)], *places)
 
     def replace(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
         """Write all numbers of several arrays of one shape, of each place together."""
@@ -264,7 +253,7 @@ class Trace:
                 self._at([(storage, values[n]) for storage, values in pairs], *places, n)
             return
         with self.loop(size) as k:
-            self._at([(storage, _row(values, k)) for storage, values in pairs], *places, k)
+            self._at([(storage, row_of(values, k)) for storage, values in pairs], *places, k)
 
     def _at(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
         if len(places) < len(pairs[0][0].shape):
@@ -350,7 +339,7 @@ class Trace:
 
         first, mark = at(0), len(self.block.items)
         del self.block.items[mark:]
-        return Lazy(self, (len(rows[0]), *_shape(first)), at)
+        return Lazy(self, (len(rows[0]), *shape_of(first)), at)
 
     def each(self, function: Callable[..., Any], *tables: Any) -> Any:
         """``function`` of what stands at the same place in tables, computed where it is used."""
@@ -361,7 +350,7 @@ class Trace:
         if not isinstance(values, Array):
             return reduce(add, values)
         first = values[0]
-        if len(values) * _cost(first) <= SHORT:
+        if len(values) * cost(first) <= SHORT:
             return reduce(add, values)
         variable = self._node(self.block, "variable", (), REAL)
         self.block.items.append(Assign(variable, 0.0, True))
@@ -383,14 +372,14 @@ class Trace:
             return function() if condition else otherwise
         if isinstance(otherwise, Node | float) and self._idle(function, otherwise):
             return otherwise
-        holders = _mapped(self._holder, otherwise)
+        holders = mapped(self._holder, otherwise)
         block = Block(self, self.block, branch=True)
         self.block = block
-        _mapped(self._hold, holders, function())
+        mapped(self._hold, holders, function())
         assert block.around is not None
         self.block = block.around
         self.block.items.append(Branch(condition, block))
-        return _mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
+        return mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
 
     def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
         """Whether a function gives the number ``otherwise``; what it does is dropped."""
@@ -430,19 +419,19 @@ class Trace:
         has changed.
         """
         args = tuple(map(self._argument, args))
-        key = (function, *map(_form, args))
+        key = (function, *map(form_of, args))
         if key not in self.whole.functions:
             self.whole.functions[key] = self._recorded(function, args)
         called = self.whole.functions[key]
         stored, given = {}, []
-        for x, parameter in zip(_given(args), called.parameters, strict=True):
+        for x, parameter in zip(given_of(args), called.parameters, strict=True):
             if isinstance(x, Stored):
                 x.storage.name = x.storage.name or parameter.name
             if isinstance(parameter, Storage) and parameter.version:
                 stored[parameter] = self._own(self._stored(x))
                 given.append((stored[parameter], 0))
             else:
-                given.append(_begin(x) if isinstance(x, Array) else x)
+                given.append(begin_of(x) if isinstance(x, Array) else x)
         return self._called(called, tuple(given), stored)
 
     def _called(
@@ -452,7 +441,6 @@ class Trace:
         for x in called.results:
             if isinstance(x, Storage):
                 results.append(Storage("local", "", x.shape))
-                results[-1].block = self.block
                 self.block.items.append(results[-1])
             else:
                 results.append(self._node(self.block, "called", (), kind_of(x)))
@@ -488,13 +476,13 @@ class Trace:
         def parameter(wish: str, x: Any) -> Any:
             """What the function sees of an argument."""
             if isinstance(x, Array):
-                storage = Storage("parameter", wish, x.shape, _begin(x)[0].type)
+                storage = Storage("parameter", wish, x.shape, begin_of(x)[0].type)
                 found.parameters.append(storage)
                 return Stored(inner, storage)
             if isinstance(x, Node):
                 found.parameters.append(inner.leaf("parameter", wish, x.type))
                 return found.parameters[-1]
-            if _several(x):
+            if several(x):
                 return tuple(parameter(f"{wish}_{k}", one) for k, one in enumerate(x))
             return x
 
@@ -513,90 +501,8 @@ class Trace:
         elif isinstance(value, Stored) and value.storage.kind != "local":
             return  # it is there already
         elif isinstance(value, Array | list):
-            filled = Storage("result", "result", _shape(value))
+            filled = Storage("result", "result", shape_of(value))
             found.trace.replace([(filled, value)])
             found.results.append(filled)
         else:
             found.results.append(found.trace.plain(value))
-
-
-def _type(op: str, args: Sequence[Any]) -> str:
-    if op in TRUTHS:
-        return TRUTH
-    if op == "whole":
-        return WHOLE
-    kinds = {kind_of(x) for x in (args[1:] if op == "?" else args)}
-    if op in ("+", "-", "*", "neg", "abs", "min", "max", "?") and REAL not in kinds:
-        return TRUTH if op == "?" and kinds == {TRUTH} else WHOLE
-    return REAL
-
-
-def _cost(x: Any) -> int:
-    """How many operations an expression has, but for those that are done already by name."""
-    if not isinstance(x, Node) or x.op in ("read", "variable", "called") or not x.args:
-        return 1
-    return 1 + sum(map(_cost, x.args))
-
-
-def _mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
-    """``function`` of what stands in tuples and lists, beside each other in several."""
-    if not isinstance(tree, tuple | list):
-        return function(tree, *others)
-    parts = [_mapped(function, *each) for each in zip(tree, *others, strict=True)]
-    return type(tree)(*parts) if hasattr(tree, "_fields") else type(tree)(parts)
-
-
-def _row(values: Any, k: Any) -> Any:
-    """A row as the function of a lazy array gives it."""
-    return values.function(k) if isinstance(values, Lazy) else values[k]
-
-
-def _shape(rows: Any) -> tuple[int, ...]:
-    if isinstance(rows, Array):
-        return rows.shape
-    return (len(rows), *_shape(rows[0])) if isinstance(rows, list | tuple | np.ndarray) else ()
-
-
-def _numbers(rows: Any) -> Iterator[Any]:
-    if isinstance(rows, list | tuple | np.ndarray | Array):
-        for row in rows:
-            yield from _numbers(row)
-    else:
-        yield rows
-
-
-def _given(args: tuple[Any, ...]) -> Iterator[Any]:
-    """Arguments that are given at run time."""
-    for x in args:
-        if isinstance(x, Array | Node):
-            yield x
-        elif _several(x):
-            yield from _given(x)
-
-
-def _several(x: Any) -> bool:
-    """Whether an argument is a tuple of such ones."""
-    return type(x) is tuple and any(isinstance(one, Array | Node) for one in x)
-
-
-def _form(x: Any) -> Any:
-    """What of an argument belongs to the function."""
-    if isinstance(x, Array):
-        return x.shape
-    if isinstance(x, Node):
-        return x.type
-    return tuple(map(_form, x)) if _several(x) else x
-
-
-def _begin(array: Array) -> tuple[Storage, Any]:
-    """The memory of an array, and where in it that begins."""
-    if isinstance(array, Stored):
-        return array.storage, 0
-    places: tuple[Any, ...] = ()
-    whole: Any = array
-    while not isinstance(whole, Stored):
-        if not hasattr(whole, "whole"):
-            raise refusal("passes an array that lies nowhere in memory")
-        places, whole = (whole.place, *places), whole.whole
-    rest = (0,) * (len(whole.shape) - len(places))
-    return whole.storage, flat((*places, *rest), whole.shape)

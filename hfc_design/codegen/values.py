@@ -1,0 +1,106 @@
+"""What is asked of values that a law has: numbers, arrays, tuples and lists of them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hfc_design.codegen.nodes import (
+    REAL,
+    TRUTH,
+    TRUTHS,
+    WHOLE,
+    Array,
+    Lazy,
+    Node,
+    Storage,
+    Stored,
+    flat,
+    kind_of,
+    refusal,
+)
+
+
+def type_of(op: str, args: Sequence[Any]) -> str:
+    """The type of what an operation gives."""
+    if op in TRUTHS:
+        return TRUTH
+    if op == "whole":
+        return WHOLE
+    kinds = {kind_of(x) for x in (args[1:] if op == "?" else args)}
+    if op in ("+", "-", "*", "neg", "abs", "min", "max", "?") and REAL not in kinds:
+        return TRUTH if op == "?" and kinds == {TRUTH} else WHOLE
+    return REAL
+
+
+def cost(x: Any) -> int:
+    """How many operations an expression has, but for those that are done already by name."""
+    if not isinstance(x, Node) or x.op in ("read", "variable", "called") or not x.args:
+        return 1
+    return 1 + sum(map(cost, x.args))
+
+
+def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
+    """``function`` of what stands in tuples and lists, beside each other in several."""
+    if not isinstance(tree, tuple | list):
+        return function(tree, *others)
+    parts = [mapped(function, *each) for each in zip(tree, *others, strict=True)]
+    return type(tree)(*parts) if hasattr(tree, "_fields") else type(tree)(parts)
+
+
+def row_of(values: Any, k: Any) -> Any:
+    """A row as the function of a lazy array gives it."""
+    return values.function(k) if isinstance(values, Lazy) else values[k]
+
+
+def shape_of(rows: Any) -> tuple[int, ...]:
+    """How many rows there are in rows; () of a number."""
+    if isinstance(rows, Array):
+        return rows.shape
+    return (len(rows), *shape_of(rows[0])) if isinstance(rows, list | tuple | np.ndarray) else ()
+
+
+def numbers_in(rows: Any) -> Iterator[Any]:
+    """All numbers of rows, row after row."""
+    if isinstance(rows, list | tuple | np.ndarray | Array):
+        for row in rows:
+            yield from numbers_in(row)
+    else:
+        yield rows
+
+
+def given_of(args: tuple[Any, ...]) -> Iterator[Any]:
+    """Arguments that are given at run time."""
+    for x in args:
+        if isinstance(x, Array | Node):
+            yield x
+        elif several(x):
+            yield from given_of(x)
+
+
+def several(x: Any) -> bool:
+    """Whether an argument is a tuple of such ones."""
+    return type(x) is tuple and any(isinstance(one, Array | Node) for one in x)
+
+
+def form_of(x: Any) -> Any:
+    """What of an argument belongs to the function."""
+    if isinstance(x, Array):
+        return x.shape
+    if isinstance(x, Node):
+        return x.type
+    return tuple(map(form_of, x)) if several(x) else x
+
+
+def begin_of(array: Array) -> tuple[Storage, Any]:
+    """The memory of an array, and where in it that begins."""
+    if isinstance(array, Stored):
+        return array.storage, 0
+    places: tuple[Any, ...] = ()
+    whole: Any = array
+    while not isinstance(whole, Stored):
+        if not hasattr(whole, "whole"):
+            raise refusal("passes an array that lies nowhere in memory")
+        places, whole = (whole.place, *places), whole.whole
+    rest = (0,) * (len(whole.shape) - len(places))
+    return whole.storage, flat((*places, *rest), whole.shape)
