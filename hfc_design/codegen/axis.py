@@ -54,7 +54,7 @@ class Recorded(NamedTuple):
     after: Block
     fields: list[Field]
     inputs: list[Node]
-    limit: Node  # largest command of either sign
+    limit: Node | None  # largest command of either sign
     command: Any
     doubtful: list[Any]  # what is not finite where the command is not, or what is remembered
     early: bool  # whether that is known before anything is remembered
@@ -70,8 +70,12 @@ def recorded(
     reads: list[str],
     learnt: Collection[str] = (),
     change: float | None = None,
+    flat: bool = False,
 ) -> Recorded:
     """What a law does with ``gains`` at a sample; its command changes by no more than ``change``.
+
+    ``flat`` is for languages without functions: what it calls stands where it is called, and its
+    limit is the law's, where else the code is given one with each sample.
 
     What it remembers and never changes, or never reads, is no part of the state, but for what is
     ``learnt``, by its names.
@@ -82,7 +86,8 @@ def recorded(
     fixed: set[str] = set()
     in_place = True
     while True:
-        found = _recorded(law, gains, reads, change, fixed, in_place)
+        trace = Trace(in_place=in_place, flat=flat)
+        found = _recorded(trace, law, gains, reads, change, fixed)
         if in_place and not found.early and found.trace.rewritten:
             in_place = False
             continue
@@ -105,17 +110,18 @@ def _idle(found: Recorded, field: Field) -> bool:
 
 
 def _recorded(
+    trace: Trace,
     law: AxisLaw,
     gains: Gains,
     reads: list[str],
     change: float | None,
     fixed: set[str],
-    in_place: bool,
 ) -> Recorded:
-    trace = Trace(in_place=in_place)
     numbers: list[Node] = []
     inputs = {name: trace.leaf("input", identifier(name)) for name in reads}
-    limit: Any = trace.leaf("parameter", "largest")
+    limit: Any = None if trace.flat else trace.leaf("parameter", "largest")
+    if trace.flat and law.limit is not None:
+        limit = _number(trace, "largest", law.limit, numbers)
     own = _wrapped(trace, gains, "", numbers)
     rate: Any = _number(trace, "sample_time", law.sample_time, numbers)
     law = law._replace(limit=limit, sample_time=rate)

@@ -4,25 +4,12 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from textwrap import wrap
-from typing import Any, NamedTuple
+from typing import Any
 
 from hfc_design.codegen.axis import Field, Recorded
-from hfc_design.codegen.emit import ORDER, PRODUCT, WIDTH, Names, Printer, folded
-from hfc_design.codegen.live import LEAVES
-from hfc_design.codegen.nodes import (
-    REAL,
-    TRUTH,
-    WHOLE,
-    Assign,
-    Branch,
-    Call,
-    Function,
-    Loop,
-    Node,
-    Storage,
-    Store,
-    kind_of,
-)
+from hfc_design.codegen.emit import PRODUCT, WIDTH, Printer, folded
+from hfc_design.codegen.language import Language, Printed, printed
+from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Call, Function, Node, Storage, kind_of
 
 #: Functions that stand before the law where it needs them.
 HELPERS = {
@@ -50,15 +37,11 @@ OWN = (
 )
 
 
-class C:
-    """See ``emit.Syntax``."""
-
-    fold = False
+class C(Language):
+    """See ``Language``."""
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
-        self.helpers: dict[str, None] = {}
-        self.library: dict[str, None] = {}
-        self.names = Names((*OWN, *reserved))
+        super().__init__((*OWN, *reserved))
 
     def leaf(self, node: Node, name: str) -> str:
         """Inputs and what is remembered are behind pointers."""
@@ -75,8 +58,8 @@ class C:
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         """Functions of the library by the names that are for float, too."""
-        if op == "real":
-            return f"R({parts[0]})"
+        if op.startswith("as "):
+            return f"R({parts[0]})" if op.endswith(REAL) else parts[0]
         if op == "?":
             return f"{parts[0]} ? {parts[1]} : {parts[2]}"
         if op in ("neg", "not"):
@@ -90,11 +73,8 @@ class C:
             return f"{LIBRARY[op]}({_bare(parts[0])})"
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
 
-    def element(self, storage: Storage, name: str, place: str) -> str:
-        """Arrays are flat."""
-        return f"{self._array(storage, name)}[{place}]"
-
-    def _array(self, storage: Storage, name: str) -> str:
+    def array(self, storage: Storage, name: str) -> str:
+        """That of a state is behind a pointer."""
         return f"state->{storage.name}" if storage.kind == "state" else name
 
     def comment(self, text: str) -> list[str]:
@@ -102,36 +82,6 @@ class C:
         plain = re.sub(r"[^ -~]|\\\\", "_", text).replace("*/", "* /").replace("/*", "/ *")
         first, *rest = wrap(f"/* {plain} */", WIDTH - 4)
         return [first, *(f" * {line}" for line in rest)]
-
-    def statement(self, printer: Printer, item: Any) -> Iterator[str]:
-        """Lines of one."""
-        text = printer.text
-        if isinstance(item, Node):
-            yield self.named(item.type, printer.name(item), printer.expression(item))
-        elif isinstance(item, Storage):
-            yield self.array(printer.name(item), item.size)
-        elif isinstance(item, Store):
-            if isinstance(item.storage, Node):
-                place = self.leaf(item.storage, item.storage.name)
-            else:
-                place = self.element(item.storage, printer.name(item.storage), text(item.place))
-            yield f"{place} = {text(item.value, real=True)};"
-        elif isinstance(item, Assign):
-            kind, name = item.variable.type, printer.name(item.variable)
-            value = text(item.value, real=kind == REAL)
-            yield self.variable(kind, name, value) if item.first else f"{name} = {value};"
-        elif isinstance(item, Loop):
-            k = printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
-            low, high = text(item.low), text(item.high, ORDER + 1)
-            yield self.loop(k, low, high)
-            yield from printer.lines(item.block)
-            yield "}"
-        elif isinstance(item, Branch):
-            yield f"if ({text(item.condition)}) {{"
-            yield from printer.lines(item.block)
-            yield "}"
-        elif isinstance(item, Call):
-            yield from self._call(printer, item)
 
     def named(self, kind: str, name: str, value: str) -> str:
         """A value that stays."""
@@ -141,9 +91,20 @@ class C:
         """A value that changes."""
         return f"{TYPES[kind]} {name} = {value};"
 
-    def array(self, name: str, size: int) -> str:
+    def declared(self, name: str, storage: Storage) -> list[str]:
         """An array within a sample."""
-        return f"real {name}[{size}];"
+        return [f"real {name}[{storage.size}];"]
+
+    def branch(self, condition: str) -> str:
+        """The head of a branch."""
+        return f"if ({condition}) {{"
+
+    def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
+        """Leave with what is no number."""
+        zero = self.literal(0.0, True)
+        products = " + ".join(f"{zero} * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
+        first = self.named(REAL, "overflow", products)
+        return [first, "if (!(overflow <= 0)) {", "    return overflow;", "}"]
 
     def loop(self, k: str, low: str, high: str) -> str:
         """The head of a loop."""
@@ -153,22 +114,23 @@ class C:
         """An array from a place on."""
         return f"{array} + {place}"
 
-    def _call(self, printer: Printer, item: Call) -> Iterator[str]:
+    def called(self, printer: Printer, item: Call) -> Iterator[str]:
+        """Lines of a call."""
         args = []
         for x, parameter in zip(item.args, item.function.parameters, strict=True):
             if isinstance(x, tuple):
                 storage, place = x
-                array = self._array(storage, printer.name(storage))
+                array = self.array(storage, printer.name(storage))
                 begins = isinstance(place, int) and not place
                 args.append(array if begins else self.part(array, printer.text(place)))
             else:
-                args.append(printer.text(x, real=kind_of(parameter) == REAL))
+                args.append(printer.text(x, kind=kind_of(parameter)))
         filled = sum(isinstance(x, Storage) for x in item.function.results)
         args += [printer.name(x) for x in item.results if isinstance(x, Storage)][:filled]
         numbers = [(x.type, printer.name(x)) for x in item.results if isinstance(x, Node)]
-        yield from self.called(self.names.of(item.function), args, numbers)
+        yield from self.calls(self.names.of(item.function), args, numbers)
 
-    def called(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
+    def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
         """A call that gives numbers, several of them through pointers."""
         if len(results) == 1:
             yield self.named(*results[0], f"{name}({', '.join(args)})")
@@ -187,11 +149,11 @@ class C:
         parameters += [self.parameter(x, printer.name(x)) for x in arrays]
         lines = [*printer.lines()]
         kinds = [kind_of(x) for x in numbers]
-        values = [printer.text(x, real=kind_of(x) == REAL) for x in numbers]
+        values = [printer.text(x, kind=kind_of(x)) for x in numbers]
         wishes = [printer.names.fresh(f"{getattr(x, 'name', '') or 'part'}_out") for x in numbers]
         told = self.comment(found.what) if found.what else []
         head, ends = self.defined(self.names.of(found), parameters, kinds, values, wishes)
-        return "\n".join(folded([*told, head, "{", *lines, *ends, "}", ""]))
+        return "\n".join(self.folded([*told, head, "{", *lines, *ends, "}", ""]))
 
     def parameter(self, x: Node | Storage, name: str) -> str:
         """One of a function; an array that it does not change is constant."""
@@ -219,14 +181,11 @@ class C:
         if kind != REAL and max(map(abs, numbers)) < 128:
             declared = "signed char"
         first = f"static const {declared} {name}[{len(numbers)}] = {{"
-        return "\n".join(folded([first, *self.rows(kind, shape, numbers), "};"]))
+        return "\n".join(self.folded([first, *self.rows(kind, shape, numbers), "};"]))
 
-    def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
-        """Lines of a table."""
-        count = shape[-1]
-        written = [self.literal(x if kind == REAL else int(x), kind == REAL) for x in numbers]
-        rows = (written[k : k + count] for k in range(0, len(written), count))
-        return [f"    {', '.join(row)}," for row in rows]
+    def folded(self, lines: Iterable[str]) -> list[str]:
+        """Lines of no more than a width."""
+        return folded(lines)
 
     def constant(self, name: str, value: float) -> str:
         """A number of the design."""
@@ -235,21 +194,6 @@ class C:
     def helper(self, name: str) -> str:
         """A function of its own language."""
         return HELPERS[name]
-
-
-class Printed(NamedTuple):
-    """The parts of the code of a law, each as lines."""
-
-    helpers: list[str]
-    constants: list[str]
-    functions: list[str]
-    law: list[str]  # what is done in a sample
-    command: str
-    starts: dict[str, str]  # name of an array that is remembered -> of what it starts from
-    library: list[str]  # functions of the language's mathematics
-    stateless: bool
-    state: list[str] = []  # members, where the language declares them
-    init: list[str] = []
 
 
 def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
@@ -264,53 +208,6 @@ def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
     for (count, *_), fields in groupby(found.fields, lambda field: (field.size, *field.shape[:1])):
         init += _begin([*fields], count, parts.starts)
     return parts._replace(state=state, init=init)
-
-
-def printed(found: Recorded, syntax: C) -> Printed:
-    """A law in a language with the syntax of C."""
-    functions = [*found.trace.functions.values()]
-    roots = [found.command, *found.doubtful]
-    printer = Printer(found.trace, syntax, roots, syntax.names, found.after)
-    printer.names.found[found.limit] = "largest"
-    if isinstance(found.command, Node) and found.command.op not in LEAVES:
-        printer.bound.add(found.command)
-    things: list[Any] = [*functions, *found.trace.tables.values(), *found.numbers]
-    for thing in things:
-        syntax.names.of(thing, thing.name)
-    first = [*printer.first(found.doubtful)] if found.early else []
-    body, check = [*printer.lines()], _check(printer, found.doubtful)
-    after, command = [*printer.lines(found.after)], printer.text(found.command)
-    law = [*first, *check, *body, *after] if found.early else [*body, *check, *after]
-    if found.started:
-        flag = found.started[0]
-        law.append(f"    {syntax.leaf(flag, flag.name)} = {syntax.literal(True, False)};")
-    texts = [syntax.function(one) for one in functions]
-    used = [x for x in found.trace.tables.values() if x in syntax.names.used]
-    names = syntax.names.of
-    constants = [syntax.constants(names(x), x.type, x.shape, x.numbers) for x in used]
-    starts = {}
-    for field in found.fields:
-        if field.shape and any(field.start):
-            starts[field.name] = syntax.names.fresh(f"start_{field.name}")
-            constants.append(syntax.constants(starts[field.name], REAL, field.shape, field.start))
-    for x in found.numbers:
-        if x in syntax.names.used and x.value is not None:
-            constants.append(syntax.constant(names(x), float(x.value)))
-    helpers = [syntax.helper(name) for name in syntax.helpers]
-    stateless = not any("state" in line for line in law)
-    return Printed(
-        helpers, constants, texts, folded(law), command, starts, [*syntax.library], stateless
-    )
-
-
-def _check(printer: Printer, doubtful: list[Any]) -> list[str]:
-    if not doubtful:
-        return []
-    zero = printer.syntax.literal(0.0, True)
-    products = " + ".join(f"{zero} * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
-    first = printer.syntax.named(REAL, "overflow", products)
-    lines = (first, "if (!(overflow <= 0)) {", "    return overflow;", "}")
-    return [f"    {line}" for line in lines]
 
 
 def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]:

@@ -1,17 +1,18 @@
 """Prints what was recorded: which numbers get a name, which statements count, in which order.
 
-A language is a ``Syntax``: how it writes a number, an operation, a loop. What is here is the same
-in all of them.
+How a language writes a number, an operation, a loop is in ``language``; what is here is the same in
+all of them.
 """
 
 import re
 from collections.abc import Iterable, Iterator
 from textwrap import wrap
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from hfc_design.codegen.live import LEAVES, counted
 from hfc_design.codegen.nodes import (
     REAL,
+    WHOLE,
     Block,
     Comment,
     Function,
@@ -20,39 +21,15 @@ from hfc_design.codegen.nodes import (
 )
 from hfc_design.codegen.trace import Trace
 
+if TYPE_CHECKING:
+    from hfc_design.codegen.language import Language
+
 #: How close an operation binds.
 CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
 BINDING = {"?": CHOICE, "or": OR, "and": AND, "==": EQUAL, "!=": EQUAL, "+": SUM, "-": SUM}
 BINDING |= dict.fromkeys(("<", "<=", ">", ">="), ORDER) | {"*": PRODUCT, "/": PRODUCT}
 BINDING |= {"neg": SIGN, "not": SIGN}
 WIDTH = 100
-
-
-class Syntax(Protocol):
-    """How a language writes what every language has."""
-
-    fold: bool  # whether upper and lower case are alike
-
-    def leaf(self, node: Node, name: str) -> str:
-        """A number that is known outside, or a variable."""
-
-    def literal(self, value: float | bool, real: bool) -> str:
-        """A number of the law; ``real``: among real ones."""
-
-    def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """An operation of its parts, in brackets where they need some."""
-
-    def element(self, storage: Storage, name: str, place: str) -> str:
-        """A number of an array."""
-
-    def comment(self, text: str) -> list[str]:
-        """Lines of a comment."""
-
-    def named(self, kind: str, name: str, value: str) -> str:
-        """A value that stays, of a type of ``nodes``."""
-
-    def statement(self, printer: "Printer", item: Any) -> Iterator[str]:
-        """Lines of a declaration or of a statement."""
 
 
 class Names:
@@ -106,7 +83,7 @@ class Printer:
     def __init__(
         self,
         trace: Trace,
-        syntax: Syntax,
+        syntax: "Language",
         roots: Iterable[Any],
         around: Names,
         *others: Block,
@@ -120,7 +97,7 @@ class Printer:
 
     def inlined(self, node: Node) -> bool:
         """Whether it stands where it is used."""
-        if node in self.bound:
+        if node in self.bound or node.op in self.syntax.chooses:
             return False
         uses = self.uses.get(node, [])
         once = len(uses) == 1 and uses[0] is node.block
@@ -171,21 +148,22 @@ class Printer:
                 self.done.add(node)
                 yield from (indent + line for line in self.syntax.statement(self, node))
 
-    def text(self, value: Any, outer: int = CHOICE, real: bool = False) -> str:
+    def text(self, value: Any, outer: int = CHOICE, kind: str = "") -> str:
         """An expression, in brackets where it binds less than what is around it.
 
-        ``real``: among real numbers.
+        ``kind`` is the type of the numbers that it is among.
         """
         if not isinstance(value, Node):
-            return self.syntax.literal(value, real)
+            found = self.syntax.literal(value, kind == REAL)
+            return f"({found})" if found.startswith("-") and outer >= PRODUCT else found
         if value.op in LEAVES or value in self.names.found:
             outside = value.op in ("input", "state")
             found = self.syntax.leaf(value, value.name if outside else self.name(value))
             binding = ATOM
         else:
             found, binding = self.expression(value), BINDING.get(value.op, ATOM)
-        if real and value.type != REAL:
-            converted = self.syntax.operation("real", [found], value)
+        if kind in (REAL, WHOLE) and value.type not in (REAL, kind):
+            converted = self.syntax.operation(f"as {kind}", [found], value)
             binding = binding if converted == found else ATOM
             found = converted
         return f"({found})" if binding < outer else found
@@ -195,11 +173,11 @@ class Printer:
         if node.op == "read":
             storage, place = node.args
             return self.syntax.element(storage, self.name(storage), self.text(place))
-        reals = node.type == REAL or any(map(_real, node.args))
+        kind = REAL if any(map(_real, node.args)) else node.type
         parts = []
         for k, x in enumerate(node.args):
             condition = node.op in ("and", "or", "not", "whole") or (node.op == "?" and not k)
-            parts.append(self.text(x, _least(node.op, k), reals and not condition))
+            parts.append(self.text(x, _least(node.op, k), "" if condition else kind))
         return self.syntax.operation(node.op, parts, node)
 
 

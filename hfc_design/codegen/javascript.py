@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 from hfc_design.codegen.axis import Recorded
-from hfc_design.codegen.c import CALLED, C, Printed, printed
-from hfc_design.codegen.emit import folded
+from hfc_design.codegen.c import CALLED, C
+from hfc_design.codegen.language import Printed, printed
 from hfc_design.codegen.nodes import REAL, WHOLE, Node, Storage
 
 HELPERS = {
@@ -24,7 +24,7 @@ OWN = (
 
 
 class JavaScript(C):
-    """See ``emit.Syntax``."""
+    """See ``Language``."""
 
     def leaf(self, node: Node, name: str) -> str:
         """Inputs and what is remembered are members of objects."""
@@ -37,8 +37,9 @@ class JavaScript(C):
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         """Functions of ``Math``, and comparisons without conversions."""
-        if op == "real":
-            return parts[0] if node.type == WHOLE else f"Number({parts[0]})"
+        if op.startswith("as "):
+            plain = node.type == WHOLE or op.endswith(WHOLE)
+            return parts[0] if plain else f"Number({parts[0]})"
         if op == "abs":
             return f"Math.abs({parts[0]})"
         if op in ("exp", "tanh", "sqrt", "sin", "cos"):
@@ -51,7 +52,8 @@ class JavaScript(C):
             return f"{parts[0]} {WORDS[op]} {parts[1]}"
         return super().operation(op, parts, node)
 
-    def _array(self, storage: Storage, name: str) -> str:
+    def array(self, storage: Storage, name: str) -> str:
+        """That of a state is its object's."""
         return f"state.{storage.name}" if storage.kind == "state" else name
 
     def named(self, kind: str, name: str, value: str) -> str:
@@ -62,9 +64,9 @@ class JavaScript(C):
         """A value that changes."""
         return f"let {name} = {value};"
 
-    def array(self, name: str, size: int) -> str:
+    def declared(self, name: str, storage: Storage) -> list[str]:
         """An array within a sample."""
-        return f"const {name} = new Float64Array({size});"
+        return [f"const {name} = new Float64Array({storage.size});"]
 
     def loop(self, k: str, low: str, high: str) -> str:
         """The head of a loop."""
@@ -74,7 +76,7 @@ class JavaScript(C):
         """An array from a place on, in the same memory."""
         return f"{array}.subarray({place})"
 
-    def called(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
+    def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
         """A call that gives a number, or an array of several."""
         call = f"{name}({', '.join(args)});"
         names = [one for _, one in results]
@@ -101,7 +103,7 @@ class JavaScript(C):
         """A table of constants, a row in a line."""
         made = "Float64Array" if kind == REAL else "Int32Array"
         rows = self.rows(kind, shape, numbers)
-        return "\n".join(folded([f"const {name} = {made}.from([", *rows, "]);"]))
+        return "\n".join(self.folded([f"const {name} = {made}.from([", *rows, "]);"]))
 
     def constant(self, name: str, value: float) -> str:
         """A number of the design."""

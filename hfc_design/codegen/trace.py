@@ -30,7 +30,7 @@ from hfc_design.codegen.nodes import (
     kind_of,
     refusal,
 )
-from hfc_design.codegen.sayings import first_line
+from hfc_design.codegen.sayings import call_it, first_line
 from hfc_design.codegen.simplify import known, simpler, value_of
 from hfc_design.codegen.values import (
     begin_of,
@@ -55,8 +55,10 @@ SHORT = 24
 class Trace:
     """What one function does: that of a whole law, or one that it calls."""
 
-    def __init__(self, whole: "Trace | None" = None, in_place: bool = False):
+    def __init__(self, whole: "Trace | None" = None, in_place: bool = False, flat: bool = False):
         self.whole: Trace = whole or self
+        #: Whether what a law calls is recorded where it is called, for languages without functions.
+        self.flat = flat
         #: Whether what is remembered may be written to before the law is through.
         self.in_place = in_place
         self.root = self.block = Block(self)
@@ -419,6 +421,10 @@ class Trace:
         has changed.
         """
         args = tuple(map(self._argument, args))
+        if self.flat:
+            for wish, x in zip([*signature(function).parameters][1:], args, strict=True):
+                call_it(x, wish) if isinstance(x, Stored) else None
+            return self._given_back(function(self.xp, *args))
         key = (function, *map(form_of, args))
         if key not in self.whole.functions:
             self.whole.functions[key] = self._recorded(function, args)
@@ -467,6 +473,12 @@ class Trace:
 
     def _argument(self, x: Any) -> Any:
         return self.stored(self.table(x)) if isinstance(x, Array | list) else x
+
+    def _given_back(self, value: Any) -> Any:
+        if not isinstance(value, tuple):
+            return self._argument(value)
+        parts = map(self._given_back, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
 
     def _recorded(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Function:
         inner = Trace(self.whole, in_place=True)

@@ -95,11 +95,10 @@ class Target(NamedTuple):
 
 
 class Template(NamedTuple):
-    """A controller in another language: its templates, and what they need of a record.
+    """The C of a controller of a whole machine: its templates, and what they need of a record.
 
-    For Structured Text there is ``st.j2`` (statements that end with ``command``); for the C of a
-    controller of a whole machine ``c.j2`` (a static ``commanded``) and ``state.j2`` (what it
-    remembers beside those inside).
+    There is ``c.j2`` (a static ``commanded``) and ``state.j2`` (what it remembers beside those
+    inside).
     """
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
@@ -234,7 +233,6 @@ class Kind:
     rules: RuleBase | None = None
     no_rules: str = "no rule tables"  # why there are no ``rules``, for who asks for a file of them
     c: Template | None = None  # of a controller of a whole machine
-    st: Template | None = None
     #: What the C of a controller of a whole machine remembers beside those inside it.
     saved: Callable[[Own], list[Member]] | None = None
     #: Differences that have to be more than 0 in single precision.

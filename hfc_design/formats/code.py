@@ -1,50 +1,27 @@
-"""A controller as code that does what ``runtime.Controller`` does: C99, Structured Text.
+"""A controller as a header and a source of C99, which do what ``runtime.Controller`` does."""
 
-C is a header and a source. Structured Text of IEC 61131-3 is one function block with LREAL, arrays
-of one dimension and no arrays as arguments: what every compiler gets right.
-"""
-
-import re
 from collections.abc import Iterable, Iterator
 
 from hfc_design.codegen.c import program
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import Template, needed
+from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
-from hfc_design.formats.fcl import real
 from hfc_design.formats.laws import recorded_law
 
 #: How names of the C code end that others see.
 PUBLIC = ("real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest")
 #: What a kind lacks that has no template of a language.
 NO_CODE = "it has no template in {}; json holds its numbers"
-#: What the block itself calls by these names within a sample.
-WITHIN = ["weighted", "part", "firing_row", "firing_column"]
 #: Largest number of a design: no sum or product of what the law is made of overflows.
 LARGEST = 1e100
 #: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
 LARGEST_LEARNT = 1e9
 #: What single precision holds with room for products, beside 0.
 SINGLE = (1e-30, 1e12)
-#: The largest finite number is a product of it: matiec takes no literal beyond single precision.
-LARGE = 1e38
-CLASH = "IEC 61131-3 takes {name} for {other}"
-LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
-#: What a kind's values say of the block's variables, beside what only its template reads; "past" is
-#: what of "remembered" is a reading of the sample before, and which; "held" is the record that it
-#: does where it leaves an adaptation out.
-USUAL: Json = {
-    "constants": {},
-    "remembered": [],
-    "within": [],
-    "past": {},
-    "units": [],
-    "held": None,
-}
 
 
 def sources(
@@ -117,63 +94,6 @@ def signals(design: Design) -> dict[str, str]:
         if name in writing.RESERVED["c"] or name.startswith("_"):
             raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
     return found
-
-
-def block(design: Design) -> str:
-    """``design`` as one function block.
-
-    An adaptation is left out: the block holds the table that it starts from and says so.
-
-    Raises:
-        UserError: the kind has no such code, or a name is none of the language.
-    """
-    template, values = block_values(design)
-    return writing.rendered("controller.st.j2", design, template.places, **values)
-
-
-def block_values(design: Design) -> tuple[Template, Json]:
-    """The template of the kind, and what a function block is made of; UserError as ``block``."""
-    template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
-    values = USUAL | template.values(design.controller)
-    units, within = values["units"], ["greatest", *values["within"]]
-    constants = {"large": LARGE, **values["constants"]}
-    constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
-    if design.limits.command is not None:
-        constants["largest"] = design.limits.command
-    change = design.changes([design.axis])[design.axis]
-    if change is not None:
-        constants["largest_change"] = change  # of the command in a sample
-    if units:
-        within += [*WITHIN, *(unit.name for unit in units)]
-    signals = writing.signals_read(design)
-    name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    remembered = [*values["remembered"], *(["previous_command"] if change else [])]
-    kept = [f"kept_{key}" for key in remembered]
-    names = [
-        *signals,
-        *constants,
-        *remembered,
-        *within,
-        *kept,
-        "fault",
-        *["started"] * bool(values["past"]),
-    ]
-    indices = ["i", "j", "in_column", "in_row"] if units else []
-    writing.check_names("st", [name, "reset", "command", *names, *indices], CLASH)
-    checked_numbers(design)
-    notes = [LEFT_OUT] if values["held"] else []
-    values |= {
-        "signals": signals,
-        "constants": constants,
-        "remembered": remembered,
-        "within": [*within, *kept],
-        "block": name,
-        "head": writing.head(design, notes),
-        "rows": max((len(unit.row_terms) for unit in units), default=0),
-        "columns": max((len(unit.column_terms) for unit in units), default=7),
-        "literals": lambda row: ", ".join(map(real, row)),
-    }
-    return template, values
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from hfc_design.codegen.st import literal_of
 from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.formats.fuzzy_files import Input, texts
 from hfc_design.formats.writing import Format
@@ -27,18 +28,11 @@ JFUZZYLOGIC = [
 ]
 
 
-def real(value: float) -> str:
-    """A REAL literal that reads back bit for bit: IEC 61131-3 wants a point in each."""
-    mantissa, _, exponent = repr(float(value)).partition("e")
-    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{mantissa}E{int(exponent)}" if exponent else mantissa
-
-
 def gauss2(term: Term, place: Input) -> str:
     """Two means, each with its width; a triangle is its points."""
     if not isinstance(term, FlatGaussian):
         return polygon(term, place)
-    return "GAUSS2 " + " ".join(map(real, (term.low, term.sigma, term.high, term.sigma)))
+    return "GAUSS2 " + " ".join(map(literal_of, (term.low, term.sigma, term.high, term.sigma)))
 
 
 def polygon(term: Term, place: Input) -> str:
@@ -51,7 +45,7 @@ def polygon(term: Term, place: Input) -> str:
     else:
         corners = [(term.left, 0.0), (term.centre, 1.0), (term.right, 0.0)]
         points = [point for point in corners if math.isfinite(point[0])]
-    return " ".join(f"({real(x)}, {real(y)})" for x, y in points)
+    return " ".join(f"({literal_of(x)}, {literal_of(y)})" for x, y in points)
 
 
 def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[float, float]]:
@@ -76,6 +70,8 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
 
 TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit"
 DIALECT = "the same in the dialect of jFuzzyLogic"
-_standard = partial(texts, target="fcl", about=STANDARD, real=real, shape=polygon)
-_dialect = partial(texts, target="fcl-jfuzzylogic", about=JFUZZYLOGIC, real=real, shape=gauss2)
+_standard = partial(texts, target="fcl", about=STANDARD, real=literal_of, shape=polygon)
+_dialect = partial(
+    texts, target="fcl-jfuzzylogic", about=JFUZZYLOGIC, real=literal_of, shape=gauss2
+)
 FORMATS = (Format("fcl", TEXT, _standard), Format("fcl-jfuzzylogic", DIALECT, _dialect))

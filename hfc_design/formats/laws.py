@@ -1,14 +1,17 @@
 """The law of an axis as it is recorded for code, of a record."""
 
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from hfc_design.codegen.axis import Recorded, filled, numbers_of, recorded
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import ControllerRecord, kinds
+from hfc_design.controllers.kind import ControllerRecord, kinds, needed
 from hfc_design.core.numbers import SCALARS, Floats, Memory
+from hfc_design.files.design import Design
 
 #: Of the last records that were asked for: several parts of an export read the same one.
-_KEPT: dict[tuple[str, float | None], Recorded] = {}
+_KEPT: dict[tuple[Any, ...], Recorded] = {}
 MOST = 64
 #: By how much of themselves numbers are put aside, to see who reads them.
 ASIDE = 1e-3
@@ -27,15 +30,42 @@ def recorded_law(
     """
     kind = kinds().get(record.kind)
     assert kind.law is not None  # see code.sources
-    assert kind.reads is not None
-    make = partial(recorded, gains=kind.gains(record), reads=kind.reads(record), change=change)
+    make = partial(recorded, gains=kind.gains(record), reads=_reads(record), change=change)
     if law is not None:
         return make(law)
-    key = record.model_dump_json(), change
+    return _kept(
+        (record.model_dump_json(), change),
+        lambda: make(kind.law(record, None), learnt=learnt(record)),
+    )
+
+
+def flat_law(design: Design) -> Recorded:
+    """The same of a design for languages without functions; its limits are in it.
+
+    Raises:
+        UserError: the kind is none of an axis; or as ``recorded_law``.
+    """
+    law: Any = needed(design.kind.law, design, "it commands a whole machine; --to c has its code")
+    record = design.controller
+    change = design.changes([design.axis])[design.axis]
+    limit = design.limits.command
+    gains = design.kind.gains(record)
+    make = partial(recorded, reads=_reads(record), learnt=learnt(record), change=change, flat=True)
+    key = record.model_dump_json(), change, limit
+    return _kept(key, lambda: make(law(record, limit), gains))
+
+
+def _reads(record: ControllerRecord) -> list[str]:
+    found = kinds().get(record.kind).reads
+    assert found is not None  # see code.signals
+    return found(record)
+
+
+def _kept(key: tuple[Any, ...], make: Callable[[], Recorded]) -> Recorded:
     if key not in _KEPT:
         while len(_KEPT) >= MOST:
             del _KEPT[next(iter(_KEPT))]
-        _KEPT[key] = make(kind.law(record, None), learnt=learnt(record))
+        _KEPT[key] = make()
     return _KEPT[key]
 
 

@@ -1,4 +1,4 @@
-"""For MATLAB and Octave: fuzzy inference systems with what runs them, and a MAT file of all."""
+"""For MATLAB and Octave: a function, fuzzy inference systems beside it, and a MAT file of all."""
 
 import io
 import math
@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from scipy.io import savemat
 
+from hfc_design.codegen.matlab import program
 from hfc_design.controllers.rules import FlatGaussian
-from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.fuzzy_files import Input, beside, inputs, texts, unit_head
-from hfc_design.formats.writing import RESERVED, Format, facts, rendered, rule_units, signal_units
+from hfc_design.formats import code
+from hfc_design.formats.fuzzy_files import Input, inputs, texts, unit_head
+from hfc_design.formats.laws import flat_law
+from hfc_design.formats.writing import RESERVED, Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}
 #: exp(-700) is about the smallest number of full precision.
@@ -22,14 +24,14 @@ FADED = 700.0
 
 
 def systems(design: Design) -> dict[str, str]:
-    """A folder with one ``.fis`` a unit and ``controller.m``, which evaluates them all.
+    """A folder with one ``.fis`` a unit and ``controller.m``, which needs none of them.
 
     A hierarchy also gets ``controller_tree.m``, which builds MATLAB's ``fistree``.
 
     Raises:
         UserError: a name is none of MATLAB, or there are inputs for which no rule fires.
     """
-    files, units, about = texts(design, "fis"), rule_units(design), beside(design)
+    files, units = texts(design, "fis"), rule_units(design)
     sides = inputs(units)
     for name, pair in sides.items():
         # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
@@ -38,12 +40,8 @@ def systems(design: Design) -> dict[str, str]:
                 f"--to fis: the terms of {name} leave gaps in which no rule fires, and the "
                 "programs that read the format have no common value for these"
             )
-    signals, remembered = _signals(design, about)
-    remembered |= {"previous_command": "0.0"} if "largest_change" in about else {}
-    fields = ", ".join(f"{_named('fis', name)} [{unit}]" for name, unit in signals.items())
-    values: dict[str, object] = {"units": units, "head": unit_head(design), "about": about}
-    values |= {"sides": sides, "fields": fields, "remembered": remembered}
-    files["controller.m"] = rendered("controller.m.j2", design, **values)
+    values: dict[str, object] = {"units": units, "head": unit_head(design)}
+    files["controller.m"] = function(design, "controller")
     wires = [(name, unit.name) for unit in units for name in (unit.row, unit.column)]
     if wires := [wire for wire in wires if wire[0] in sides]:
         files["controller_tree.m"] = rendered("controller_tree.m.j2", design, wires=wires, **values)
@@ -65,28 +63,17 @@ def _exponent(term: FlatGaussian, u: float) -> float:
     return 0.5 * (max(term.low - u, u - term.high, 0.0) / term.sigma) ** 2
 
 
-def _signals(design: Design, about: Json) -> tuple[dict[str, str], dict[str, str]]:
-    """Signals that the command takes with their units, and what is remembered from which on."""
-    if "inputs" not in about:
-        if "form" not in about:
-            kind = design.controller.kind
-            raise UserError(f"--to fis: has no controller.m for kind {kind}; fll holds its rules")
-        low = {"velocity": "BLU/s"} if about["low_velocity"] else {}
-        return {"error": "BLU"} | low, {
-            "error": "signals.error",
-            "action": "0.0",
-            "integral": "0.0",
-        }
-    units = signal_units(design)
-    names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
-    earlier = sorted(item["signal"] for item in about["inputs"] if item["samples_ago"])
-    linear = about.get("linear", {})
-    turning = range(1, 1 + len(linear.get("resonators", ())))
-    own = ["integral"] if linear else []
-    own += [f"{name}_{k}" for k in turning for name in ("resonator", "behind")]
-    found = {name: units.get(name, "") for name in names} | linear.get("reads", {})
-    found |= about.get("scheduled", {}).get("reads", {})
-    return found, {name: f"signals.{name}" for name in earlier} | dict.fromkeys(own, "0.0")
+def function(design: Design, name: str = "") -> str:
+    """A function of MATLAB and Octave that commands what the runtime does.
+
+    Raises:
+        UserError: the kind is none of an axis, or a name is none of a field.
+    """
+    code.checked_numbers(design)
+    signals = {_named("fis", name): unit for name, unit in code.signals(design).items()}
+    law = program(flat_law(design), [*signals, *RESERVED["fis"]])
+    values = {"name": name or code.c_name(design), "signals": signals, "law": law}
+    return rendered("controller.m.j2", design, **values)
 
 
 def variables(design: Design) -> bytes:
@@ -156,5 +143,10 @@ def _named(target: str, name: str) -> str:
 
 
 FIS = "a folder for MATLAB and Octave, one .fis a unit, and controller.m"
+M = "a function of MATLAB and Octave with the controller, adaptation and all"
 MAT = "a MAT file with tables, terms, gains and wiring"
-FORMATS = (Format("fis", FIS, systems), Format("mat", MAT, variables, ".mat"))
+FORMATS = (
+    Format("fis", FIS, systems),
+    Format("m", M, function, ".m"),
+    Format("mat", MAT, variables, ".mat"),
+)

@@ -1,17 +1,16 @@
 """A project of PLCopen's XML (TC6 2.01): the block of ``--to st``, and a task that calls it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 from typing import TypeAlias
 
 from hfc_design import __version__
-from hfc_design.core.numbers import Json
+from hfc_design.codegen.st import Variable
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
-from hfc_design.formats.code import CLASH, block_values, c_name
-from hfc_design.formats.fcl import real
+from hfc_design.formats.code import c_name
 from hfc_design.formats.flash.folder import page_of_axes
-from hfc_design.formats.st import with_vectors
+from hfc_design.formats.st import CLASH, FunctionBlock, block_of, with_vectors
 from hfc_design.formats.writing import Content, Format
 
 CALL = (
@@ -23,39 +22,39 @@ EXAMPLE = (
     "An example: give the variables what the drive's sensors tell, in the units that they name, "
     "and the drive the command; fault belongs to what stops the machine."
 )
-#: Name, type or that of a derived block, first value or values, what it is.
-Variable: TypeAlias = "tuple[str, str, float | Sequence[float] | None, str]"
+#: One with what it is.
+Told: TypeAlias = "tuple[Variable, str]"
 
 
 def project(design: Design) -> str:
     """``design`` as a project of one function block and a program that a task calls.
 
     Raises:
-        UserError: the kind has no Structured Text, or a name is none of the language.
+        UserError: as ``st.block_of``; or a name is one of the example.
     """
-    template, values = block_values(design)
-    name: str = values["block"]
-    program, instance = f"{name}_example", f"{name}_1"
-    writing.check_names(
-        "st", [name, program, instance, *values["signals"], "command", "fault"], CLASH
-    )
-    inputs, outputs = _signals(design, values)
-    block = {
-        "name": name,
+    block = block_of(design)
+    program, instance = f"{block.name}_example", f"{block.name}_1"
+    names = [block.name, program, instance, *block.signals, "command", "fault"]
+    writing.check_names("st", names, CLASH)
+    inputs, outputs = _signals(design, block)
+    sections = block.law.sections.items()
+    parts = {
+        "name": block.name,
         "kind": "functionBlock",
         "variables": {
-            "inputVars": [("reset", "BOOL", None, "forgets the past"), *inputs],
+            "inputVars": [(Variable("reset", "BOOL"), "forgets the past"), *inputs],
             "outputVars": outputs,
-            "localVars": [*_locals(values)],
+            "localVars": [(one, what) for what, variables in sections for one in variables],
         },
-        "body": writing.rendered("body.st.j2", design, template.places, **values),
-        "told": f"{CALL} {'. '.join(map(str, values['head']))}",
+        "body": block.law.body,
+        "told": f"{CALL} {'. '.join(writing.head(design))}",
     }
+    own = (Variable(instance, block.name), "the controller")
     example = {
         "name": program,
         "kind": "program",
-        "variables": {"localVars": [(instance, name, None, "the controller"), *inputs, *outputs]},
-        "body": _call(instance, list(values["signals"])),
+        "variables": {"localVars": [own, *inputs, *outputs]},
+        "body": _call(instance, list(block.signals)),
         "told": EXAMPLE,
     }
     return writing.rendered(
@@ -64,39 +63,25 @@ def project(design: Design) -> str:
         name=design.name,
         version=__version__,
         facts=writing.facts(design),
-        real=real,
-        pous=[block, example],
+        pous=[parts, example],
         interval=f"T#{(Decimal(repr(design.controller.sample_time_s)) * 1000).normalize():f}ms",
     )
 
 
-def _signals(design: Design, values: Json) -> tuple[list[Variable], list[Variable]]:
+def _signals(design: Design, block: FunctionBlock) -> tuple[list[Told], list[Told]]:
     """What comes in, and command and fault, with their units."""
     meanings = writing.signal_meanings(design)
 
-    def told(name: str, unit: str) -> str:
-        return ", ".join(part for part in (meanings.get(name, ""), unit and f"[{unit}]") if part)
+    def told(name: str, unit: str) -> Told:
+        parts = (meanings.get(name, ""), unit and f"[{unit}]")
+        return Variable(name, "LREAL"), ", ".join(part for part in parts if part)
 
-    inputs: list[Variable] = [
-        (name, "LREAL", None, told(name, unit)) for name, unit in values["signals"].items()
+    inputs = [told(name, unit) for name, unit in block.signals.items()]
+    command = told("command", writing.signal_units(design).get("command", ""))
+    return inputs, [
+        command,
+        (Variable("fault", "BOOL"), "the command is 0, an input was no number"),
     ]
-    unit = writing.signal_units(design).get("command", "")
-    command: Variable = ("command", "LREAL", None, told("command", unit))
-    return inputs, [command, ("fault", "BOOL", None, "the command is 0, an input was no number")]
-
-
-def _locals(values: Json) -> Iterable[Variable]:
-    """The variables inside, in the order of ``--to st``."""
-    for name, number in values["constants"].items():
-        yield name, "LREAL", number, "constant"
-    for name in values["remembered"]:
-        yield name, "LREAL", 0.0, "remembered from one sample to the next"
-    if values["past"]:
-        yield "started", "BOOL", None, "whether there was a sample"
-    if values["units"]:
-        yield from ((name, "INT", None, "") for name in "ij")
-        yield from ((f"in_{name}", "LREAL", [0.0] * 7, "degrees") for name in ("column", "row"))
-    yield from ((name, "LREAL", None, "within a sample") for name in values["within"])
 
 
 def _call(instance: str, signals: Sequence[str]) -> str:

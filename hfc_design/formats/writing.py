@@ -19,6 +19,7 @@ from xml.sax.saxutils import escape
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
+from hfc_design.codegen.st import literal_of
 from hfc_design.controllers.controller import FOLLOWED, units_of
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
@@ -259,6 +260,7 @@ def rendered(
         autoescape=False,  # no markup, and nothing that a user wrote freely
     )
     environment.filters["number"] = lambda value: repr(float(value))
+    environment.filters["literal"] = literal_of
     environment.filters |= {"plain": plain, "harmless": harmless, "xml": escape}
     environment.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")

@@ -6,7 +6,7 @@ from structured_text import FunctionBlock
 
 import hfc_design.api as hfc
 from hfc_design.files.design import builtin_designs
-from hfc_design.formats import code
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller
 
 #: Largest commands that hold the built-in designs back.
@@ -59,7 +59,7 @@ def stepped(design, signals):
 
 def in_text(design, signals):
     """What the block of Structured Text commands."""
-    block = FunctionBlock(code.block(design))
+    block = FunctionBlock(text_of(design))
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     return np.array([block.step(**dict(zip(signals, row, strict=True))) for row in rows])
 

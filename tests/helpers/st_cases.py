@@ -5,7 +5,7 @@ from itertools import product
 import made_up
 import numpy as np
 from sliding import EVERY
-from wiring import design, not_adapting, silent
+from wiring import design, silent
 
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.files.design import Design, Limits, builtin_designs, named_design
@@ -31,56 +31,46 @@ def slow(name, command, rate):
     return named_design(name).model_copy(update={"limits": limits})
 
 
-#: What is written, and what its block does: where it adapts, that with the table to start from.
+#: What is written.
 CASES = {
-    "pd": (named_design("pd-only"),) * 2,
-    "pid": (named_design("jee-koren-2004-pid"),) * 2,
-    "pid whose command is slow": (slow("jee-koren-2004-pid", 60.0, 400.0),) * 2,
-    "hierarchy whose command is slow": (slow("lin-lee-1999-table-1", 60.0, 9e3),) * 2,
-    "pid with a dead zone": (updated("jee-koren-2004-pid", dead_zone=2.0),) * 2,
-    "flc of 5 x 3": (made_up.named(1, 5, 3),) * 2,
-    "flc of 2 x 11": (made_up.named(1, 2, 11),) * 2,
-    "flc with a dead zone": (made_up.with_options("flc", 3),) * 2,
-    "aflc with a dead zone": (
-        updated("jee-koren-2004-aflc", dead_zone=2.0),
-        not_adapting(updated("jee-koren-2004-aflc", dead_zone=2.0)),
+    "pd": named_design("pd-only"),
+    "pid": named_design("jee-koren-2004-pid"),
+    "pid whose command is slow": slow("jee-koren-2004-pid", 60.0, 400.0),
+    "hierarchy whose command is slow": slow("lin-lee-1999-table-1", 60.0, 9e3),
+    "pid with a dead zone": updated("jee-koren-2004-pid", dead_zone=2.0),
+    "flc of 5 x 3": made_up.named(1, 5, 3),
+    "flc of 2 x 11": made_up.named(1, 2, 11),
+    "flc with a dead zone": made_up.with_options("flc", 3),
+    "aflc with a dead zone": updated("jee-koren-2004-aflc", dead_zone=2.0),
+    "pid+ff": made_up.linear("pid+ff", 1),
+    "lqi within a limit": made_up.limited(made_up.linear("lqi", 2), 400.0),
+    "lqr of a feed drive": made_up.linear("lqr", 3, "feed-drive"),
+    "table 1": named_design("lin-lee-1999-table-1"),
+    "table 2": named_design("lin-lee-1999-table-2"),
+    "random": design("random-1"),
+    "on a linear part": made_up.hierarchy_on_linear(4),
+    "on a linear part within a limit": made_up.limited(made_up.hierarchy_on_linear(5), 60.0),
+    "scheduling": made_up.scheduling(4),
+    "scheduling within a limit": made_up.limited(made_up.scheduling(5), 60.0),
+    "resonators": made_up.resonating(made_up.linear("lqi", 2), 1, 3.0, 700.0),
+    "resonators within a limit": made_up.limited(
+        made_up.resonating(made_up.scheduling(5), 2, 3.0, 700.0), 60.0
     ),
-    "pid+ff": (made_up.linear("pid+ff", 1),) * 2,
-    "lqi within a limit": (made_up.limited(made_up.linear("lqi", 2), 400.0),) * 2,
-    "lqr of a feed drive": (made_up.linear("lqr", 3, "feed-drive"),) * 2,
-    "table 1": (named_design("lin-lee-1999-table-1"),) * 2,
-    "table 2": (named_design("lin-lee-1999-table-2"),) * 2,
-    "random": (design("random-1"),) * 2,
-    "on a linear part": (made_up.hierarchy_on_linear(4),) * 2,
-    "on a linear part within a limit": (made_up.limited(made_up.hierarchy_on_linear(5), 60.0),) * 2,
-    "scheduling": (made_up.scheduling(4),) * 2,
-    "scheduling within a limit": (made_up.limited(made_up.scheduling(5), 60.0),) * 2,
-    "resonators": (made_up.resonating(made_up.linear("lqi", 2), 1, 3.0, 700.0),) * 2,
-    "resonators within a limit": (
-        made_up.limited(made_up.resonating(made_up.scheduling(5), 2, 3.0, 700.0), 60.0),
-    )
-    * 2,
-    "silent": (silent(),) * 2,
-    "aflc": (
-        named_design("jee-koren-2004-aflc"),
-        not_adapting(named_design("jee-koren-2004-aflc")),
-    ),
-    "soflc": (
-        named_design("jee-koren-1995-soflc"),
-        not_adapting(named_design("jee-koren-1995-soflc")),
-    ),
+    "silent": silent(),
+    "aflc": named_design("jee-koren-2004-aflc"),
+    "soflc": named_design("jee-koren-1995-soflc"),
+    "soc": named_design("huang-soc"),
+    "neural": named_design("huang-neural"),
 }
 for form in ("P", "PI", "PD"):
     changes = {"form": form, "integral_gain": 0.7, "low_velocity": LOW.model_dump(mode="json")}
-    CASES[form] = (updated("jee-koren-2004-flc", **changes),) * 2
+    CASES[form] = updated("jee-koren-2004-flc", **changes)
     changes["low_velocity"]["blu_mm"] = 0.02
-    CASES[f"{form}, another BLU"] = (updated("jee-koren-2004-flc", **changes),) * 2
-for name, record in EVERY.items():
-    held = record.model_copy(update={"controller": record.controller.held()})
-    CASES[f"fuzzy-sliding {name}"] = (record, held)
+    CASES[f"{form}, another BLU"] = updated("jee-koren-2004-flc", **changes)
+CASES |= {f"fuzzy-sliding {name}": record for name, record in EVERY.items()}
 
 
-WRITTEN = [name for name in builtin_designs() if named_design(name).kind.st]
+WRITTEN = [name for name in builtin_designs() if named_design(name).kind.law]
 
 
 def samples(record, count=800):

@@ -6,11 +6,9 @@ from structured_text import GRAMMAR, FunctionBlock
 MORE = {
     '"FUNCTION_BLOCK" NAME': '"PROGRAM" NAME',
     "END_FUNCTION_BLOCK": "END_PROGRAM",
-    "type: /BOOL|INT|LREAL/": "BLOCK: /fb_[a-z0-9_]+/\ntype: /BOOL|INT|LREAL/ | BLOCK",
+    "type: /BOOL|DINT|INT|LREAL/": "BLOCK: /fb_[a-z0-9_]+/\ntype: /BOOL|DINT|INT|LREAL/ | BLOCK",
     "?statement: ": '?statement: NAME "(" given ("," given)* ")" ";" -> invoke\n    | ',
     "block: ": 'given: NAME ":=" expression\nblock: ',
-    '("AND" compared)+ -> all': '("AND" compared)+ -> all | compared ("OR" compared)+ -> any',
-    "/<=|>=|<|>/": "/<=|>=|<|>|=/",
     "-> name\n": '-> name\n    | NAME "." NAME -> member\n',
 }
 
@@ -55,17 +53,6 @@ class Program(FunctionBlock):
         assert {code.partition("=")[0] for code in codes} == set(block.inputs)
         return [f"v['{name}'].step({', '.join(codes)})"]
 
-    def any(self, tree):
-        kinds, codes = zip(*map(self.visit, tree.children), strict=True)
-        assert set(kinds) == {"BOOL"}
-        return "BOOL", f"({' or '.join(codes)})"
-
     def member(self, tree):
         name, part = tree.children
         return self.values[name].kinds[part], f"v['{name}'].values['{part}']"
-
-    def sum(self, tree):
-        kind, code = super().sum(tree)
-        return ("BOOL", code.replace(" = ", " == ")) if " = " in code else (kind, code)
-
-    product = compared = sum

@@ -1,11 +1,13 @@
 """Runs Structured Text, for tests: a strict subset of IEC 61131-3, written from the standard.
 
-Stricter than compilers are: every name has to be declared once and in one way of writing it, INT
-and LREAL do not mix, an index has to be in its range, inputs and loop variables are read only. What
-passes is translated to Python and executed.
+Stricter than compilers are: every name has to be declared once and in one way of writing it, INT,
+DINT and LREAL do not mix, an index has to be in its range, inputs and loop variables are read only.
+What passes is translated to Python and executed.
 """
 
+import contextlib
 import math
+from functools import reduce
 
 from lark import Lark
 from lark.visitors import Interpreter
@@ -13,18 +15,20 @@ from lark.visitors import Interpreter
 GRAMMAR = r"""
 start: "FUNCTION_BLOCK" NAME section* statement* "END_FUNCTION_BLOCK"
 section: SECTION declaration+ "END_VAR"
-declaration: NAME ":" type [":=" initial] ";"
-type: /BOOL|INT|LREAL/ | "ARRAY" "[" INTEGER ".." INTEGER "]" "OF" /LREAL/
+declaration: NAME ("," NAME)* ":" type [":=" initial] ";"
+type: /BOOL|DINT|INT|LREAL/ | "ARRAY" "[" INTEGER ".." INTEGER "]" "OF" /LREAL|DINT|BOOL/
 initial: literal | "[" literal ("," literal)* "]"
-literal: SIGN? REAL
+literal: SIGN? (REAL | INTEGER) | TRUTH
 ?statement: NAME ":=" expression ";" -> assign
     | NAME "[" expression "]" ":=" expression ";" -> store
     | "IF" expression "THEN" block _elsif* ["ELSE" block] "END_IF" ";" -> choose
-    | "FOR" NAME ":=" INTEGER "TO" INTEGER "DO" block "END_FOR" ";" -> loop
+    | "FOR" NAME ":=" expression "TO" expression "DO" block "END_FOR" ";" -> loop
+    | "RETURN" ";" -> leave
 _elsif: "ELSIF" expression "THEN" block
 block: statement+
-?expression: compared | compared ("AND" compared)+ -> all
-?compared: "NOT" compared -> inverted | sum (/<=|>=|<|>/ sum)?
+?expression: both | both ("OR" both)+ -> any
+?both: compared | compared ("AND" compared)+ -> all
+?compared: "NOT" compared -> inverted | sum (/<=|>=|<>|<|>|=/ sum)?
 ?sum: product (/[+-]/ product)*
 ?product: unary (/[*\/]/ unary)*
 ?unary: _MINUS atom -> negated | atom
@@ -32,7 +36,7 @@ block: statement+
     | NAME "[" expression "]" -> item | "(" expression ")"
     | FUNCTION "(" expression ("," expression)* ")" -> call
 TRUTH.2: /(TRUE|FALSE)(?![A-Za-z0-9_])/
-FUNCTION.2: /(ABS|EXP|MIN|MAX)(?=\()/
+FUNCTION.2: /(ABS|EXP|SQRT|MIN|MAX|BOOL_TO_DINT|DINT_TO_LREAL|LREAL_TO_DINT)(?=\()/
 SECTION.2: /VAR(_INPUT|_OUTPUT)?(?![A-Za-z0-9_])/
 SIGN: "-"
 _MINUS: "-"
@@ -44,8 +48,23 @@ COMMENT: /\(\*(.|\n)*?\*\)/
 %ignore /\s+/
 """
 PARSER = Lark(GRAMMAR, parser="lalr")
-FUNCTIONS = {"ABS": (1, abs), "EXP": (1, math.exp), "MIN": (2, min), "MAX": (2, max)}
-EMPTY = {"BOOL": False, "INT": 0, "LREAL": 0.0}
+#: What each takes and gives; "": any number. A conversion to a whole number is to the nearest.
+FUNCTIONS = {
+    "ABS": ([""], "", abs),
+    "EXP": (["LREAL"], "LREAL", math.exp),
+    "SQRT": (["LREAL"], "LREAL", math.sqrt),
+    "MIN": (["", ""], "", min),
+    "MAX": (["", ""], "", max),
+    "BOOL_TO_DINT": (["BOOL"], "DINT", int),
+    "DINT_TO_LREAL": (["DINT"], "LREAL", float),
+    "LREAL_TO_DINT": (["LREAL"], "DINT", round),
+}
+EMPTY = {"BOOL": False, "INT": 0, "DINT": 0, "LREAL": 0.0}
+WORDS = {"=": "==", "<>": "!="}
+
+
+class Left(Exception):
+    """RETURN."""
 
 
 class FunctionBlock(Interpreter):
@@ -59,7 +78,7 @@ class FunctionBlock(Interpreter):
     def __init__(self, text):
         name, *parts = self.parser.parse(text).children
         self.block = str(name)
-        self.values, self.kinds, self.inputs = {}, {}, []
+        self.values, self.kinds, self.inputs, self.inner = {}, {}, [], {}
         for part in parts:
             if part.data == "section":
                 self._declare(*part.children)
@@ -70,27 +89,31 @@ class FunctionBlock(Interpreter):
     def step(self, **inputs):
         assert set(inputs) | {"reset"} == set(self.inputs), inputs
         self.values.update({"reset": False} | inputs)
-        functions = {name: function for name, (_, function) in FUNCTIONS.items()}
-        exec(self._code, functions | {"v": self.values, "at": _at})
+        functions = {name: function for name, (*_, function) in FUNCTIONS.items()}
+        with contextlib.suppress(Left):
+            exec(self._code, functions | {"v": self.values, "at": _at, "Left": Left})
         return self.values["command"]
 
     def _declare(self, keyword, *declarations):
-        for name, kind, initial in (declaration.children for declaration in declarations):
-            assert name.casefold() not in map(str.casefold, self.values), f"{name} stands twice"
-            *bounds, base = kind.children
-            numbers = (
-                [float("".join(part.children)) for part in initial.children] if initial else []
-            )
-            if bounds:
-                size = int(bounds[1]) + 1
-                assert bounds[0] == "0"
-                assert len(numbers) in (0, size), name
-                self.values[name] = numbers or [0.0] * size
-            else:
-                self.values[name] = numbers[0] if numbers else self.empty(base)
-            self.kinds[name] = "ARRAY" if bounds else str(base)
-            if keyword == "VAR_INPUT":
-                self.inputs.append(str(name))
+        for *names, kind, initial in (declaration.children for declaration in declarations):
+            for name in names:
+                self._declared(keyword, name, kind, initial)
+
+    def _declared(self, keyword, name, kind, initial):
+        assert name.casefold() not in map(str.casefold, self.values), f"{name} stands twice"
+        *bounds, base = kind.children
+        numbers = [_number(base, part) for part in initial.children] if initial else []
+        if bounds:
+            size = int(bounds[1]) + 1
+            assert bounds[0] == "0"
+            assert len(numbers) in (0, size), name
+            self.values[name] = numbers or [EMPTY[base]] * size
+            self.inner[name] = str(base)
+        else:
+            self.values[name] = numbers[0] if numbers else self.empty(base)
+        self.kinds[name] = "ARRAY" if bounds else str(base)
+        if keyword == "VAR_INPUT":
+            self.inputs.append(str(name))
 
     def empty(self, kind):
         """What a variable is to begin with."""
@@ -99,13 +122,13 @@ class FunctionBlock(Interpreter):
     def assign(self, tree):
         name, (kind, code) = tree.children[0], self.visit(tree.children[1])
         assert name not in self.locked, f"{name} is read only"
-        assert self.kinds[name] == kind, name
+        assert _same(kind, self.kinds[name]) == self.kinds[name], name
         return [f"v['{name}'] = {code}"]
 
     def store(self, tree):
         name, index, value = tree.children
         kind, code = self.visit(value)
-        assert kind == "LREAL"
+        assert kind == self.inner[name], name
         return [f"{self._place(name, index)} = {code}"]
 
     def choose(self, tree):
@@ -119,12 +142,17 @@ class FunctionBlock(Interpreter):
 
     def loop(self, tree):
         name, low, high, block = tree.children
-        assert self.kinds[name] == "INT"
+        assert self.kinds[name] in ("INT", "DINT")
         assert name not in self.locked
+        ends = [self.visit(one) for one in (low, high)]
+        assert {kind for kind, _ in ends} <= {self.kinds[name], "whole"}
         self.locked.add(name)
         body = self._indented(block)
         self.locked.remove(name)
-        return [f"for v['{name}'] in range({int(low)}, {int(high)} + 1):", *body]
+        return [f"for v['{name}'] in range({ends[0][1]}, {ends[1][1]} + 1):", *body]
+
+    def leave(self, tree):
+        return ["raise Left"]
 
     def _indented(self, block):
         return [f" {line}" for part in block.children for line in self.visit(part)]
@@ -134,9 +162,11 @@ class FunctionBlock(Interpreter):
         kind, code = self.visit(first)
         for operator, part in zip(rest[::2], rest[1::2], strict=True):
             other, right = self.visit(part)
-            assert kind == other != "BOOL", f"{code} {operator} {right}"
-            kind = "BOOL" if operator in ("<", ">", "<=", ">=") else kind
-            code = f"({code} {operator} {right})"
+            kind = _same(kind, other)
+            assert kind, f"{code} {operator} {right}"
+            assert kind != "BOOL" or operator in ("=", "<>"), f"{code} {operator} {right}"
+            kind = "BOOL" if operator in ("<", ">", "<=", ">=", "=", "<>") else kind
+            code = f"({code} {WORDS.get(operator, operator)} {right})"
         return kind, code
 
     product = compared = sum
@@ -145,6 +175,11 @@ class FunctionBlock(Interpreter):
         kinds, codes = zip(*map(self.visit, tree.children), strict=True)
         assert set(kinds) == {"BOOL"}
         return "BOOL", f"({' and '.join(codes)})"
+
+    def any(self, tree):
+        kinds, codes = zip(*map(self.visit, tree.children), strict=True)
+        assert set(kinds) == {"BOOL"}
+        return "BOOL", f"({' or '.join(codes)})"
 
     def truth(self, tree):
         return "BOOL", str(tree.children[0]).title()
@@ -162,7 +197,7 @@ class FunctionBlock(Interpreter):
         return "LREAL", str(tree.children[0])
 
     def integer(self, tree):
-        return "INT", str(int(tree.children[0]))
+        return "whole", str(int(tree.children[0]))
 
     def name(self, tree):
         name = tree.children[0]
@@ -170,19 +205,42 @@ class FunctionBlock(Interpreter):
         return self.kinds[name], f"v['{name}']"
 
     def item(self, tree):
-        return "LREAL", self._place(*tree.children)
+        return self.inner[tree.children[0]], self._place(*tree.children)
 
     def _place(self, name, index):
         kind, code = self.visit(index)
         assert self.kinds[name] == "ARRAY"
-        assert kind == "INT"
+        assert kind in ("INT", "DINT", "whole")
         return f"v['{name}'][at(v['{name}'], {code})]"
 
     def call(self, tree):
         function, *arguments = tree.children
         kinds, codes = zip(*map(self.visit, arguments), strict=True)
-        assert kinds == ("LREAL",) * FUNCTIONS[function][0], function
-        return "LREAL", f"{function}({', '.join(codes)})"
+        wanted, given, _ = FUNCTIONS[function]
+        assert len(kinds) == len(wanted)
+        assert all(_same(kind, want or kind) for kind, want in zip(kinds, wanted, strict=True))
+        found = given or reduce(_same, kinds)
+        assert found, function
+        return found, f"{function}({', '.join(codes)})"
+
+
+def _same(one, other):
+    """The type of two numbers that are used together, "" where they cannot be."""
+    if one == other:
+        return one
+    for whole, kind in ((one, other), (other, one)):
+        if whole == "whole" and kind in ("INT", "DINT"):
+            return kind
+    return ""
+
+
+def _number(kind, literal):
+    text = "".join(literal.children)
+    if text in ("TRUE", "FALSE"):
+        assert kind == "BOOL"
+        return text == "TRUE"
+    assert ("." in text) == (kind == "LREAL")
+    return float(text) if kind == "LREAL" else int(text)
 
 
 def _at(values, index):

@@ -23,7 +23,7 @@ def kind(data):
         return f"ARRAY[{dimension.lower}..{dimension.upper}] OF {kind(data.array.base_type)}"
     if data.derived is not None:
         return data.derived.name
-    names = {"BOOL": "bool_value", "INT": "int_value", "LREAL": "lreal"}
+    names = {"BOOL": "bool_value", "DINT": "dint", "LREAL": "lreal"}
     (name,) = (name for name, key in names.items() if getattr(data, key) is not None)
     return name
 

@@ -9,7 +9,7 @@ in tests/unit/formats/test_fis.py.
 import numpy as np
 import pytest
 from imported_files import SHARED, SHARED_SIGNALS
-from wiring import DESIGNS, UNITS, design, not_adapting, random_signals, unit_error
+from wiring import DESIGNS, UNITS, design, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.files.design import Limits
@@ -36,7 +36,7 @@ def test_every_unit_reads_back(name, octave, tmp_path):
 
 @pytest.mark.parametrize("name", [*WHOLE, "P", "PI", "PD"])
 def test_controller_m_gives_the_commands_of_the_runtime(name, octave, tmp_path):
-    record = form(name) if len(name) < 3 else not_adapting(design(name))
+    record = form(name) if len(name) < 3 else design(name)
     compare(record, octave, tmp_path)
 
 

@@ -1,6 +1,6 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
 
-from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, widths
+from hfc_design.controllers.flc.export import EXPLAIN, RULES, widths
 from hfc_design.controllers.flc.law import flc
 from hfc_design.controllers.flc.record import FlcDesign, FlcSettings
 from hfc_design.controllers.kind import Kind, later
@@ -19,7 +19,6 @@ KIND = Kind(
     rules=RULES,
     explain=EXPLAIN,
     widths=widths,
-    st=ST,
     table_gains=FlcDesign.table_gains,
     pictures=later("hfc_design.controllers.flc.section", "pictures"),
     sections=later("hfc_design.controllers.flc.section", "sections"),

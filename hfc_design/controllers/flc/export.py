@@ -1,20 +1,16 @@
-"""A fuzzy controller for other programs: its rule table, C, Structured Text; its samples in words.
+"""A fuzzy controller for other programs: its rule table; its samples in words.
 
 Rules and terms of a kind that adapts are those that it starts from.
 """
 
-from pathlib import Path
-
 import numpy as np
 
-from hfc_design.controllers.flc.law import STANDSTILL, Parts
-from hfc_design.controllers.flc.record import USUAL, FlcDesign, FuzzyRecord, signals_of
-from hfc_design.controllers.kind import Explain, Template
+from hfc_design.controllers.flc.law import Parts
+from hfc_design.controllers.flc.record import USUAL, FuzzyRecord, signals_of
+from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
-
-HERE = Path(__file__).parent / "templates"
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
@@ -159,41 +155,6 @@ def widths(record: FuzzyRecord) -> list[float]:
     return [apart(edge, term[1]) for term in terms for edge in term[::2]]
 
 
-def _held(record: FuzzyRecord) -> FlcDesign:
-    """The flc with the table that an adaptation starts from."""
-    own = {name: getattr(record, name) for name in FuzzyRecord.model_fields if name != "kind"}
-    return FlcDesign.model_validate({"form": record.control_form(), **own})
-
-
-def _st(record: FuzzyRecord) -> Json:
-    """An adaptation is left out: the block holds the table that it starts from and says so."""
-    constants: Json = {"integral_gain": record.integral_gain, "sample_time": record.sample_time_s}
-    table = record.table()
-    for name, terms in (("error", table.error_terms), ("error_change", table.change_terms)):
-        left, centre, right = zip(*terms, strict=True)
-        # The outermost edges are infinite and not read.
-        constants[f"{name}_left"] = [0.0, *left[1:]]
-        constants[f"{name}_centre"] = list(centre)
-        constants[f"{name}_right"] = [*right[:-1], 0.0]
-    within = ["degree", "error_change", "new_action", "new_integral"]
-    low = record.low_velocity
-    if low:
-        within += ["v", "compensation"]
-        constants |= dict(low) | {"standstill": STANDSTILL}
-    if record.dead_zone:
-        within += ["used_error"]
-        constants["dead_zone"] = record.dead_zone
-    return {
-        "constants": constants,
-        "remembered": ["previous_error", "control_action", "error_integral"],
-        "past": {"previous_error": "used_error" if record.dead_zone else "error"},
-        "within": within,
-        "units": [plain_unit(record)],
-        "form": record.control_form(),
-        "held": _held(record) if record.adapts else None,
-    }
-
-
 RULES = RuleBase(units, inputs, about, notes, tables)
 EXPLAIN = Explain(
     signals,
@@ -202,4 +163,3 @@ EXPLAIN = Explain(
     changes={"error_change": "previous_error"},
     names=lambda record: signals_of(record.names),
 )
-ST = Template((HERE,), _st)

@@ -1,6 +1,6 @@
 """Adaptive fuzzy sliding control of an axis (Lin & Gai 2009)."""
 
-from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, ST
+from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES
 from hfc_design.controllers.fuzzy_sliding.law import sliding
 from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign, SlidingSettings
 from hfc_design.controllers.kind import Kind, later
@@ -17,7 +17,6 @@ KIND = Kind(
     adapted=SlidingDesign.adapted,
     rules=RULES,
     explain=EXPLAIN,
-    st=ST,
     pictures=later("hfc_design.controllers.fuzzy_sliding.pictures", "pictures"),
     sections=later("hfc_design.controllers.fuzzy_sliding.pictures", "sections"),
 )

@@ -1,19 +1,15 @@
-"""Adaptive fuzzy sliding control for other programs: its rule table, C, Structured Text, in words.
+"""Adaptive fuzzy sliding control for other programs: its rule table, its samples in words.
 
 Rules are those by now, learnt moves included, wherever they do not adapt.
 """
 
-from pathlib import Path
-
 from hfc_design.controllers.fuzzy_sliding.law import Parts
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
-from hfc_design.controllers.kind import Explain, Template
+from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import TERMS, ZR
-
-HERE = (Path(__file__).parent / "templates",)
 
 
 def _terms(largest: float) -> tuple[Triangle, ...]:
@@ -85,28 +81,6 @@ def shown(record: SlidingDesign, parts: Parts) -> Json:
     return {"units": [unit], "parts": shares}
 
 
-def _st(record: SlidingDesign) -> Json:
-    gains = record.gains()
-    constants: Json = {
-        "error_terms": gains.error_terms,
-        "rate_terms": gains.rate_terms,
-        "slope": gains.slope,
-        "gain": gains.switching,
-        "boundary_layer": gains.boundary_layer,
-    }
-    if gains.pid:
-        integral = gains.pid.k_i * record.sample_time_s
-        constants |= {"kp": gains.pid.k_p, "kd": gains.pid.k_d, "ki_sample": integral}
-    return {
-        "constants": constants,
-        "remembered": ["error_sum"] if gains.pid else [],
-        "within": ["place", "nonlinear", *(["new_sum"] if gains.pid else [])],
-        "units": units(record),
-        "pid": gains.pid,
-        "held": record.held(),
-    }
-
-
 RULES = RuleBase(units, lambda record: ["error_rate", "error"], about, notes, tables)
 EXPLAIN = Explain(
     lambda record: (["error", "error_rate"], []),
@@ -114,4 +88,3 @@ EXPLAIN = Explain(
     shown,
     SlidingDesign.held,
 )
-ST = Template(HERE, _st)

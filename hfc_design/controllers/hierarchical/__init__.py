@@ -1,6 +1,6 @@
 """PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)."""
 
-from hfc_design.controllers.hierarchical.code import ST, tabulated
+from hfc_design.controllers.hierarchical.code import tabulated
 from hfc_design.controllers.hierarchical.law import hierarchical
 from hfc_design.controllers.hierarchical.record import (
     HierarchicalDesign,
@@ -27,7 +27,6 @@ KIND = Kind(
     rules=RULES,
     explain=EXPLAIN,
     adapted=HierarchicalDesign.adapted,
-    st=ST,
     lookup=tabulated,
     pictures=later("hfc_design.controllers.hierarchical.pictures", "pictures"),
     sections=later("hfc_design.controllers.hierarchical.section", "sections"),

@@ -1,16 +1,11 @@
-"""A hierarchy in C and in Structured Text.
-
-For machines without ``exp`` the degrees of membership are a table, and what that costs is told.
-"""
+"""A hierarchy for machines without ``exp``: its degrees as a table, and what that costs."""
 
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.hierarchical.law import (
-    PREVIOUS,
     Graded,
     Grid,
     hierarchical,
@@ -18,62 +13,7 @@ from hfc_design.controllers.hierarchical.law import (
     outputs,
 )
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
-from hfc_design.controllers.hierarchical.rules import units
-from hfc_design.controllers.kind import Template
-from hfc_design.controllers.linear import code as linear
-from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import ARRAYS, Floats, Json
-
-HERE = Path(__file__).parent / "templates"
-
-
-def _st(record: HierarchicalDesign) -> Json:
-    names = [identifier(item.name) for item in record.inputs]
-    scales = {f"scale_{n}": item.scale for n, item in zip(names, record.inputs, strict=True)}
-    terms = {
-        f"term_{key}": [getattr(term, key) for term in record.terms]
-        for key in ("centre", "half_width", "rate")
-    }
-    gains = {"kp": record.pd.kp, "kd": record.pd.kd, "output_scale": record.output_scale}
-    own = units(record)
-    units_named = {unit.name for unit in own}
-    previous = {name: name.removeprefix(PREVIOUS) for name in names if name.startswith(PREVIOUS)}
-    part: Json = {"constants": {}, "remembered": [], "within": []}
-    if record.linear_part:
-        part = linear.st_values(record.linear_part)
-    scheduled = _scheduled_st(record)
-    return part | {
-        "constants": part["constants"] | scheduled["constants"] | gains | scales | terms,
-        "past": previous,
-        "remembered": [*previous, *part["remembered"]],
-        "within": [
-            "distance",
-            *(f"scaled_{n}" for n in names),
-            *part["within"],
-            *scheduled["within"],
-        ],
-        "linear": record.linear_part is not None,
-        "scheduled": scheduled if record.scheduled else None,
-        "units": own,
-        "inputs": names,
-        "held": record.held() if record.adaptation else None,
-        "scaled": lambda source: source if source in units_named else f"scaled_{source}",
-    }
-
-
-def _scheduled_st(record: HierarchicalDesign) -> Json:
-    """Constants and variables of the law that the root scales."""
-    if (part := record.scheduled_part) is None:
-        return {"constants": {}, "within": []}
-    values = linear.st_values(part)
-    shared = ("filter_kept", "filter_taken", "sample_time", "cosine", "sine")
-    constants = values["constants"].items()
-    own = {f"scheduled_{key}": x for key, x in constants if not key.startswith(shared)}
-    within = ["scheduled", "scheduled_direction", "factor"]
-    return {"constants": own, "within": within, "fed_back": values["fed_back"]}
-
-
-ST = Template((HERE, *linear.PLACES), _st)
 
 
 class Lookup(NamedTuple):

@@ -8,8 +8,8 @@ from math import pi
 from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import Explain, Kind, Template, later
-from hfc_design.controllers.linear.code import PLACES, shares, st_values
+from hfc_design.controllers.kind import Explain, Kind, later
+from hfc_design.controllers.linear.code import shares
 from hfc_design.controllers.linear.law import initial_memory, sample
 from hfc_design.controllers.linear.record import (
     LinearDesign,
@@ -46,7 +46,6 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         reach=LinearDesign.reach,
         connecting=LinearDesign.connecting,
         of_gains=_of_gains,
-        st=Template(PLACES, st_values),
         explain=Explain(
             signals=lambda record: (record.reads(), []),
             remember=lambda memory, readings: memory,  # nothing of it is a reading

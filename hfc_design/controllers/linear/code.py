@@ -1,17 +1,13 @@
-"""What other languages and explanations need of a linear law, alone or as a part of another one.
+"""What explanations and other programs need of a linear law, alone or as a part of another one.
 
 Never imports JAX.
 """
-
-from pathlib import Path
 
 from hfc_design.controllers.linear.law import AHEAD, Parts
 from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 
-#: Folders of the templates; ``law.st.j2`` is for who has the law as a part too.
-PLACES = (Path(__file__).parent / "templates",)
 #: The gains of a resonator.
 TURNING = ("in_phase", "quadrature")
 
@@ -23,35 +19,6 @@ def resonators(record: LinearDesign) -> list[Json]:
     for one, (cosine, sine) in pairs:
         found.append(one.model_dump() | {"cosine": cosine, "sine": sine})
     return found
-
-
-def st_values(record: LinearDesign) -> Json:
-    """What the law's templates in Structured Text read, and its variables."""
-    gains, turning = record.gains(), resonators(record)
-    fed_back = {identifier(name): gain for name, gain in record.signals.items()}
-    constants = {
-        "kp": gains.kp,
-        "ki": gains.ki,
-        "kd": gains.kd,
-        **{f"gain_{name}": gain for name, gain in fed_back.items()},
-        **{f"ahead_{name}": getattr(gains, name) for name in MULTIPLES},
-        "coulomb_width": gains.width,
-        "filter_kept": gains.kept,
-        "filter_taken": 1.0 - gains.kept,
-        "sample_time": record.sample_time_s,
-    }
-    remembered, within = ["error_integral", "error_rate_filtered"], []
-    for k, one in enumerate(turning, 1):
-        constants |= {f"{key}_{k}": one[key] for key in ("cosine", "sine", *TURNING)}
-        remembered += [f"resonator_{k}", f"behind_{k}"]
-        within = ["along", "across", "turned"]
-    return {
-        "constants": constants,
-        "remembered": remembered,
-        "within": ["new_rate", "direction", "new_integral", *within],
-        "fed_back": fed_back,
-        "resonators": turning,
-    }
 
 
 def step(record: LinearDesign, name: str) -> str:

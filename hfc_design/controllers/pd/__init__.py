@@ -1,14 +1,13 @@
 """The proportional-derivative controller that every fuzzy one is measured against.
 
-Its law, its gains and its templates; never imports JAX.
+Its law and its gains; never imports JAX.
 """
 
-from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import Template, reach_of
+from hfc_design.controllers.kind import reach_of
 from hfc_design.core.numbers import Scalar, Xp
 
 
@@ -31,7 +30,6 @@ def sample(
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
-HERE = (Path(__file__).parent / "templates",)
 #: On the C-axis; the ranges are those of the hierarchy beside it.
 RANGES = PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))
 KIND = kind_of_gains(
@@ -45,5 +43,4 @@ KIND = kind_of_gains(
     reach=lambda record, limit: reach_of(
         {"error": record.pd.kp, "error_rate": record.pd.kd}, limit
     ),
-    st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),
 )

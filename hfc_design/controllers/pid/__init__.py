@@ -1,16 +1,15 @@
 """The proportional-integral-derivative controller of a feed drive.
 
-Its law, its gains and its templates; never imports JAX.
+Its law and its gains; never imports JAX.
 """
 
-from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers import kind
 from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import FEEDS, kind_of_gains
-from hfc_design.controllers.kind import ControllerRecord, Template
-from hfc_design.core.numbers import Json, Own, Scalar, Xp
+from hfc_design.controllers.kind import ControllerRecord
+from hfc_design.core.numbers import Own, Scalar, Xp
 
 
 class PidRecord(ControllerRecord):
@@ -61,23 +60,11 @@ def sample(
     return command, PidMemory(error, whole), None
 
 
-def _st(record: Own) -> Json:
-    kp, ki, kd = dict(record.pid).values()
-    zone = {"dead_zone": record.dead_zone} if record.dead_zone else {}
-    return {
-        "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s, **zone},
-        "remembered": ["previous_error", "error_sum"],
-        "past": {"previous_error": "used_error" if zone else "error"},
-        "within": ["new_sum", *(["used_error"] if zone else [])],
-    }
-
-
 def _reach(record: Own, limit: float | None) -> dict[str, float]:
     k_p, _, k_d = dict(record.pid).values()
     return kind.reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
-HERE = (Path(__file__).parent / "templates",)
 #: On a feed drive.
 RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
 KIND = kind_of_gains(
@@ -94,5 +81,4 @@ KIND = kind_of_gains(
     reads=lambda record: ["error"],
     reach=_reach,
     connecting=lambda record: [kind.CHANGES, *kind.zone_told(record)],
-    st=Template(HERE, _st),
 )

@@ -16,11 +16,11 @@ from attack import SEED, Attack, rounds
 from c_program import built, commands
 from places import OWN_PARTS
 from structured_text import FunctionBlock
-from wiring import not_adapting
 
 from hfc_design.core.numbers import finite
 from hfc_design.files.design import Design
 from hfc_design.formats import code
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller, use
 
 OWN = OWN_PARTS
@@ -159,21 +159,13 @@ def stepped_alike(design, samples, folder, readings_alone):
     np.testing.assert_array_equal(expected[~faulty], stepped(alone, names, samples[~faulty]))
     assert repr(controller._memory) == repr(alone._memory)
     agree(commands(folder / "program", samples), expected, 1e-11)
-    if design.kind.st is None:
-        return
-
-    starts = not_adapting(design)
-    if getattr(starts.controller, "adaptation", None):  # which the block leaves out
-        starts = starts.model_copy(
-            update={"controller": starts.controller.model_copy(update={"adaptation": None})}
-        )
-    block = FunctionBlock(code.block(design))
+    block = FunctionBlock(text_of(design))
     pairs = []
     for row in samples.tolist():
         command = block.step(**dict(zip(names, row, strict=True)))
         assert command == 0.0 or not block.values["fault"]
         pairs.append(nan if block.values["fault"] else command)
-    agree(np.array(pairs), stepped(Controller(starts), names, samples), 1e-11)
+    agree(np.array(pairs), stepped(Controller(design), names, samples), 1e-11)
 
 
 def in_float(program, samples, random):

@@ -5,6 +5,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from node import in_node
 from random_designs import MADE, design_of, of_the_runtime, samples_of
 
 from hfc_design.formats import code
@@ -13,33 +14,15 @@ from hfc_design.formats.javascript import module
 SEEDS = range(6)
 #: Kinds that call exp or tanh, which engines have of their own.
 TRANSCENDENTAL = ("pd+hierarchical-fuzzy", "neural")
-RUN = """
-import {{ initial, signals, step }} from "./{name}.mjs";
-import {{ readFileSync, writeFileSync }} from "node:fs";
-const rows = readFileSync("{name}.in"), names = Object.keys(signals), state = initial();
-const told = new Float64Array(rows.buffer, rows.byteOffset, rows.length / 8);
-const found = new Float64Array(told.length / names.length);
-for (let k = 0; k < found.length; k += 1) {{
-    const inputs = Object.fromEntries(names.map((name, j) => [name, told[k * names.length + j]]));
-    found[k] = step(state, inputs);
-}}
-writeFileSync("{name}.out", found);
-"""
 
 
 @pytest.mark.parametrize("kind", MADE)
 def test_commands_are_those_of_the_runtime(program, kind, tmp_path):
-    node, designs = program("node"), {}
+    node = program("node")
     for seed in SEEDS:
-        design = design_of(kind, seed).model_copy(update={"name": f"law{seed}"})
-        designs[seed] = design, samples_of(design, seed)
-        (tmp_path / f"law{seed}.mjs").write_text(module(design))
-        (tmp_path / f"law{seed}.in").write_bytes(designs[seed][1].tobytes())
-        (tmp_path / f"run{seed}.mjs").write_text(RUN.format(name=f"law{seed}"))
-    for seed, (design, samples) in designs.items():
-        subprocess.run([node, f"run{seed}.mjs"], cwd=tmp_path, check=True)
-        found = np.fromfile(tmp_path / f"law{seed}.out")
-        wanted = of_the_runtime(design, samples)
+        design = design_of(kind, seed)
+        samples = samples_of(design, seed)
+        found, wanted = in_node(node, design, samples, tmp_path), of_the_runtime(design, samples)
         exact = 1e-15 if kind not in TRANSCENDENTAL else 1e-13
         size = np.nanmax(np.abs(wanted))
         np.testing.assert_allclose(found, wanted, rtol=exact, atol=exact * size)

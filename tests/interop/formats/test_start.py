@@ -15,7 +15,8 @@ from structured_text import FunctionBlock
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import Limits
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import FORMATS
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller, Machine
 
 PID, FLC, HIERARCHY = "jee-koren-2004-pid", "jee-koren-2004-flc", "lin-lee-1999-table-1"
@@ -61,7 +62,7 @@ def in_c(design, rows, folder):
 
 
 def in_st(design, rows, folder):
-    block = FunctionBlock(code.block(design))
+    block = FunctionBlock(text_of(design))
     return [block.step(**row) for row in rows]
 
 
@@ -80,8 +81,6 @@ IN = {"python": in_python, "c": in_c, "st": in_st}
 @pytest.mark.parametrize("language", IN)
 def test_a_standing_error_is_no_kick(language, name, tmp_path):
     design, row = standing(name, STILL[name])
-    if language == "st" and design.kind.st is None:
-        pytest.skip("has no Structured Text")
     found = IN[language](design, [row] * 3, tmp_path)
     assert abs(found[1]) > 0.1
     np.testing.assert_allclose(found, found[1], rtol=1e-13)
@@ -100,7 +99,7 @@ def test_controller_m_does_not_kick(name, octave, tmp_path):
 
 
 @pytest.mark.parametrize("name", LEARNING[:2])
-@pytest.mark.parametrize("language", ["python", "c"])
+@pytest.mark.parametrize("language", IN)
 def test_what_learns_begins_with_its_first_table(language, name, tmp_path):
     """No rule has fired before the first sample: none is judged in it."""
     design, row = standing(name, {"controller.integral_gain": 0.0})
@@ -109,7 +108,7 @@ def test_what_learns_begins_with_its_first_table(language, name, tmp_path):
     assert first == pytest.approx(in_python(held, [row] * 2, None)[1], rel=1e-12)
 
 
-@pytest.mark.parametrize("language", ["python", "c"])
+@pytest.mark.parametrize("language", IN)
 def test_a_table_that_learns_takes_equal_steps_of_a_standing_error(language, tmp_path):
     """Huang & Shy, eq. 8 and 9: of a change of 0 every sample's correction is the same."""
     design, row = standing("huang-soc", {})
@@ -120,7 +119,7 @@ def test_a_table_that_learns_takes_equal_steps_of_a_standing_error(language, tmp
 
 def test_forgetting_is_a_first_sample_again():
     design, row = standing(PID, STILL[PID])
-    controller, block = Controller(design), FunctionBlock(code.block(design))
+    controller, block = Controller(design), FunctionBlock(text_of(design))
     both = [controller.step(row), block.step(**row)]
     controller.reset()
     again = row | {"error": -50.0}

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from exported import texts
 from held_back import FORMS, commanded_alone, free, in_text, limited, samples, slow, stepped
-from wiring import not_adapting
 from wording import refused
 
 import hfc_design.api as hfc
@@ -28,11 +27,9 @@ def test_structured_text_keeps_them_too(case):
     name, changes = FORMS[case]
     for held in (limited, slow):
         design = held(name, **changes)
-        # The block has no adaptation.
-        same = not_adapting(design) if design.kind.adapted else design
         signals = samples(design)
         found = in_text(design, signals)
-        np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found, stepped(design, signals), rtol=0, atol=1e-10)
         if held is limited:
             limit = design.limits.command
             assert 0.95 * limit < np.abs(found).max() <= limit

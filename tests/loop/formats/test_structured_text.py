@@ -1,4 +1,4 @@
-"""What the Structured Text export says of an adaptation, and the block in PLCopen's XML.
+"""Reset in the Structured Text export, and the block in PLCopen's XML.
 
 tests/interop/test_st.py checks both with programs of others.
 """
@@ -8,31 +8,21 @@ import xml.etree.ElementTree as ET
 import made_up
 import pytest
 from plcopen_project import PPX, block_in, function_block, pous
-from st_cases import WRITTEN, updated
+from st_cases import updated
 from structured_text import FunctionBlock
 from wiring import silent
 
 from hfc_design.files.design import named_design
-from hfc_design.formats import code
 from hfc_design.formats.plcopen import project
-
-
-@pytest.mark.parametrize("name", [*WRITTEN, "adapting hierarchy"])
-def test_the_head_says_when_the_adaptation_is_left_out(name):
-    adapts = name.endswith(("aflc", "soflc", "hierarchy"))
-    if name == "adapting hierarchy":
-        record = updated("lin-lee-1999-table-1", adaptation={"largest_move": 2.0})
-    else:
-        record = named_design(name)
-    assert ("the adaptation is not here" in code.block(record)) == adapts
+from hfc_design.formats.st import text_of
 
 
 def test_reset_forgets_the_past():
     pi = updated("jee-koren-2004-flc", form="PI", integral_gain=0.7)
     for record in (pi, named_design("lin-lee-1999-table-1")):
-        block = FunctionBlock(code.block(record))
+        block = FunctionBlock(text_of(record))
         one, other = (dict.fromkeys(block.inputs, x) | {"reset": False} for x in (0.02, 0.03))
-        first = FunctionBlock(code.block(record)).step(**other)
+        first = FunctionBlock(text_of(record)).step(**other)
         block.step(**one)
         assert block.step(**other) != first
         assert block.step(**other | {"reset": True}) == first
@@ -52,12 +42,12 @@ CASES = {
 def test_the_block_of_a_project_is_that_of_structured_text(case):
     record = CASES[case]
     name, sections, body = block_in(project(record))
-    written = code.block(record)
+    written = text_of(record)
     here, there = FunctionBlock(function_block(name, sections, body)), FunctionBlock(written)
     assert (here.block, here.values, here.kinds) == (there.block, there.values, there.kinds)
     assert here.inputs == there.inputs
     assert body in written
-    assert body.endswith("END_IF;\n")
+    assert body.endswith("fault := FALSE;\n")
 
 
 def test_a_task_calls_the_block_once_a_sample():

@@ -6,19 +6,17 @@ down once more with NumPy.
 
 import json
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from run_folders import ran
 from scipy.integrate import solve_ivp
 from toy_run import OWN
-from wording import refused, refused_command
+from wording import refused_command
 
 import hfc_design.api as hfc
 import hfc_design.runs.run as runs
 from hfc_design import runtime
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.report.errors import errors
 
 
@@ -47,13 +45,6 @@ def test_the_runtime_steps_it(toy):
     learnt = controller.adapted()
     assert learnt.heights != toy.controller.heights
     assert type(learnt).model_validate(learnt.model_dump()) == learnt  # a table that can be saved
-
-
-def test_what_has_no_template_of_a_language_says_which(toy, tmp_path, monkeypatch):
-    monkeypatch.setitem(KINDS.known, "toy", replace(toy.kind, st=None))
-    with refused():
-        hfc.export(toy, "st", tmp_path / "out")
-    hfc.export(toy, "c", tmp_path / "out")
 
 
 def test_both_axes_are_exported(toy_place, tmp_path):

@@ -4,7 +4,6 @@
 this folder; nothing in the package knows it.
 """
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from pydantic import Field
 import hfc_design.api as hfc
 
 POINTS = 5
-HERE = Path(__file__).parent
 
 
 class Gains(NamedTuple):
@@ -172,21 +170,6 @@ def sections(record: Design, shown: hfc.Shown) -> list[Any]:
     return [hfc.Section("A table of its own", "", listing, [])]
 
 
-def st_values(record: Design) -> dict[str, Any]:
-    """Variables of the function block."""
-    return {
-        "constants": {
-            "heights": record.heights,
-            "width": record.width,
-            "integral": record.integral,
-            "sample_time": record.sample_time_s,
-            "rate": record.rate,
-        },
-        "remembered": ["summed", *(f"move_{k}" for k in range(POINTS))],
-        "within": ["place", "inferred", "new_sum", *(f"weight_{k}" for k in range(POINTS))],
-    }
-
-
 KIND = hfc.Kind(
     name="toy",
     summary="a table over the error that learns",
@@ -198,6 +181,5 @@ KIND = hfc.Kind(
     reads=lambda record: ["error"],
     adapted=Design.adapted,
     explain=hfc.Explain(lambda record: (["error"], []), lambda memory, readings: memory, shown),
-    st=hfc.Template((HERE,), st_values),
     sections=sections,
 )

@@ -11,11 +11,11 @@ from flash_folders import ALL, page, runs_in_a_plc
 from st_cases import CASES, samples
 from structured_text import FunctionBlock
 
-from hfc_design.formats import code
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller
 
 
-@pytest.mark.parametrize("name", [name for name, design in ALL.items() if design.kind.st])
+@pytest.mark.parametrize("name", [name for name, design in ALL.items() if design.kind.law])
 def test_a_plc_runs_all_vectors(name):
     runs_in_a_plc(ALL[name])
 
@@ -30,8 +30,8 @@ def test_axes_that_differ_have_units_of_their_own():
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_block_gives_the_commands_of_the_runtime(case):
-    record, stepped = CASES[case]
-    block, controller = FunctionBlock(code.block(record)), Controller(stepped)
+    record = CASES[case]
+    block, controller = FunctionBlock(text_of(record)), Controller(record)
     rows = samples(record)
     found = [block.step(**{n: row[n] for n in block.inputs if n != "reset"}) for row in rows]
     wanted = [controller.step(row) for row in rows]

@@ -118,7 +118,7 @@ def test_fields_of_objectives_and_strategies(own):
 
 def pd_kind(**changes):
     """A kind as pd, but for some fields, under its own name."""
-    return replace(KINDS.get("pd"), **{"name": "mine", "c": None, "st": None} | changes)
+    return replace(KINDS.get("pd"), **{"name": "mine", "c": None} | changes)
 
 
 class Other(api.ControllerRecord):

@@ -8,7 +8,7 @@ from structured_text import FunctionBlock
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.formats import code
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller, Machine
 
 #: u = 2 e - 0.5 de/dt [V], every 5 ms, up to 6 V and 100 V/s: 0.5 V a sample.
@@ -35,7 +35,7 @@ def test_a_step_of_the_error_is_a_ramp_of_the_command():
 
 
 def test_a_faulty_sample_leaves_the_ramp_where_it_was():
-    controller, block = Controller(pd()), FunctionBlock(code.block(pd()))
+    controller, block = Controller(pd()), FunctionBlock(text_of(pd()))
     good, bad = ({"error": x, "error_rate": 0.0} for x in (5.0, math.nan))
     assert [controller.step(good), controller.step(good)] == [0.5, 1.0]
     assert math.isnan(controller.step(bad))

@@ -11,9 +11,9 @@ from fml_oracle import System
 from wiring import silent
 from wording import refused
 
+from hfc_design.codegen.st import literal_of
 from hfc_design.files.design import design_json, named_design, parse_design
 from hfc_design.formats import FORMATS
-from hfc_design.formats.fcl import real
 
 LANGUAGES = ["fll", "fcl", "fcl-jfuzzylogic", "fml"]
 
@@ -70,7 +70,7 @@ def test_names_that_a_language_cannot_tell_apart_are_refused(target, old, new):
 
 def test_a_real_has_a_point_and_reads_back():
     told = ["1.0E-5", "1.0E22", "-2.5E-300", "3.0", "0.1"]
-    assert list(map(real, (1e-5, 1e22, -2.5e-300, 3, 0.1))) == told
+    assert list(map(literal_of, (1e-5, 1e22, -2.5e-300, 3, 0.1))) == told
 
 
 @pytest.mark.parametrize("target", LANGUAGES[1:])

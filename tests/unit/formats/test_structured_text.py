@@ -11,46 +11,31 @@ import numpy as np
 import pytest
 from exported import with_controller
 from plcopen_project import PPX, block_in, function_block
-from st_cases import samples, updated
+from st_cases import updated
 from structured_text import FunctionBlock
-from wiring import design, units
 from wording import refused
 
 from hfc_design.files.design import Design, design_json, named_design
-from hfc_design.formats import code
 from hfc_design.formats.plcopen import project
+from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller
 
 
-def test_every_unit_is_the_weighted_average_of_its_rules():
-    record = design("random-2")
-    block = FunctionBlock(code.block(record))
-
-    def value(name):
-        return block.values[name if name.startswith("unit_") else f"scaled_{name}"]
-
-    for row in samples(record, 400):
-        block.step(**{name: row[name] for name in block.inputs if name != "reset"})
-        for unit in units(record):
-            expected = unit.expected(value(unit.row), value(unit.column))
-            assert abs(value(unit.name) - expected) <= 1e-12
-
-
 def test_the_block_reads_as_it_would_be_written_by_hand():
-    lines = code.block(named_design("lin-lee-1999-table-1"))
+    lines = text_of(named_design("lin-lee-1999-table-1"))
     assert "FUNCTION_BLOCK fb_lin_lee_1999_table_1\nVAR_INPUT\n    reset : BOOL;\n" in lines
     assert "    error : LREAL; (* rad *)\n" in lines
     assert "    command : LREAL; (* V *)\n" in lines
     assert "    kp : LREAL := 758.405;\n" in lines
-    assert "        0.1, 0.05, 0.0, 0.0, 0.0, 0.05, 0.1\n" in lines
-    assert "    previous_spindle_velocity : LREAL := 0.0;\n" in lines
-    assert "command := kp * error + kd * error_rate + output_scale * unit_0;\n" in lines
+    assert "    readings_spindle_velocity : LREAL := 0.0;\n" in lines
+    assert "(* Output of one unit from the degrees of its two inputs (LL eq. 4). *)\n" in lines
+    assert "scaled_0 := scales[0] * error;\n" in lines
 
 
-@pytest.mark.parametrize("name", ["Retain", "unit_7", "Distance", "a__b", "a_", "_a"])
+@pytest.mark.parametrize("name", ["Retain", "a__b", "a_", "_a"])
 def test_a_name_that_is_none_of_the_standard_is_refused(name):
     with refused() as found:
-        code.block(renamed("deflection", name))
+        text_of(renamed("deflection", name))
     assert found.where == "to='st'"
 
 
@@ -63,7 +48,7 @@ def renamed(old, new):
 
 def test_no_name_gets_code_into_the_file():
     evil = "x *) END_FUNCTION_BLOCK (* y"
-    written = code.block(named_design("pd-only").model_copy(update={"name": evil}))
+    written = text_of(named_design("pd-only").model_copy(update={"name": evil}))
     comment, body = written.split("\n*)\n")
     assert "*)" not in comment
     assert body.count("END_FUNCTION_BLOCK\n") == 1
@@ -71,7 +56,7 @@ def test_no_name_gets_code_into_the_file():
     good = named_design("lin-lee-1999-table-1")
     first, item, *others = good.controller.inputs
     with refused():
-        code.block(
+        text_of(
             with_controller(good, inputs=(first, item.model_copy(update={"name": evil}), *others))
         )
 
@@ -105,9 +90,13 @@ def test_nothing_that_a_user_wrote_is_markup():
     assert len(root.findall(f".//{PPX}pou")) == 2
 
 
-def test_a_kind_without_structured_text_is_refused():
-    with refused():
-        project(named_design("huang-neural"))
+def test_a_network_goes_on_learning():
+    record = named_design("huang-neural")
+    block = FunctionBlock(text_of(record))
+    before = list(block.values["weights_output"])
+    for error in (0.001, -0.0004, 0.0003):
+        block.step(error=error)
+    assert block.values["weights_output"] != before
 
 
 def test_a_name_that_the_example_takes_is_refused():

@@ -12,7 +12,8 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import population_of_one
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import FORMATS
+from hfc_design.formats.st import text_of
 from hfc_design.pictures.files import image
 from hfc_design.runs import individuals
 from hfc_design.runtime.explain import explanation
@@ -144,17 +145,13 @@ def test_nothing_and_far_too_much_can_be_drawn(value):
 
 
 @pytest.mark.parametrize("name", ["beside a pid within a limit", "with what it learnt"])
-def test_structured_text_holds_what_it_starts_from(name, tmp_path):
+def test_structured_text_learns_as_the_runtime_does(name):
     design = EVERY[name]
-    held = design.model_copy(update={"controller": design.controller.held()})
-    (tmp_path / "design.st").write_text(code.block(design))
-    text = (tmp_path / "design.st").read_text()
-    assert "the adaptation is not here" in text
-    block = FunctionBlock(text)
+    block = FunctionBlock(text_of(design))
     samples = wandering(300)[:380]
     rows = (dict(zip(("error", "error_rate"), row, strict=True)) for row in samples.tolist())
     found = [block.step(**row) for row in rows]
-    expected = of_the_runtime(held, samples)
+    expected = of_the_runtime(design, samples)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
