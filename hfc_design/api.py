@@ -25,10 +25,8 @@ from hfc_design.controllers.kind import (
     ControllerSettings,
     Explain,
     Kind,
-    Member,
     Shown,
     Target,
-    Template,
 )
 from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.numbers import Constant, Xp, clipped, total
@@ -108,6 +106,6 @@ __all__ += ["Drive", "Machine", "Plant", "coupled", "only_positive", "rk4", "sid
 __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
-__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind", "Member"]
-__all__ += ["Drawing", "Listing", "Section", "Shown", "Target", "Template"]
+__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind"]
+__all__ += ["Drawing", "Listing", "Section", "Shown", "Target"]
 __all__ += ["Constant", "Xp", "clipped", "total"]

@@ -1,15 +1,16 @@
 """C99 of what was recorded."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from textwrap import wrap
 from typing import Any
 
-from hfc_design.codegen.axis import Field, Recorded
 from hfc_design.codegen.emit import PRODUCT, WIDTH, Printer, folded
 from hfc_design.codegen.language import Language, Printed, printed
+from hfc_design.codegen.memory import Field
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Call, Function, Node, Storage, kind_of
+from hfc_design.codegen.recorded import Recorded
 
 #: Functions that stand before the law where it needs them.
 HELPERS = {
@@ -33,18 +34,21 @@ WORDS = {"and": "&&", "or": "||", "==": "==", "!=": "!="}
 #: What the code itself calls so.
 OWN = (
     *("real", "R", "LARGEST", "state", "inputs", "largest", "odd", "overflow", "stepped"),
-    *("is_whole", "numbers", "count", "before", *HELPERS, *LIBRARY.values()),
+    *("numbers", "count", "before", *HELPERS, *LIBRARY.values()),
 )
 
 
 class C(Language):
     """See ``Language``."""
 
-    def __init__(self, reserved: Iterable[str] = ()) -> None:
+    def __init__(self, reserved: Iterable[str], places: Mapping[str, str]) -> None:
         super().__init__((*OWN, *reserved))
+        self.places = places  # of inputs that are no members of ``inputs``
 
     def leaf(self, node: Node, name: str) -> str:
         """Inputs and what is remembered are behind pointers."""
+        if node.op == "input" and name in self.places:
+            return self.places[name]
         place = {"input": "inputs->", "state": "state->"}.get(node.op, "")
         return place + name
 
@@ -196,9 +200,14 @@ class C(Language):
         return HELPERS[name]
 
 
-def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """A law in C99; nothing in it has a name that is ``reserved``."""
-    parts = printed(found, C(reserved))
+def program(
+    found: Recorded, reserved: Iterable[str] = (), places: Mapping[str, str] | None = None
+) -> Printed:
+    """A controller in C99; nothing in it has a name that is ``reserved``.
+
+    ``places`` are where inputs are, by their names, that are no members of ``inputs``.
+    """
+    parts = printed(found, C(reserved, places or {}))
     state = []
     for k, field in enumerate(found.fields):
         if found.started and found.started[1] == k:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from hfc_design.codegen.axis import Recorded
 from hfc_design.codegen.c import CALLED, C
 from hfc_design.codegen.language import Printed, printed
 from hfc_design.codegen.nodes import REAL, WHOLE, Node, Storage
+from hfc_design.codegen.recorded import Recorded
 
 HELPERS = {
     "smaller": "function smaller(a, b) {\n    return b < a ? b : a;\n}\n",
@@ -116,7 +116,7 @@ class JavaScript(C):
 
 def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
     """A law as a module; ``init`` are the members of the object that it remembers in."""
-    parts = printed(found, JavaScript((*OWN, *reserved)))
+    parts = printed(found, JavaScript((*OWN, *reserved), {}))
     init = ["started: false,"] if found.started else []
     for field in found.fields:
         value = repr(field.start[0])

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from hfc_design.codegen.axis import Recorded
 from hfc_design.codegen.emit import ORDER, Names, Printer
 from hfc_design.codegen.live import LEAVES
 from hfc_design.codegen.nodes import (
@@ -17,6 +16,7 @@ from hfc_design.codegen.nodes import (
     Storage,
     Store,
 )
+from hfc_design.codegen.recorded import Recorded
 
 
 class Language:
@@ -166,7 +166,7 @@ class Printed(NamedTuple):
     constants: list[str]
     functions: list[str]
     law: list[str]  # what is done in a sample
-    command: str
+    commands: list[str]  # of each axis
     starts: dict[str, str]  # name of an array that is remembered -> of what it starts from
     library: list[str]  # functions of the language's mathematics
     stateless: bool
@@ -177,18 +177,18 @@ class Printed(NamedTuple):
 def printed(found: Recorded, syntax: Language) -> Printed:
     """A law in a language."""
     functions = [*found.trace.functions.values()]
-    roots = [found.command, *found.doubtful]
+    roots = [*found.commands, *found.doubtful]
     printer = Printer(found.trace, syntax, roots, syntax.names, found.after)
     if isinstance(found.limit, Node) and found.limit.op == "parameter":
         printer.names.found[found.limit] = "largest"
-    if isinstance(found.command, Node) and found.command.op not in LEAVES:
-        printer.bound.add(found.command)
+    printer.bound |= {x for x in found.commands if isinstance(x, Node) and x.op not in LEAVES}
     things: list[Any] = [*functions, *found.trace.tables.values(), *found.numbers]
     for thing in things:
         syntax.names.of(thing, thing.name)
     first = [*printer.first(found.doubtful)] if found.early else []
     body, check = [*printer.lines()], _check(printer, found.doubtful)
-    after, command = [*printer.lines(found.after)], printer.text(found.command, kind=REAL)
+    after = [*printer.lines(found.after)]
+    commands = [printer.text(command, kind=REAL) for command in found.commands]
     law = [*first, *check, *body, *after] if found.early else [*body, *check, *after]
     if found.started:
         flag = syntax.leaf(found.started[0], found.started[0].name)
@@ -202,7 +202,7 @@ def printed(found: Recorded, syntax: Language) -> Printed:
         constants,
         texts,
         syntax.folded(law),
-        command,
+        commands,
         starts,
         [*syntax.library],
         stateless,

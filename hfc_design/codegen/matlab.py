@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from hfc_design.codegen.axis import Recorded
 from hfc_design.codegen.emit import WIDTH, Printer, folded
 from hfc_design.codegen.language import Language, Printed, larger, printed
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage
+from hfc_design.codegen.recorded import Recorded
 
 WORDS = {"and": "&&", "or": "||", "!=": "~="}
 #: What the function itself calls so, and what it calls; i and j are numbers there.

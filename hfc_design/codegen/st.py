@@ -10,10 +10,10 @@ from itertools import groupby
 from textwrap import wrap
 from typing import Any, NamedTuple
 
-from hfc_design.codegen.axis import Recorded
 from hfc_design.codegen.emit import WIDTH, Printer, folded
 from hfc_design.codegen.language import Language, larger, printed
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage
+from hfc_design.codegen.recorded import Recorded
 
 TYPES = {REAL: "LREAL", WHOLE: "DINT", TRUTH: "BOOL"}
 FUNCTIONS = {"min": "MIN", "max": "MAX", "abs": "ABS", "exp": "EXP", "sqrt": "SQRT"}
@@ -23,7 +23,7 @@ WORDS = {"and": "AND", "or": "OR", "==": "=", "!=": "<>"}
 FAR = 20.0
 #: What the block itself calls so.
 COUNTERS = ("i", "j", "k", "n", "n_5", "n_6", "n_7", "n_8")
-OWN = ("reset", "command", "fault", "greatest", *COUNTERS)
+OWN = ("reset", "fault", "greatest", *COUNTERS)
 #: The largest finite number is a product of it: matiec takes no literal beyond single precision.
 GREATEST = f"17976.0{' * 1.0E38' * 8}"
 
@@ -204,10 +204,13 @@ def _left(values: Iterable[str]) -> list[str]:
     return [f"IF NOT {outer} THEN", "    RETURN;", "END_IF;"]
 
 
-def program(found: Recorded, reserved: Iterable[str] = ()) -> Block:
-    """A law as a function block; no variable has a name that is ``reserved``."""
+def program(found: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -> Block:
+    """A controller as a function block with ``outputs``.
+
+    No other variable has a name that is ``reserved``.
+    """
     inputs = [x.name for x in found.inputs]
-    syntax = StructuredText((*reserved, *inputs))
+    syntax = StructuredText((*reserved, *inputs, *outputs))
     remembered = []
     for k, field in enumerate(found.fields):
         wish = f"previous_{field.name}" if field.name in inputs else field.name
@@ -222,10 +225,10 @@ def program(found: Recorded, reserved: Iterable[str] = ()) -> Block:
     lines = [
         *_begun(found, remembered, parts.starts, syntax),
         *("(* The largest finite number. *)", f"greatest := {GREATEST};"),
-        *("fault := TRUE;", "command := 0.0;"),
+        *("fault := TRUE;", *(f"{output} := 0.0;" for output in outputs)),
         *_left(inputs),
         *(line.removeprefix("    ") for line in parts.law),
-        f"command := {parts.command};",
+        *(f"{one} := {value};" for one, value in zip(outputs, parts.commands, strict=True)),
         "fault := FALSE;",
     ]
     return Block(syntax.tables, remembered, [*syntax.within.values()], folded(lines))

@@ -218,6 +218,7 @@ class Trace:
             maximum=lambda a, b: self.made("max", a, b),
             bell=lambda rate, distance: self.made("exp", (-rate * distance) * distance),
             tanh=lambda x: self.made("tanh", x),
+            sqrt=lambda x: self.made("sqrt", x),
             ratio=lambda a, b: self.made("/", a, b),
             stored=self.stored,
             pick=self.pick,
@@ -245,7 +246,7 @@ class Trace:
 
     def replace(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
         """Write all numbers of several arrays of one shape, of each place together."""
-        if not places and all(isinstance(values, Stored | Each) for _, values in pairs):
+        if not places and all(_straight(values) for _, values in pairs):
             with self.loop(pairs[0][0].size) as k:
                 self._store(pairs, k, [values.flat(k) for _, values in pairs])
             return
@@ -518,3 +519,10 @@ class Trace:
             found.results.append(filled)
         else:
             found.results.append(found.trace.plain(value))
+
+
+def _straight(values: Any) -> bool:
+    """Whether numbers can be computed one after the other, as they lie in memory."""
+    if isinstance(values, Each):
+        return all(map(_straight, values.tables))
+    return isinstance(values, Stored)

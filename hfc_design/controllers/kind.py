@@ -7,7 +7,6 @@ What a kind lacks is None here, and one sentence to the user. Never imports JAX.
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field, ValidationInfo
@@ -92,26 +91,6 @@ class Target(NamedTuple):
         name, own = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
         return self._replace(machine=self.machine.only(k), parameters=own, limits=limits)
-
-
-class Template(NamedTuple):
-    """The C of a controller of a whole machine: its templates, and what they need of a record.
-
-    There is ``c.j2`` (a static ``commanded``) and ``state.j2`` (what it remembers beside those
-    inside).
-    """
-
-    places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
-    values: Callable[[Own], Json]
-
-
-class Member(NamedTuple):
-    """Numbers in the state of a kind's C code: a member, or one of every structure of an array."""
-
-    name: str  # "table"; "in_error.term"; "joints[].left"
-    shape: tuple[int, ...] = ()
-    what: str = ""  # for people
-    whole: tuple[int, int] | None = None  # a whole number between these; None: a real one
 
 
 class Inside(NamedTuple):
@@ -232,9 +211,6 @@ class Kind:
     connecting: Callable[[Own], list[str]] = lambda record: []
     rules: RuleBase | None = None
     no_rules: str = "no rule tables"  # why there are no ``rules``, for who asks for a file of them
-    c: Template | None = None  # of a controller of a whole machine
-    #: What the C of a controller of a whole machine remembers beside those inside it.
-    saved: Callable[[Own], list[Member]] | None = None
     #: Differences that have to be more than 0 in single precision.
     widths: Callable[[Own], list[float]] = lambda record: []
     #: Terms tabulated for a machine without exp: (record, points) -> "law", that of the runtime

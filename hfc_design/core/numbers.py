@@ -126,6 +126,7 @@ class Xp(NamedTuple):
     once: Callable[[Scalar], Scalar]
     #: (values by number, number) -> the value of that number
     pick: Callable[[Mapping[int, Scalar], Scalar], Scalar]
+    sqrt: Callable[[Scalar], Scalar] = math.sqrt
     sparse: bool = False  # whether a place in a table may be a value
     along: Callable[..., Sequence[Any]] = along
     each: Callable[..., Sequence[Any]] = each
@@ -165,6 +166,7 @@ ARRAYS = Xp(
     ratio=np.divide,
     once=lambda x: x,
     pick=getitem,
+    sqrt=np.sqrt,
 )
 
 

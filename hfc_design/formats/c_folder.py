@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.files.design import Design
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code
 from hfc_design.formats.flash.folder import of_axes, with_check
 from hfc_design.formats.flash.vectors import Vectors, deviation, vectors
 from hfc_design.formats.writing import Content, Format, signal_units
@@ -20,7 +20,7 @@ def folder(design: Design) -> Content:
     Raises:
         UserError: a kind has no C code, or an input is called like a word of the language.
     """
-    return with_check(design, machine_code.sources(design))
+    return with_check(design, code.sources(design))
 
 
 class Tabulated(NamedTuple):

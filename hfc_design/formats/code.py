@@ -1,21 +1,33 @@
 """A controller as a header and a source of C99, which do what ``runtime.Controller`` does."""
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 from hfc_design.codegen.c import program
+from hfc_design.codegen.recorded import PATH
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import needed
+from hfc_design.controllers.kind import kinds, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
-from hfc_design.formats.laws import recorded_law
+from hfc_design.formats.laws import inside, machine_axes, recorded_law, sees_path
 
+#: Where code of a machine has what it sees of the path.
+IN_PATH = ("path->tangent[0]", "path->tangent[1]", "path->curvature", "path->contour_error")
+#: What these are.
+OF_PATH = (
+    "along X, of the unit vector along the path",
+    "along Y, of the unit vector along the path",
+    "of the path, positive to the left",
+    "of the measured position, positive to the left of the path",
+)
+#: What code of a machine calls so besides.
+OF_MACHINES = ("axes", "path", "command", "AXES")
 #: How names of the C code end that others see.
-PUBLIC = ("real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest")
-#: What a kind lacks that has no template of a language.
-NO_CODE = "it has no template in {}; json holds its numbers"
+PUBLIC = ["real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest"]
+PUBLIC += ["path", "contour_error"]
 #: Largest number of a design: no sum or product of what the law is made of overflows.
 LARGEST = 1e100
 #: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
@@ -35,24 +47,32 @@ def sources(
     Raises:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
-    names, kind = signals(design), design.kind
-    needed(kind.law, design, NO_CODE.format("C"))
+    names, axes = signals(design), [*map(identifier, machine_axes(design))]
     numbers = checked_numbers(design)
     name, told = c_name(design), writing.signal_meanings(design)
-    change = design.changes([design.axis])[design.axis]
-    found = recorded_law(design.controller, change, law)
+    places = dict(zip(PATH, IN_PATH, strict=True))
+    for k, axis in enumerate(axes):
+        places |= {f"{axis}_{signal}": f"axes[{k}].{signal}" for signal in names}
+    parts = inside(design.controller, machine_axes(design))
+    widths = [width for one in parts for width in kinds().get(one.kind).widths(one)]
     reserved = [*writing.RESERVED["c"], *writing.RESERVED["c-library"]]
     reserved += [f"{name}_{one}" for one in PUBLIC]
+    reserved += OF_MACHINES if axes else ()
     values = {
         "name": name,
         "head": writing.head(design, notes),
         "signals": names,
         "meanings": dict(zip(told, writing.comment(told.values()), strict=True)),
         "command_unit": writing.signal_units(design).get("command", "unit"),
-        "only_double": only_double(numbers, kind.widths(design.controller)),
+        "only_double": only_double(numbers, widths),
         "saved": saving.values(design),
-        "law": program(found, reserved),
+        "law": program(recorded_law(design, law), reserved, places if axes else {}),
+        "axes": axes,
+        "path": sees_path(design),
     }
+    if axes:
+        values |= {"limit": any(design.limits.commands(machine_axes(design)).values())}
+        values |= {"change": any(design.changes(machine_axes(design)).values())}
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
     return {key: writing.rendered(file, design, **values) for key, file in files.items()}
 
@@ -94,6 +114,36 @@ def signals(design: Design) -> dict[str, str]:
         if name in writing.RESERVED["c"] or name.startswith("_"):
             raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
     return found
+
+
+class Flat(NamedTuple):
+    """What goes in and out where all have a name of their own: of an axis, or of a machine."""
+
+    inputs: dict[str, str]  # name -> unit, "" if unknown
+    outputs: list[str]
+    unit: str  # of the commands
+    meanings: dict[str, str]  # as far as that is known
+
+
+def flat(design: Design) -> Flat:
+    """Inputs and commands of a design; of a machine they begin with the name of their axis.
+
+    Raises:
+        UserError: what it reads is not known.
+    """
+    found, told = writing.signals_read(design), writing.signal_meanings(design)
+    units = writing.signal_units(design)
+    unit = units.get("command", "")
+    if not (axes := machine_axes(design)):
+        return Flat(found, ["command"], unit, told)
+    names = [identifier(axis) for axis in axes]
+    inputs = {f"{axis}_{name}": own for axis in names for name, own in found.items()}
+    meanings = {f"{axis}_{name}": told[name] for axis in names for name in told}
+    if sees_path(design):
+        place = units.get("error", "")
+        inputs |= dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
+        meanings |= dict(zip(PATH, OF_PATH, strict=True))
+    return Flat(inputs, [f"{axis}_command" for axis in names], unit, meanings)
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:

@@ -1,97 +1,116 @@
-"""The law of an axis as it is recorded for code, of a record."""
+"""The controller of a design as it is recorded for code: of an axis, or of a whole machine."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Iterator
 from typing import Any
 
-from hfc_design.codegen.axis import Recorded, filled, numbers_of, recorded
-from hfc_design.controllers.controller import AxisLaw
+from hfc_design.codegen.memory import by_axis, filled, in_order, numbers_of
+from hfc_design.codegen.recorded import Recorded, Source, of_axis, of_machine, recorded
+from hfc_design.controllers.controller import AxisLaw, begun, within_rate
 from hfc_design.controllers.kind import ControllerRecord, kinds, needed
 from hfc_design.core.numbers import SCALARS, Floats, Memory
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import axes_of
 
-#: Of the last records that were asked for: several parts of an export read the same one.
+#: Of the last designs that were asked for: several parts of an export read the same one.
 _KEPT: dict[tuple[Any, ...], Recorded] = {}
 MOST = 64
 #: By how much of themselves numbers are put aside, to see who reads them.
 ASIDE = 1e-3
+#: What a kind lacks of which no code can be made.
+NO_CODE = "what it reads is not known, so that code has no inputs; json holds its numbers"
 
 
-def recorded_law(
-    record: ControllerRecord, change: float | None = None, law: AxisLaw | None = None
-) -> Recorded:
-    """What the law of an axis does at a sample, with a largest ``change`` of its command.
+def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False) -> Recorded:
+    """What the controller of a design does at a sample.
 
-    ``law`` is another one for the same numbers.
+    ``law`` is another one for the same numbers; ``flat`` as of ``codegen.recorded``, where the
+    limit of an axis is the design's.
 
     Raises:
         TraceError: it does what no code can be made of.
-        UserError: it reads whatever there is, so that code has no inputs.
+        UserError: it reads whatever there is.
     """
-    kind = kinds().get(record.kind)
-    assert kind.law is not None  # see code.sources
-    make = partial(recorded, gains=kind.gains(record), reads=_reads(record), change=change)
     if law is not None:
-        return make(law)
-    return _kept(
-        (record.model_dump_json(), change),
-        lambda: make(kind.law(record, None), learnt=learnt(record)),
-    )
-
-
-def flat_law(design: Design) -> Recorded:
-    """The same of a design for languages without functions; its limits are in it.
-
-    Raises:
-        UserError: the kind is none of an axis; or as ``recorded_law``.
-    """
-    law: Any = needed(design.kind.law, design, "it commands a whole machine; --to c has its code")
-    record = design.controller
-    change = design.changes([design.axis])[design.axis]
-    limit = design.limits.command
-    gains = design.kind.gains(record)
-    make = partial(recorded, reads=_reads(record), learnt=learnt(record), change=change, flat=True)
-    key = record.model_dump_json(), change, limit
-    return _kept(key, lambda: make(law(record, limit), gains))
-
-
-def _reads(record: ControllerRecord) -> list[str]:
-    found = kinds().get(record.kind).reads
-    assert found is not None  # see code.signals
-    return found(record)
-
-
-def _kept(key: tuple[Any, ...], make: Callable[[], Recorded]) -> Recorded:
+        return recorded(_source(design, law, flat), flat=flat)
+    key = _asked(design)
+    key += (design.limits.command if flat or design.kind.law is None else None, flat)
     if key not in _KEPT:
         while len(_KEPT) >= MOST:
             del _KEPT[next(iter(_KEPT))]
-        _KEPT[key] = make()
+        _KEPT[key] = recorded(_source(design, None, flat), learnt(design), flat)
     return _KEPT[key]
 
 
-def learnt(record: ControllerRecord) -> list[str]:
-    """Names of what the law of a record learns: with other numbers there it is another record."""
-    kind, memory = kinds().get(record.kind), _begun(record)
-    if kind.adapted is None or (same := kind.adapted(record, memory)) is None:
+def _asked(design: Design) -> tuple[Any, ...]:
+    limits = None if design.kind.law else design.limits.model_dump_json()
+    changes = tuple(design.changes(machine_axes(design) or (design.axis,)).values())
+    return design.controller.model_dump_json(), limits, changes, machine_axes(design)
+
+
+def machine_axes(design: Design) -> tuple[str, ...]:
+    """The axes that one controller commands; () of the controller of an axis."""
+    return () if design.kind.law or design.kind.axes else axes_of(design)
+
+
+def sees_path(design: Design) -> bool:
+    """Whether the controller of a machine, or one inside it, has to see the path."""
+    axes = machine_axes(design)
+    return bool(axes) and any(kinds().get(x.kind).path for x in inside(design.controller, axes))
+
+
+def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[ControllerRecord]:
+    """A controller, and all that are inside of it."""
+    yield record
+    if within := kinds().get(record.kind).inside:
+        for own in within.records(record, axes).values():
+            yield from inside(own, axes)
+
+
+def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
+    kind, record = design.kind, design.controller
+    gains, reads = kind.gains(record), needed(kind.reads, design, NO_CODE)(record)
+    if not (axes := machine_axes(design)):
+        made = law or needed(kind.law, design, NO_CODE)(
+            record, design.limits.command if flat else None
+        )
+        return of_axis(made, gains, reads, design.changes([design.axis])[design.axis])
+    return of_machine(design.commanding(axes), gains, axes, reads, sees_path(design))
+
+
+def learnt(design: Design) -> list[str]:
+    """Names of what a controller learns: with other numbers there it is another record."""
+    memory = _begun(design)
+    if (same := _adapted(design, memory)) is None:
         return []
     found = []
     for name, numbers in numbers_of(memory).items():
         other = filled(memory, {name: [x + ASIDE * max(abs(x), 1.0) for x in numbers]})
-        if kind.adapted(record, other) != same:
+        if _adapted(design, other) != same:
             found.append(name)
     return found
 
 
-def taken(record: ControllerRecord, numbers: dict[str, Floats]) -> ControllerRecord:
-    """A record with what the code of its law has learnt, by the names of its state's members."""
-    memory = filled(_begun(record), {name: x.tolist() for name, x in numbers.items()})
-    adapted = kinds().get(record.kind).adapted
-    assert adapted is not None  # or it had learnt nothing
-    found: ControllerRecord = adapted(record, memory)
+def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
+    """A record with what the code of a design has learnt, by the names of its state's members."""
+    memory = filled(_begun(design), {name: x.tolist() for name, x in numbers.items()})
+    found = _adapted(design, memory)
+    assert found is not None  # or it had learnt nothing
     return found
 
 
-def _begun(record: ControllerRecord) -> Memory:
-    kind = kinds().get(record.kind)
-    assert kind.law is not None  # whoever asks has looked
-    return kind.law(record, None).begun(SCALARS, 0.0, kind.gains(record))
+def _adapted(design: Design, memory: Memory) -> ControllerRecord | None:
+    kind, record = design.kind, design.controller
+    if axes := machine_axes(design):
+        found = kind.learnt(record, axes, within_rate(in_order(memory))) if kind.learnt else None
+    else:
+        found = kind.adapted(record, memory) if kind.adapted else None
+    return found
+
+
+def _begun(design: Design) -> Memory:
+    kind, record = design.kind, design.controller
+    if axes := machine_axes(design):
+        memory = begun(design.commanding(axes), SCALARS, 0.0, kind.gains(record))
+        return by_axis(memory, axes)
+    law = needed(kind.law, design, NO_CODE)(record, None)
+    return law.begun(SCALARS, 0.0, kind.gains(record))

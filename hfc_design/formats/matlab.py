@@ -15,7 +15,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import code
 from hfc_design.formats.fuzzy_files import Input, inputs, texts, unit_head
-from hfc_design.formats.laws import flat_law
+from hfc_design.formats.laws import recorded_law
 from hfc_design.formats.writing import RESERVED, Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}
@@ -67,12 +67,14 @@ def function(design: Design, name: str = "") -> str:
     """A function of MATLAB and Octave that commands what the runtime does.
 
     Raises:
-        UserError: the kind is none of an axis, or a name is none of a field.
+        UserError: what it reads is not known, or a name is none of a field.
     """
     code.checked_numbers(design)
-    signals = {_named("fis", name): unit for name, unit in code.signals(design).items()}
-    law = program(flat_law(design), [*signals, *RESERVED["fis"]])
-    values = {"name": name or code.c_name(design), "signals": signals, "law": law}
+    known = code.flat(design)
+    for signal in known.inputs:
+        _named("fis", signal)
+    law = program(recorded_law(design, flat=True), [*known.inputs, *RESERVED["fis"]])
+    values = {"name": name or code.c_name(design), "known": known, "law": law}
     return rendered("controller.m.j2", design, **values)
 
 

@@ -1,6 +1,5 @@
 """A project of PLCopen's XML (TC6 2.01): the block of ``--to st``, and a task that calls it."""
 
-from collections.abc import Sequence
 from decimal import Decimal
 from typing import TypeAlias
 
@@ -8,7 +7,7 @@ from hfc_design import __version__
 from hfc_design.codegen.st import Variable
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
-from hfc_design.formats.code import c_name
+from hfc_design.formats.code import Flat, c_name
 from hfc_design.formats.flash.folder import page_of_axes
 from hfc_design.formats.st import CLASH, FunctionBlock, block_of, with_vectors
 from hfc_design.formats.writing import Content, Format
@@ -34,9 +33,9 @@ def project(design: Design) -> str:
     """
     block = block_of(design)
     program, instance = f"{block.name}_example", f"{block.name}_1"
-    names = [block.name, program, instance, *block.signals, "command", "fault"]
+    names = [block.name, program, instance, *block.known.inputs, *block.known.outputs, "fault"]
     writing.check_names("st", names, CLASH)
-    inputs, outputs = _signals(design, block)
+    inputs, outputs = _signals(block)
     sections = block.law.sections.items()
     parts = {
         "name": block.name,
@@ -54,7 +53,7 @@ def project(design: Design) -> str:
         "name": program,
         "kind": "program",
         "variables": {"localVars": [own, *inputs, *outputs]},
-        "body": _call(instance, list(block.signals)),
+        "body": _call(instance, block.known),
         "told": EXAMPLE,
     }
     return writing.rendered(
@@ -68,25 +67,22 @@ def project(design: Design) -> str:
     )
 
 
-def _signals(design: Design, block: FunctionBlock) -> tuple[list[Told], list[Told]]:
-    """What comes in, and command and fault, with their units."""
-    meanings = writing.signal_meanings(design)
+def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
+    """What comes in, and commands and fault, with their units."""
+    known = block.known
 
     def told(name: str, unit: str) -> Told:
-        parts = (meanings.get(name, ""), unit and f"[{unit}]")
+        parts = (known.meanings.get(name, ""), unit and f"[{unit}]")
         return Variable(name, "LREAL"), ", ".join(part for part in parts if part)
 
-    inputs = [told(name, unit) for name, unit in block.signals.items()]
-    command = told("command", writing.signal_units(design).get("command", ""))
-    return inputs, [
-        command,
-        (Variable("fault", "BOOL"), "the command is 0, an input was no number"),
-    ]
+    inputs = [told(name, unit) for name, unit in known.inputs.items()]
+    fault = Variable("fault", "BOOL"), "the command is 0, an input was no number"
+    return inputs, [*(told(name, known.unit) for name in known.outputs), fault]
 
 
-def _call(instance: str, signals: Sequence[str]) -> str:
-    given = "".join(f", {name} := {name}" for name in signals)
-    outputs = (f"{name} := {instance}.{name};\n" for name in ("command", "fault"))
+def _call(instance: str, known: Flat) -> str:
+    given = "".join(f", {name} := {name}" for name in known.inputs)
+    outputs = (f"{name} := {instance}.{name};\n" for name in (*known.outputs, "fault"))
     return f"{instance}(reset := FALSE{given});\n{''.join(outputs)}"
 
 

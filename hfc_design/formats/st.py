@@ -9,18 +9,18 @@ from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
 from hfc_design.formats.flash import readme
 from hfc_design.formats.flash.folder import page_of_axes, table
-from hfc_design.formats.flash.vectors import vectors
-from hfc_design.formats.laws import flat_law
+from hfc_design.formats.flash.vectors import of_the_last_digit, vectors
+from hfc_design.formats.laws import recorded_law
 from hfc_design.formats.writing import (
     RESERVED,
     Content,
     Format,
     check_names,
     rendered,
-    signal_units,
-    signals_read,
 )
 
+#: Digits of an ``EXP`` that may be another one's.
+EXP_OFF = 8.0
 CLASH = "IEC 61131-3 takes {name} for {other}"
 
 
@@ -28,7 +28,7 @@ class FunctionBlock(NamedTuple):
     """A design as one."""
 
     name: str
-    signals: dict[str, str]  # what it reads and in which unit
+    known: code.Flat
     law: Block
 
 
@@ -36,13 +36,14 @@ def block_of(design: Design) -> FunctionBlock:
     """The function block of a design.
 
     Raises:
-        UserError: the kind is none of an axis, or a name is none of the language.
+        UserError: what it reads is not known, or a name is none of the language.
     """
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    signals = signals_read(design)
-    check_names("st", [name, "reset", "command", "fault", *signals], CLASH)
+    known = code.flat(design)
+    check_names("st", [name, "reset", *known.outputs, "fault", *known.inputs], CLASH)
     code.checked_numbers(design)
-    return FunctionBlock(name, signals, program(flat_law(design), [name, *RESERVED["st"]]))
+    law = recorded_law(design, flat=True)
+    return FunctionBlock(name, known, program(law, known.outputs, [name, *RESERVED["st"]]))
 
 
 def text_of(design: Design) -> str:
@@ -60,17 +61,21 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     program = f"{block.name}_check"
     check_names("st", [block.name, program, "controller"], CLASH)
     found = vectors(design)
+    if (learns := saving.learns(design)) and "EXP(" in block.law.body:
+        far = max(found.tolerance.double, EXP_OFF * of_the_last_digit(design, found))
+        found = found._replace(tolerance=found.tolerance._replace(double=far))
     values = readme.values(design, found) | {
         "name": block.name,
         "program": program,
         "files": list(files),
-        "inputs": list(block.signals),
-        "expected": [float(command) for (command,) in found.commands],
+        "inputs": list(block.known.inputs),
+        "outputs": block.known.outputs,
+        "expected": [list(map(float, column)) for column in zip(*found.commands, strict=True)],
         "columns": [list(map(float, column)) for column in zip(*found.inputs, strict=True)],
         "resets": [k for k, reset in enumerate(found.resets) if reset],
-        "learns": design.kind.adapted is not None and saving.learns(design),
+        "learns": learns,
         "remembered": sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL"),
-        "unit": signal_units(design).get("command", ""),
+        "unit": block.known.unit,
         "literals": lambda row: ", ".join(map(literal_of, row)),
     }
     check = {

@@ -7,7 +7,7 @@ from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.pairing import axes_of, load_design
 from hfc_design.formats import code
-from hfc_design.formats.machine_code import sees_path
+from hfc_design.formats.laws import sees_path
 from hfc_design.motion.contour import local_error
 from hfc_design.runtime import Controller, Machine
 

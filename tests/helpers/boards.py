@@ -11,7 +11,7 @@ from board_samples import COUNT
 from c_program import WARNINGS
 from places import TESTS
 
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code, laws
 from hfc_design.formats.writing import write
 
 HERE = TESTS / "interop" / "boards"
@@ -74,7 +74,7 @@ class Run(NamedTuple):
 
 def compiled(board, design, folder, *flags, lookup=0):
     """Objects of the design's own files in a new ``folder``; ``lookup`` points in place of exp."""
-    files = machine_code.sources(design)
+    files = code.sources(design)
     if lookup:
         files = code.tabulated(design, lookup)[0]
     write(folder, files)
@@ -88,9 +88,7 @@ def firmware(board, design, folder, objects, samples, *flags):
     name = code.c_name(design)
     members, call = f"{name}_inputs inputs;", f"*commands = {name}_step(own, &now->inputs)"
     if not design.kind.law:
-        path, way = (
-            (f"{name}_path path;", "&now->path, ") if machine_code.sees_path(design) else ("", "")
-        )
+        path, way = (f"{name}_path path;", "&now->path, ") if laws.sees_path(design) else ("", "")
         members = f"{name}_inputs axes[{name}_AXES]; {path}"
         call = f"{name}_step(own, now->axes, {way}commands)"
     commands = "1" if design.kind.law else f"{name}_AXES"

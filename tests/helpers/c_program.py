@@ -4,7 +4,7 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code
 from hfc_design.formats.writing import write
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
@@ -67,7 +67,7 @@ int main(int count, char **files)
 
 def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     """The program of a design, compiled in a new ``folder``."""
-    files = machine_code.sources(design) if lookup is None else code.tabulated(design, lookup)[0]
+    files = code.sources(design) if lookup is None else code.tabulated(design, lookup)[0]
     write(folder, files)
     name = code.c_name(design)
     (folder / "main.c").write_text(main.format(name=name))
@@ -116,7 +116,7 @@ def together(designs, folder, *flags, within=None):
     lines = ["#include <stdio.h>", "#include <stdlib.h>"]
     for k, (key, design) in enumerate(designs.items()):
         own = design.model_copy(update={"name": f"law{k}"})
-        write(folder / own.name, machine_code.sources(own))
+        write(folder / own.name, code.sources(own))
         lines += [f'#include "{own.name}/{own.name}.h"']
         step = f"{own.name}_step(&state, &inputs)"
         if within is not None:

@@ -11,17 +11,17 @@ import { initial, signals, step } from "./law.mjs";
 import { readFileSync, writeFileSync } from "node:fs";
 const rows = readFileSync("law.in"), names = Object.keys(signals), state = initial();
 const told = new Float64Array(rows.buffer, rows.byteOffset, rows.length / 8);
-const found = new Float64Array(told.length / names.length);
-for (let k = 0; k < found.length; k += 1) {
+const count = told.length / names.length, found = [];
+for (let k = 0; k < count; k += 1) {
     const inputs = Object.fromEntries(names.map((name, j) => [name, told[k * names.length + j]]));
-    found[k] = step(state, inputs);
+    found.push(...[step(state, inputs)].flat());
 }
-writeFileSync("law.out", found);
+writeFileSync("law.out", new Float64Array(found));
 """
 
 
 def in_node(node, design, rows, folder):
-    """The command of each row."""
+    """The command of each row; of a machine those of its axes, one after the other."""
     (folder / "law.mjs").write_text(module(design))
     (folder / "law.in").write_bytes(np.asarray(rows, dtype=float).tobytes())
     (folder / "run.mjs").write_text(RUN)

@@ -4,9 +4,10 @@ addpath(args{1});
 values = load('-ascii', args{2});
 names = strsplit(args{3}, ',');
 state = [];
-commands = zeros(rows(values), 1);
+commands = [];
 for k = 1:rows(values)
     signals = cell2struct(num2cell(values(k, :)), names, 2);
-    [commands(k), state] = controller(signals, state);
+    [command, state] = controller(signals, state);
+    commands(k, :) = command;
 end
 dlmwrite(args{4}, commands, 'precision', '%.17g');

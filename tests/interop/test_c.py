@@ -17,7 +17,7 @@ from hfc_design.files.design import builtin_designs
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
 from hfc_design.formats import code
-from hfc_design.formats.machine_code import sources
+from hfc_design.formats.code import sources
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate

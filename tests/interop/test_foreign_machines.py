@@ -8,7 +8,7 @@ import pytest
 from experiments.foreign_machines import bench
 from experiments.foreign_machines.bench import OTHER, READING, TRUE, Law, oscillation
 from hfc_design.files.pairing import load_design
-from hfc_design.formats.machine_code import sources
+from hfc_design.formats.code import sources
 from hfc_design.formats.writing import write
 
 FREE = {"ratio": 1.0, "load_mass": 2.0, "command_limit": 1e3, "torque_limit": 1e3, "gain": 1.0}

@@ -1,7 +1,6 @@
 """Axis controllers of any kind with a common controller of the contour error (Koren 1980)."""
 
 from collections import namedtuple
-from pathlib import Path
 
 import numpy as np
 
@@ -9,30 +8,14 @@ from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Member, Target, Template, later
+from hfc_design.controllers.kind import Kind, Target, later
 from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
-
-
-def _c(record: CrossCoupledDesign) -> Json:
-    velocity = list(record.feed_forward.values())
-    return {
-        "contour": record.contour,
-        "velocity": velocity,
-        "own": ["started", "error", "integral"],
-    }
 
 
 def _reads(record: CrossCoupledDesign) -> list[str]:
     own = ["error", *(["reference_rate"] if record.feed_forward else [])]
     return list(dict.fromkeys([*own, *record.inner_reads()]))
-
-
-PAST = [
-    Member("started", what="whether there was a sample before", whole=(0, 1)),
-    Member("error", what="contour error of the sample before"),
-    Member("integral"),
-]
 
 
 class _OwnGenome(GainsGenome):
@@ -86,7 +69,5 @@ KIND = Kind(
     path=True,
     reads=_reads,
     reach=CrossCoupledDesign.reach,
-    saved=lambda record: PAST,
-    c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.cross_coupled.section", "sections"),
 )

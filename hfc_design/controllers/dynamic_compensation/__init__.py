@@ -1,7 +1,5 @@
 """Compensation of the tracking errors of a machine beside any controller (Lin & Gai 2009)."""
 
-from pathlib import Path
-
 import numpy as np
 
 from hfc_design.controllers.beside import AroundGenome, SideBySide
@@ -11,21 +9,9 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationSettings,
 )
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Target, Template, later
+from hfc_design.controllers.kind import Kind, Target, later
 from hfc_design.controllers.per_axis import INSIDE, OuterDesign
 from hfc_design.core.numbers import Json
-
-
-def _c(record: CompensationDesign) -> Json:
-    axes = list(record.k_p)
-    return {
-        "k_p": list(record.k_p.values()),
-        "dead_zone": record.dead_zone,
-        "speed": record.programmed_speed,
-        "along": [axes.index(axis) for axis in record.path_axes or axes],
-        "own": [],
-        "root": True,
-    }
 
 
 class CompensationGenome(AroundGenome):
@@ -70,7 +56,5 @@ KIND = Kind(
     structure=OuterDesign.structure,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
     reach=CompensationDesign.reach,
-    saved=lambda record: [],
-    c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),
 )

@@ -59,9 +59,9 @@ class DynamicCompensation(NamedTuple):
 def beyond(xp: Xp, dead_zone: Scalar, errors: Sequence[Scalar]) -> Scalar:
     """``(le - e_max) / le``, 0 in the dead zone: it is 0 at its edge, where it has no jump."""
     square = xp.maximum(total(error * error for error in errors), dead_zone * dead_zone)
-    return 1.0 - dead_zone / square**0.5
+    return 1.0 - dead_zone / xp.sqrt(square)
 
 
 def speed_share(xp: Xp, speed: Scalar, rates: Sequence[Scalar]) -> Scalar:
     """``v_i / v``; 1 is its peak, where the path is as fast as programmed or faster."""
-    return xp.minimum(total(rate * rate for rate in rates) / (speed * speed), 1.0) ** 0.5
+    return xp.sqrt(xp.minimum(total(rate * rate for rate in rates) / (speed * speed), 1.0))

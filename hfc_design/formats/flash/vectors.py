@@ -17,7 +17,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
 from hfc_design.formats.flash import driving, single
-from hfc_design.formats.machine_code import sees_path
+from hfc_design.formats.laws import sees_path
 from hfc_design.runtime import Controller, Machine
 
 #: What is told of the path of a machine.
@@ -86,6 +86,19 @@ def deviation(design: Design, found: Vectors) -> float:
     views = [_view(row, axes, found.signals) for row in found.inputs]
     exact = np.array(_commands(design, axes, views, None))
     return float(np.abs(np.array(found.commands) - exact).max())
+
+
+def of_the_last_digit(design: Design, found: Vectors) -> float:
+    """The largest difference of commands where all inputs are off by a last digit of theirs.
+
+    What learns may make much of that, as of the last digit of an ``EXP`` that is another one's.
+    """
+    axes = (design.axis or "axis",) if design.kind.law else found.axes
+    told, random = np.array(found.inputs), np.random.default_rng(0)
+    told *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], told.shape)
+    views = [_view(row, axes, found.signals) for row in told.tolist()]
+    off = np.array(_commands(design, axes, views, None)) - np.array(found.commands)
+    return float(np.abs(off).max())
 
 
 def unused(design: Design, found: Vectors) -> set[str]:

@@ -11,9 +11,10 @@ from hfc_design.files.machine import Axis
 from hfc_design.files.motions import started
 from hfc_design.files.pairing import check_drives, machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.formats import code, machine_code, plant_code
+from hfc_design.formats import code, plant_code
 from hfc_design.formats.fmu.control import commands_machine, part, path_variables
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
+from hfc_design.formats.laws import sees_path
 from hfc_design.simulation.sensors import largest_command, sensors_of
 from plants import Drive
 
@@ -215,14 +216,14 @@ def loop(design: Design) -> Model:
     """The machine under its controller, from the reference to where it is.
 
     Raises:
-        UserError: as ``plant``, as ``machine_code.sources``, or a drive is slower than commands.
+        UserError: as ``plant``, as ``code.sources``, or a drive is slower than commands.
     """
     scenario, axes = _machine(design)
     check_drives(design, scenario)
     states = started(scenario.machine, scenario.start, scenario.places)
     parts, files = _controllers(design, axes)
     whole = commands_machine(design)
-    path = path_variables(design)[:-1] if whole and machine_code.sees_path(design) else []
+    path = path_variables(design)[:-1] if whole and sees_path(design) else []
     variables, told = [TIME, *path], []
     for k, axis in enumerate(axes):
         head, law = head_of(axis, axes), parts[0 if whole else k]
@@ -300,12 +301,12 @@ def _model(
 def _controllers(design: Design, axes: list[Axis]) -> tuple[list[Json], dict[str, str]]:
     """The controller of the machine, or that of each axis, and the files of all."""
     if commands_machine(design):
-        return [part(design, "controller")], machine_code.sources(design)
+        return [part(design, "controller")], code.sources(design)
     parts: list[Json] = []
     files: dict[str, str] = {}
     each = design.by_axis()
     for k, axis in enumerate(axes):
         own = each.get(axis.name, design)
-        files |= machine_code.sources(own)
+        files |= code.sources(own)
         parts.append(part(own, f"controller_{k}"))
     return parts, files

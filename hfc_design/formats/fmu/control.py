@@ -5,8 +5,9 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
-from hfc_design.formats import code, machine_code, saving
+from hfc_design.formats import code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
+from hfc_design.formats.laws import sees_path
 from hfc_design.formats.writing import signal_meanings, signal_units
 
 #: What stays when a sample is faulty.
@@ -24,9 +25,9 @@ def controller(design: Design) -> Model:
     """The controller alone: from what it reads at a sample to its command.
 
     Raises:
-        UserError: as ``machine_code.sources``.
+        UserError: as ``code.sources``.
     """
-    sources = machine_code.sources(design)
+    sources = code.sources(design)
     whole, name = commands_machine(design), code.c_name(design)
     read, told = code.signals(design), signal_meanings(design)
     heads = [f"{identifier(axis)}." for axis in axes_of(design)] if whole else [""]
@@ -34,7 +35,7 @@ def controller(design: Design) -> Model:
     outputs = [f"{head}command" for head in heads]
     unit = signal_units(design).get("command", "")
     meaning = told.get("command", "what the drive is to do")
-    path = path_variables(design) if whole and machine_code.sees_path(design) else []
+    path = path_variables(design) if whole and sees_path(design) else []
     variables = [
         TIME,
         *(

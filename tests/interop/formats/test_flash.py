@@ -16,7 +16,7 @@ from whole_machines import DESIGNS
 
 from hfc_design.controllers.controller import PathView
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, code, machine_code, saving
+from hfc_design.formats import FORMATS, code, saving
 from hfc_design.formats.c_folder import write_lookup
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller, Machine
@@ -90,7 +90,7 @@ def outside(folder):
 
 @pytest.mark.parametrize("name", NEEDS)
 def test_float_needs_one_function_at_most_and_no_heap(name, tmp_path):
-    write(tmp_path / "c", machine_code.sources(ALL[name]))
+    write(tmp_path / "c", code.sources(ALL[name]))
     assert outside(tmp_path / "c") == NEEDS[name]
 
 
@@ -116,7 +116,7 @@ def test_a_lookup_passes_too_and_needs_no_library(made, tmp_path):
 )
 def test_the_size_of_a_state_is_that_of_the_compiler(name, tmp_path):
     design = ALL[name]
-    write(tmp_path / "c", machine_code.sources(design))
+    write(tmp_path / "c", code.sources(design))
     own = code.c_name(design)
     lines = f'#include <stdio.h>\n#include "{own}.h"\n'
     lines += f'int main(void) {{ printf("%d", (int)sizeof({own}_state)); return 0; }}\n'

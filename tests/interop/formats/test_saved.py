@@ -135,9 +135,7 @@ def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, program, tm
     whole = [told for told in saved["members"] if told["whole"]]
     odd = [good[: saved["learnt"] - 1], np.append(good, 0.0), good[:0]]
     for place, value in [(0, np.nan), (len(good) - 1, np.inf), (3, -np.inf)] + [
-        (told["first"], wrong)
-        for told in whole
-        for wrong in (told["whole"][0] - 1, told["whole"][1] + 1, told["whole"][0] + 0.5)
+        (told["first"], wrong) for told in whole for wrong in (-1.0, 2.0, 0.5)
     ]:
         odd.append(good.copy())
         odd[-1][place] = value

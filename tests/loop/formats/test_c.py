@@ -12,9 +12,9 @@ from sliding import EVERY
 from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 from wording import refused, refused_command
 
-from hfc_design.files.design import Design, builtin_designs
+from hfc_design.files.design import builtin_designs
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code
 
 #: A design of every kind of state. All kinds and options are compiled in tests/interop.
 STATES = {
@@ -83,14 +83,6 @@ def test_what_would_overflow_is_refused(design, targets):
             texts(design, target)
 
 
-@pytest.mark.parametrize("axis", ["error", "while"])
-def test_an_axis_that_c_takes_for_something_else_is_refused(axis):
-    data = DESIGNS["pid"].model_dump(mode="json")
-    data["plant"]["axes"] = {axis: {}, "y": {}}
-    with refused():
-        texts(Design.model_validate(data), "c")
-
-
 def test_hal_has_no_component_of_a_whole_machine_and_an_fmu_a_model_of_its_own():
     with refused():
         texts(DESIGNS["pid"], "linuxcnc")
@@ -100,7 +92,7 @@ def test_hal_has_no_component_of_a_whole_machine_and_an_fmu_a_model_of_its_own()
 
 def test_the_built_in_designs_fit_into_float():
     parts = [part for name in builtin_designs() for part in load_design(name).by_axis().values()]
-    files = [machine_code.sources(part) for part in parts]
+    files = [code.sources(part) for part in parts]
     sources = [text for own in files for file, text in own.items() if file.endswith(".c")]
     assert len(sources) > len(builtin_designs())  # some have several axes
     assert not [text for text in sources if "#error" in text]

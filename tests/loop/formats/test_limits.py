@@ -13,7 +13,7 @@ from wording import refused
 
 import hfc_design.api as hfc
 from hfc_design.files.design import design_json
-from hfc_design.formats import FORMATS, machine_code
+from hfc_design.formats import FORMATS, code
 from hfc_design.runtime.explain import explanation
 
 #: One of each law that has a block.
@@ -78,7 +78,7 @@ def test_an_axis_may_have_its_own():
     for axis, limit in zip(hfc.evaluate(design, line).axes, (9.0, 4.0), strict=True):
         commanded_alone(design.by_axis()[axis.name], axis)
         assert np.abs(axis.motion.command).max() == limit
-    text = machine_code.sources(design.by_axis()["y"])["jee_koren_2004_pid_y.c"]
+    text = code.sources(design.by_axis()["y"])["jee_koren_2004_pid_y.c"]
     assert "own = R(4.0); /* command of either sign [unit] */" in text
 
 

@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from hfc_design.codegen.axis import recorded
+from hfc_design.codegen.recorded import of_axis, recorded
 from hfc_design.codegen.c import program
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.controllers.controller import AxisLaw
@@ -16,7 +16,7 @@ def told(sample):
     """The line of the refusal of a law."""
     law = AxisLaw(sample, lambda law, zero: (), 0.01)
     with pytest.raises(TraceError) as caught:
-        recorded(law, (2.0,), ["error"])
+        recorded(of_axis(law, (2.0,), ["error"], None))
     return str(caught.value)
 
 
@@ -87,7 +87,7 @@ def test_what_a_design_fixes_may_be_branched_on():
         return factor * signals["error"] * math.sin(gains[0]), memory, None
 
     law = AxisLaw(sample, lambda law, zero: (), 0.01)
-    assert recorded(law, ({"gain": 2.0}["gain"],), ["error"]).command is not None
+    assert recorded(of_axis(law, ({"gain": 2.0}["gain"],), ["error"], None)).commands
 
 
 def test_what_a_law_remembers_in_rows_is_checked_before_it_is_kept():
@@ -97,7 +97,7 @@ def test_what_a_law_remembers_in_rows_is_checked_before_it_is_kept():
         return signals["error"], xp.along(lambda x: x + signals["error"], memory), None
 
     law = AxisLaw(sample, lambda law, zero: [zero] * 30, 0.01)
-    found = program(recorded(law, (2.0,), ["error"]))
+    found = program(recorded(of_axis(law, (2.0,), ["error"], None)))
     text = "\n".join(found.law)
     assert text.index("overflow <= 0") < text.rindex("state->memory[")
     assert "for (int" in text

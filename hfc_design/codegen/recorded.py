@@ -1,0 +1,310 @@
+"""A controller as it is recorded: what it reads, remembers and commands."""
+
+from collections.abc import Callable, Collection
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.codegen.live import LEAVES, counted
+from hfc_design.codegen.memory import (
+    Field,
+    by_axis,
+    computed,
+    in_order,
+    leaves,
+    like,
+    merged,
+    numeric,
+    remembered,
+)
+from hfc_design.codegen.nodes import REAL, TRUTH, Block, Node, Put, Storage, Store, Stored
+from hfc_design.codegen.sayings import named
+from hfc_design.codegen.trace import Trace
+from hfc_design.controllers.controller import (
+    AxisLaw,
+    Controller,
+    PathView,
+    View,
+    begun,
+    limited,
+    primed,
+)
+from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import SCALARS, Gains, Memory, clipped
+
+#: What is remembered of a command whose rate is limited.
+PREVIOUS = "previous_command"
+#: What tells whether there was a sample.
+STARTED = "started"
+#: What a controller of a machine sees of the path, as its code calls it.
+PATH = ("path_tangent_x", "path_tangent_y", "path_curvature", "path_contour_error")
+
+
+class Recorded(NamedTuple):
+    """A controller, and in ``after`` what is done once its commands are known to be finite."""
+
+    trace: Trace
+    after: Block
+    fields: list[Field]
+    inputs: list[Node]
+    limit: Node | None  # largest command of either sign
+    commands: list[Any]  # of each axis
+    doubtful: list[Any]  # what is not finite where a command is not, or what is remembered
+    early: bool  # whether that is known before anything is remembered
+    #: Whether there was a sample before, and the number of the field that this is before; None:
+    #: it does not matter.
+    started: tuple[Node, int] | None
+    numbers: list[Node]  # of the design
+
+
+class Told(NamedTuple):
+    """What a controller sees of a trace."""
+
+    trace: Trace
+    numbers: list[Node]
+    inputs: dict[str, Node]  # by the names of its source
+
+
+class Source(NamedTuple):
+    """A controller to record."""
+
+    reads: list[str]  # names of what it reads
+    gains: Gains
+    memory: Memory  # before the first sample
+    #: (told) -> its largest command, and functions (gains, memory) -> memory of a first sample,
+    #: or none, and -> commands, and what to remember.
+    bound: Callable[[Told], tuple[Any, Callable[..., Any] | None, Callable[..., Any]]]
+    tells: bool = False  # see ``AxisLaw``
+    within: bool = False  # whether its commands are within their limits already
+    change: float | None = None  # largest one of its command in a sample
+
+
+def of_axis(law: AxisLaw, gains: Gains, reads: list[str], change: float | None) -> Source:
+    """The law of one axis; a trace that is flat has its limit, else code gets one a sample."""
+
+    def bound(told: Told) -> tuple[Any, Callable[..., Any] | None, Callable[..., Any]]:
+        trace = told.trace
+        limit: Any = None
+        if not trace.flat:
+            limit = trace.leaf("parameter", "largest")
+        elif law.limit is not None:
+            limit = _number(trace, "largest", law.limit, told.numbers)
+        every: Any = _number(trace, "sample_time", law.sample_time, told.numbers)
+        own = law._replace(limit=limit, sample_time=every)
+
+        def first(gains: Gains, memory: Memory) -> Memory:
+            return own.primed(trace.xp, gains, memory, told.inputs)
+
+        def step(gains: Gains, memory: Memory) -> tuple[list[Any], Memory]:
+            command, after, _ = own.sample(trace.xp, own, gains, memory, told.inputs)
+            return [command], after
+
+        return limit, first if own.prime else None, step
+
+    memory = law.begun(SCALARS, 0.0, gains)
+    return Source(reads, gains, memory, bound, law.tells, change=change)
+
+
+def of_machine(
+    controller: Controller, gains: Gains, axes: tuple[str, ...], reads: list[str], path: bool
+) -> Source:
+    """The controller of a whole machine; what it reads has the name of its axis before its own."""
+    names = [identifier(axis) for axis in axes]
+    known = [f"{axis}_{name}" for axis in names for name in reads]
+
+    def bound(told: Told) -> tuple[Any, Callable[..., Any] | None, Callable[..., Any]]:
+        inputs, xp = told.inputs, told.trace.xp
+        each = tuple({name: inputs[f"{axis}_{name}"] for name in reads} for axis in names)
+        way = None
+        if path:
+            x, y, curvature, error = (inputs[name] for name in PATH)
+            way = PathView((x, y), curvature, error)
+        view = View(each, way)
+
+        def first(gains: Gains, memory: Memory) -> Memory:
+            return like(memory, primed(controller, xp, gains, in_order(memory), view))
+
+        def step(gains: Gains, memory: Memory) -> tuple[list[Any], Memory]:
+            commands, after = controller.step(xp, gains, in_order(memory), view)
+            return [*commands], like(memory, after)
+
+        return None, first, step
+
+    memory = by_axis(begun(controller, SCALARS, 0.0, gains), axes)
+    return Source([*known, *(PATH if path else ())], gains, memory, bound, within=True)
+
+
+def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -> Recorded:
+    """What a controller does at a sample.
+
+    What it remembers and never changes, or never reads, is no part of the state, but for what is
+    ``learnt``, by its names. ``flat`` is for languages without functions: what a law calls stands
+    where it is called.
+
+    Raises:
+        TraceError: it does what no code can be made of.
+    """
+    fixed: set[str] = set()
+    in_place = True
+    while True:
+        found = _recorded(Trace(in_place=in_place, flat=flat), source, fixed)
+        if in_place and not found.early and found.trace.rewritten:
+            in_place = False
+            continue
+        kept = (field for field in found.fields if field.name not in learnt)
+        more = {field.name for field in kept if _idle(found, field)}
+        if not more:
+            return found
+        fixed |= more
+
+
+def _idle(found: Recorded, field: Field) -> bool:
+    """Whether a number that is remembered stays what it is, or is read by nothing."""
+    if isinstance(field.holds, Storage):
+        return False
+    stored = [x for x in found.after.items if isinstance(x, Store) and x.storage is field.holds]
+    if all(not isinstance(x.value, Node) and x.value == field.start[0] for x in stored):
+        return True
+    alive, _ = counted(found.trace, [*found.commands, *found.doubtful], found.after)
+    return id(field.holds) not in alive
+
+
+def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
+    numbers: list[Node] = []
+    inputs = {name: trace.leaf("input", identifier(name)) for name in source.reads}
+    gains = _wrapped(trace, source.gains, "", numbers)
+    limit, prime, step = source.bound(Told(trace, numbers, inputs))
+    fields: list[Field] = []
+    memory = remembered(trace, source.memory, fields, fixed)
+    started = None
+    with named(trace):
+        before = memory
+        if prime is not None:
+            flag = trace.leaf("state", STARTED, TRUTH)
+            first = prime(gains, memory)
+            before = merged(trace, flag, memory, first)
+            holds = [leaf for leaf, value in leaves(memory, first) if value is not leaf]
+            places = [k for k, field in enumerate(fields) if any(field.holds is x for x in holds)]
+            started = (flag, places[0]) if places else None
+        commands, after = step(gains, before)
+    doubtful: set[Node] = set()
+    for x in [*commands, *([] if source.tells else computed(trace, after))]:
+        doubtful |= {x} if source.within else _doubtful(trace, x)
+    commands = [limited(trace.xp, limit, command) for command in commands]
+    done = trace.block = Block(trace, trace.root)
+    if source.change is not None:
+        numbers.append(trace.leaf("number", "largest_change", REAL, source.change))
+        commands = [_ramped(trace, fields, numbers[-1], commands[0], limit)]
+    _commit(trace, memory, after)
+    trace.block = trace.root
+    unknown = (x for x in doubtful if isinstance(x, Node) and x.op not in FINITE)
+    in_order_of_use = sorted((x for x in unknown if x not in trace.sure), key=hash)
+    return Recorded(
+        trace,
+        done,
+        fields,
+        [*inputs.values()],
+        limit,
+        commands,
+        in_order_of_use,
+        all(map(_early, in_order_of_use)),
+        started,
+        numbers,
+    )
+
+
+def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit: Any) -> Any:
+    """A command on its way from the one before, which is remembered."""
+    before = trace.leaf("state", PREVIOUS)
+    fields.append(Field(PREVIOUS, (), [0.0], before))
+    stepped = clipped(trace.xp, command, before - change, before + change)
+    found = limited(trace.xp, limit, stepped)
+    trace.bound.add(found)
+    trace.block.items.append(Store(before, None, found))
+    return found
+
+
+def _doubtful(trace: Trace, x: Any) -> set[Node]:
+    """The numbers one of which is not finite where ``x`` is not."""
+    known: dict[Node, set[Node]] = {}
+
+    def found(x: Any) -> set[Node]:
+        if not isinstance(x, Node) or x in trace.sure or x.value is not None or x.op in FINITE:
+            return set()
+        if x not in known:
+            known[x] = of_parts(x)
+        return known[x]
+
+    def of_parts(x: Node) -> set[Node]:
+        parts = [found(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
+        if x.op in ("?", "min", "max", "neg") or x in trace.assigned:
+            return set().union(*parts)
+        if x.op in ("+", "-") and not all(parts):
+            return set().union(*parts)
+        scaled = x.op == "*" and any(isinstance(a, Node) and a.value is not None for a in x.args)
+        return set() if scaled and any(a in trace.sure for a in x.args) else {x}
+
+    return found(x)
+
+
+#: What is finite, or the sample is faulty before anything is computed.
+FINITE = frozenset(("input", "state", "number", "index", "whole"))
+
+
+def _early(x: Any) -> bool:
+    """Whether a number is computed without arrays that may have been written to, or loops."""
+    if not isinstance(x, Node) or x.op in LEAVES:
+        return not isinstance(x, Node) or x.op not in ("variable", "called")
+    if x.op == "read":
+        return x.args[0].kind == "table" and _early(x.args[1])
+    return all(map(_early, x.args))
+
+
+def _number(trace: Trace, name: str, value: float, numbers: list[Node]) -> Node:
+    found = trace.leaf("number", name, REAL, float(value))
+    numbers.append(found)
+    return found
+
+
+def _wrapped(trace: Trace, value: Any, name: str, numbers: list[Node]) -> Any:
+    """Numbers of a design under the names that they have in its gains."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if hasattr(value, "_fields"):
+        parts = zip(value._fields, value, strict=True)
+        return type(value)(*(_wrapped(trace, one, key, numbers) for key, one in parts))
+    if isinstance(value, float | np.floating) and not isinstance(value, bool):
+        return _number(trace, name, float(value), numbers)
+    if isinstance(value, list | tuple):
+        if value and numeric(value):
+            return trace.table(value, name)
+        return type(value)(_wrapped(trace, one, name, numbers) for one in value)
+    return value
+
+
+def _commit(trace: Trace, memory: Memory, after: Memory) -> None:
+    """Store what is to be remembered."""
+    pairs = [*leaves(memory, after)]
+    scalars = [(leaf, trace.plain(value)) for leaf, value in pairs if isinstance(leaf, Node)]
+    whole: dict[tuple[int, ...], list[tuple[Storage, Any]]] = {}
+    for leaf, value in pairs:
+        if isinstance(leaf, Stored) and not _in_place(trace, leaf.storage, value):
+            whole.setdefault(leaf.shape, []).append((leaf.storage, value))
+    for alike in whole.values():
+        trace.replace(alike)
+    for leaf, value in scalars:
+        if value is not leaf:
+            if isinstance(value, Node) and value.op not in ("input", "called", "variable"):
+                trace.bound.add(value)
+            trace.block.items.append(Store(leaf, None, value))
+
+
+def _in_place(trace: Trace, storage: Storage, value: Any) -> bool:
+    """Whether what is remembered is there already, but for numbers that are put there."""
+    if isinstance(value, Put) and value.base.storage is storage and value.written is None:
+        for place, one in value.changes:
+            trace.bound |= {x for x in (place, one) if isinstance(x, Node)}
+            trace.store(storage, place, one)
+        return True
+    value = value.written if isinstance(value, Put) else value
+    return isinstance(value, Stored) and value.storage is storage
