@@ -184,6 +184,7 @@ C_AXIS = Drive(
         "current": "A",
     },
     parameter_units=units_of(CAxisParameters),
+    state_units={"rotor_angle": "rad", "bristle_deflection": "rad"},
     meanings={
         "command": "quadrature stator voltage, positive turns the rotor forwards",
         "deflection": "of the transmission: rotor angle less gear_ratio times spindle angle",

@@ -91,6 +91,8 @@ class Drive:
     linear: Callable[[Parameters], tuple[float, float]] | None = None
     #: Unit of each parameter, for people to read; left out: nobody is told.
     parameter_units: dict[str, str] = field(default_factory=dict)
+    #: Unit of each field of the state that is no signal, for people to read.
+    state_units: dict[str, str] = field(default_factory=dict)
     #: What each signal, or the command, is and where it is positive; left out: its name says it.
     meanings: dict[str, str] = field(default_factory=dict)
 

@@ -28,7 +28,13 @@ HELPERS |= {
     if name in ("smaller", "larger", "magnitude")
 }
 CALLED = {"min": "smaller", "max": "larger", "abs": "magnitude", "whole": "whole_part"}
-LIBRARY = {"exp": "EXP", "tanh": "TANH", "sqrt": "SQRT", "sin": "SIN", "cos": "COS"}
+LIBRARY = {
+    name: name.upper()
+    for name in (
+        *("exp", "expm1", "log", "log1p", "tanh", "sqrt", "sin", "cos", "tan", "atan", "atan2"),
+        *("floor", "rint", "pow"),
+    )
+}
 TYPES = {REAL: "real", WHOLE: "int", TRUTH: "int"}
 WORDS = {"and": "&&", "or": "||", "==": "==", "!=": "!="}
 #: What the code itself calls so.
@@ -74,7 +80,7 @@ class C(Language):
             return f"{name}({', '.join(map(_bare, parts))})"
         if op in LIBRARY:
             self.library[op] = None
-            return f"{LIBRARY[op]}({_bare(parts[0])})"
+            return f"{LIBRARY[op]}({', '.join(map(_bare, parts))})"
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
 
     def array(self, storage: Storage, name: str) -> str:

@@ -173,6 +173,8 @@ class Printer:
         if node.op == "read":
             storage, place = node.args
             return self.syntax.element(storage, self.name(storage), self.text(place))
+        if node.op == "now":
+            return self.text(node.args[0])
         kind = REAL if any(map(_real, node.args)) else node.type
         parts = []
         for k, x in enumerate(node.args):

@@ -402,15 +402,30 @@ class Trace:
         value = self.plain(value)
         if known(value) is not None and isinstance(value, Node):
             return value  # a number of the design, which no branch changes
-        variable = self._node(self.block, "variable", (), kind_of(value))
-        self.whole.assigned[variable] = [value]
-        self.block.items.append(Assign(variable, value, True))
-        return variable
+        return self.variable(value)
+
+    def variable(self, value: Any) -> Node:
+        """What has the value until it is assigned another one."""
+        found = self._node(self.block, "variable", (), kind_of(value))
+        self.whole.assigned[found] = [value]
+        self.block.items.append(Assign(found, value, True))
+        return found
+
+    def now(self, variable: Node) -> Node:
+        """What a variable is here, whatever it is assigned later."""
+        found = self._node(self.block, "now", (variable,), variable.type)
+        self.block.items.append(found)
+        self.bound.add(found)
+        return found
+
+    def assign(self, variable: Node, value: Any) -> None:
+        """Give a variable another value."""
+        self.whole.assigned[variable].append(self.plain(value))
+        self.block.items.append(Assign(variable, self.plain(value), False))
 
     def _hold(self, holder: Any, value: Any) -> None:
         if isinstance(holder, Node) and holder.op == "variable":
-            self.whole.assigned[holder].append(self.plain(value))
-            self.block.items.append(Assign(holder, self.plain(value), False))
+            self.assign(holder, value)
         elif isinstance(holder, Storage) and self._stored(value).storage is not holder:
             self.replace([(holder, self._stored(value))])
 

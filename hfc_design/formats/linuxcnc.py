@@ -19,7 +19,7 @@ from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.flash import folder as flash
 from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.writing import Content, Format, meanings_of, rendered
-from plants import PLANTS, Drive
+from plants import Drive
 from plants.drive import fed_back
 
 #: Characters of a name in HAL.
@@ -75,11 +75,11 @@ def component_name(design: Design) -> str:
 
 def _values(design: Design) -> Json:
     """What every template reads."""
-    ours = [name for name in plant_code.CODES if name in PLANTS]  # not those of other machines
-    if design.plant.name not in ours:
-        known = f"{design.plant.name}; there is {', '.join(ours)}"
-        raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
-    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    axis, *others = PlantSettings(**design.plant.model_dump()).each()
+    if any(other.drive is not axis.drive for other in others):
+        told = f"HAL has a component of one drive (got {design.plant.name}, which has several)"
+        raise UserError(f"design {design.name}: {told}")
+    plant_code.check(axis.drive, design)
     drive = _followed(design, axis.drive)
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
@@ -116,17 +116,17 @@ def _followed(design: Design, drive: Drive) -> Drive:
 
 def _plant(drive: Drive) -> Json:
     """What the template of the plant's component reads, and which of its pins is where it is."""
-    own, states = plant_code.CODES[drive.name], plant_code.state_units(drive)
+    states, counts = plant_code.state_units(drive), plant_code.counts(drive)
     told = {name: drive.units[name] for name in plant_code.signals(drive) if name not in states}
     return {
         "drive": drive,
-        "plant_code": own.name,
-        "plant_what": own.what,
+        "plant_code": plant_code.name_of(drive),
+        "plant_what": f"the drive {drive.name}",
         "plant_states": states,
         "plant_told": told,
         "plant_position": drive.position,
-        "plant_counts": own.counts,
-        "true_position": "true_position" if own.counts else drive.position,
+        "plant_counts": counts,
+        "true_position": "true_position" if counts else drive.position,
     }
 
 

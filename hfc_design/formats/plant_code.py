@@ -1,88 +1,62 @@
-"""Plants in C99, step for step what the simulator does; LinuxCNC and FMUs have the same files."""
+"""Drives in C99, step for step what the simulator does; LinuxCNC and FMUs have the same files."""
 
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, NamedTuple
 
+from hfc_design.codegen.c import C
+from hfc_design.codegen.emit import Printer, folded
+from hfc_design.codegen.jaxprs import traced
+from hfc_design.codegen.nodes import REAL, Node, TraceError
+from hfc_design.codegen.trace import Trace
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.writing import rendered
-from plants import PLANTS, Drive
-from plants.blocks import STIFF
-from plants.five_axis import FIVE_AXIS, FIVE_AXIS_B, per_unit_of
-from plants.milling_table import INNER
+from hfc_design.formats.writing import RESERVED, rendered
+from plants import Drive
+from plants.five_axis import FIVE_AXIS, FIVE_AXIS_B
 
-
-class PlantCode(NamedTuple):
-    """How a drive is written in C."""
-
-    body: str  # template in templates/plants; what every name in its C ends with
-    what: str  # in a line
-    #: Unit of what the state has beside the signals, the position and the velocity.
-    units: dict[str, str] = {}
-    values: Json = {}  # what its template reads beside the names
-    counts: bool = False  # whether its own encoder reads the position in steps
-
-    @property
-    def name(self) -> str:
-        """What every name in its C begins with."""
-        return f"plant_{self.body}"
-
-
-_SERVO = "servo axis of a five-axis machine, a velocity loop against sliding friction"
-
-
-def _servo(drive: Drive) -> PlantCode:
-    rotary = drive.degrees is not None
-    body, values = f"servo_{'rotary' if rotary else 'linear'}", {"per_unit": per_unit_of(rotary)}
-    return PlantCode(body, _SERVO, values=values, counts=True)
-
-
-#: Drives that there is C of.
-CODES = {
-    "c-axis": PlantCode(
-        "c_axis",
-        "C-axis of a turning centre: induction motor, flexible transmission, LuGre friction",
-        {"rotor_angle": "rad", "bristle_deflection": "rad"},
-        {"stiff": STIFF},
-    ),
-    "feed-drive": PlantCode(
-        "feed_drive",
-        "feed drive of a milling machine with stiction, converter and encoder",
-        counts=True,
-    ),
-    "milling-table": PlantCode(
-        "milling_table",
-        "axis of a milling table with backlash and stick-slip",
-        values={"inner": INNER},
-        counts=True,
-    ),
-    "positioning-stage": PlantCode(
-        "positioning_stage", "positioning stage, a mass with friction of two sides", counts=True
-    ),
-    **{x.name: _servo(x) for m in (FIVE_AXIS, FIVE_AXIS_B) for x in m.drives},
+#: Drives that share their code, and how that is called.
+SHARED = {
+    drive.name: f"servo_{'linear' if drive.degrees is None else 'rotary'}"
+    for machine in (FIVE_AXIS, FIVE_AXIS_B)
+    for drive in machine.drives
 }
 
 
-#: Plants of scenarios that there is C of.
-LISTED = ", ".join(name for name in (*CODES, FIVE_AXIS.name, FIVE_AXIS_B.name) if name in PLANTS)
+class Function(NamedTuple):
+    """One of a drive in C."""
+
+    lines: list[str]
+    outputs: dict[str, str]  # where each number that it gives goes, and what it is
+    library: list[str]  # functions of the mathematical library
+    helpers: list[str]
+
+
+def name_of(drive: Drive) -> str:
+    """What every name in the C of a drive begins with."""
+    return f"plant_{SHARED.get(drive.name, identifier(drive.name))}"
 
 
 def check(drive: Drive, design: Design) -> None:
-    """Whether there is C of a drive of the design's plant.
+    """Whether a drive of the design's plant can be written in C.
 
     Raises:
-        UserError: there is none.
+        UserError: it does what no code can be made of.
     """
-    if drive.name not in CODES:
-        told = f"there is no C of the plant {design.plant.name}; there is of {LISTED}"
-        raise UserError(f"design {design.name}: {told}")
+    try:
+        _functions(drive)
+    except TraceError as error:
+        told = f"no C can be made of the drive {drive.name}: it {error}"
+        raise UserError(f"design {design.name}: {told}") from None
 
 
 def state_units(drive: Drive) -> dict[str, str]:
-    """Unit of every field of a drive's state."""
+    """Unit of every field of a drive's state, "" where it is not known."""
     own = {drive.position: drive.units["error"], drive.velocity: drive.units["error_rate"]}
-    own |= drive.units | CODES[drive.name].units
-    return {field: own[field] for field in drive.initial_state(0.0)._fields}
+    own |= drive.units | drive.state_units
+    return {field: own.get(field, "") for field in drive.initial_state(0.0)._fields}
 
 
 def signals(drive: Drive) -> list[str]:
@@ -91,28 +65,115 @@ def signals(drive: Drive) -> list[str]:
     return list(drive.signals(fixed, drive.measured(fixed, drive.initial_state(0.0))))
 
 
+def counts(drive: Drive) -> bool:
+    """Whether the drive's own sensors report another position than it has."""
+    return _functions(drive)["measured"].outputs[f"seen.{drive.position}"] != f"x->{drive.position}"
+
+
 def sources(drive: Drive, design: Design) -> dict[str, str]:
-    """Header and source of a drive by their names."""
-    own = CODES[drive.name]
-    parameters = drive.parameters()
+    """Header and source of a drive by their names; UserError as ``check``."""
+    check(drive, design)
+    functions = _functions(drive)
+    library = dict.fromkeys(name for one in functions.values() for name in one.library)
+    helpers = dict.fromkeys(name for one in functions.values() for name in one.helpers)
     values = {
-        "name": own.name,
-        "what": own.what,
-        "body": f"{own.body.partition('_linear')[0].partition('_rotary')[0]}.c.j2",
-        "parameters": {key: drive.parameter_units.get(key, "") for key in parameters._fields},
-        "coefficients": coefficients(drive.coefficients(parameters)),
+        "name": name_of(drive),
+        "what": f"the drive {drive.name}",
+        "parameters": {
+            key: drive.parameter_units.get(key, "") for key in drive.parameters()._fields
+        },
+        "coefficients": coefficients(drive.coefficients(drive.parameters())),
         "states": state_units(drive),
         "signals": {name: drive.units[name] for name in signals(drive)},
-        **own.values,
+        "functions": functions,
+        "library": [*library],
+        "helpers": [C((), {}).helper(name) for name in helpers],
     }
-    files = {f"{own.name}{end}": f"plants/plant{end}.j2" for end in (".h", ".c")}
+    files = {f"{values['name']}{end}": f"plants/plant{end}.j2" for end in (".h", ".c")}
     return {name: rendered(template, design, **values) for name, template in files.items()}
 
 
-def coefficients(record: Parameters, prefix: str = "") -> dict[str, float]:
+def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
     """The coefficients of a drive by name; those of a part have the part's name before theirs."""
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     for name, value in record._asdict().items():
         part = hasattr(value, "_asdict")
-        found |= coefficients(value, f"{prefix}{name}_") if part else {prefix + name: float(value)}
+        found |= coefficients(value, f"{prefix}{name}_") if part else {prefix + name: value}
     return found
+
+
+@cache
+def _functions(drive: Drive) -> dict[str, Function]:
+    """What is in the C of a drive.
+
+    Raises:
+        TraceError: it does what no code can be made of.
+    """
+    parameters = drive.parameters()
+    fixed, state = drive.coefficients(parameters), drive.initial_state(0.0)
+    own: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
+    own |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
+    made: dict[str, tuple[str, Callable[..., Any], str]] = {
+        "prepare": ("p", drive.coefficients, "c->"),
+        "accepted": ("c command", drive.accepted, ""),
+        "step": (
+            "c x command start middle end dt",
+            lambda c, x, command, start, middle, end, dt: drive.step(
+                c, x, command, (start, middle, end), dt
+            ),
+            "x->",
+        ),
+        "measured": ("c x", drive.measured, "seen."),
+        "told": ("c seen", drive.signals, "signals."),
+        "commanded": ("reference", drive.commanded, ""),
+    }
+    return {
+        name: _printed(function, {key: own[key] for key in given.split()}, place)
+        for name, (given, function, place) in made.items()
+    }
+
+
+def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str) -> Function:
+    """A function of records and numbers, which gives one number or fills a record."""
+    trace = Trace()
+    places: dict[str, str] = {}
+    nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
+    found = traced(trace, function, *nodes)
+    if not hasattr(found, "_asdict") and not isinstance(found, Mapping):
+        numbers = {"": found}
+    else:
+        numbers = dict(found) if isinstance(found, Mapping) else coefficients(found)
+    values = {key: trace.plain(x) for key, x in numbers.items()}
+    syntax = C((*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads"), places)
+    printer = Printer(trace, syntax, values.values(), syntax.names)
+    printer.bound |= {x for x in values.values() if isinstance(x, Node) and x.args}
+    lines = folded(printer.lines())
+    outputs = {f"{place}{key}": printer.text(x, kind=REAL) for key, x in values.items()}
+    for target, value in outputs.items():  # what has a place that is written to meanwhile
+        if value in outputs and value != target:
+            outputs[target] = printer.names.fresh("before")
+            lines.append(f"    const real {outputs[target]} = {value};")
+    return Function(lines, outputs, [*syntax.library], [*syntax.helpers])
+
+
+def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str]) -> Any:
+    """A record of leaves, or one, by the names that C has for them."""
+    if not hasattr(value, "_asdict"):
+        places[name] = PLACES.get(name, name)
+        return trace.leaf("input", name)
+    return _record(trace, value, name, "", places)
+
+
+def _record(trace: Trace, value: Any, name: str, prefix: str, places: dict[str, str]) -> Any:
+    parts: list[Any] = []
+    for key, one in value._asdict().items():
+        if hasattr(one, "_asdict"):
+            parts.append(_record(trace, one, name, f"{prefix}{key}_", places))
+        else:
+            places[f"{name}.{prefix}{key}"] = f"{name}->{prefix}{key}"
+            parts.append(trace.leaf("input", f"{name}.{prefix}{key}"))
+    return type(value)(*parts)
+
+
+#: Where the numbers of a step are that lie in an array.
+PLACES = {"start": "loads[0]", "middle": "loads[1]", "end": "loads[2]"}

@@ -29,7 +29,7 @@ def head_of(axis: Axis, axes: list[Axis]) -> str:
 
 def axis_of(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
     """What the template reads of an axis, and its parameters and states."""
-    drive, own = axis.drive, plant_code.CODES[axis.drive.name].name
+    drive, own = axis.drive, plant_code.name_of(axis.drive)
     units = plant_code.state_units(drive)
     parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
     states = {f"{head}state.{name}": name for name in units}
@@ -252,7 +252,7 @@ def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
     own = machine(design, scenario)
     if own.machine.forces is not None:
         told = f"there is no C of the plant {own.name}, whose axes act on one another"
-        raise UserError(f"design {design.name}: {told}; there is of {plant_code.LISTED}")
+        raise UserError(f"design {design.name}: {told}")
     pairs = zip(own.each(), scenario.machine.drives, strict=True)
     axes = [axis._replace(drive=drive) for axis, drive in pairs]
     for axis in axes:
@@ -270,7 +270,7 @@ def _model(
     values: Json,
 ) -> Model:
     """The model with what is the same of a plant and of a loop."""
-    names = {plant_code.CODES[axis.drive.name].name: axis.drive for axis in axes}
+    names = {plant_code.name_of(axis.drive): axis.drive for axis in axes}
     sources: dict[str, str] = {}
     for drive in names.values():
         sources |= plant_code.sources(drive, design)

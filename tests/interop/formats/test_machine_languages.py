@@ -1,4 +1,4 @@
-"""Controllers of a machine in Structured Text, JavaScript and Octave: the commands of the runtime."""
+"""Controllers of a machine in Structured Text, JavaScript and Octave: what the runtime commands."""
 
 from math import nan
 

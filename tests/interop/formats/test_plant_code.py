@@ -27,8 +27,8 @@ def library(tmp_path_factory):
     """The C of every drive, whose functions can be called from outside."""
     opened = "#pragma GCC visibility push(default)\n"
     files = {}
-    for name in plant_code.CODES:
-        own = plant_code.sources(DRIVES[name], DESIGN)
+    for drive in DRIVES.values():
+        own = plant_code.sources(drive, DESIGN)
         files |= {file: opened * file.endswith(".h") + text for file, text in own.items()}
     path = tmp_path_factory.mktemp("c") / "plants.so"
     path.write_bytes(compiling.shared_library(files, "plants"))
@@ -51,9 +51,9 @@ def happenings(drive):
     return states, commands, loads, every
 
 
-@pytest.mark.parametrize("name", plant_code.CODES)
+@pytest.mark.parametrize("name", DRIVES)
 def test_a_step_is_the_simulators(name, library):
-    drive, own = DRIVES[name], plant_code.CODES[name].name
+    drive, own = DRIVES[name], plant_code.name_of(DRIVES[name])
     states, commands, loads, every = happenings(drive)
     parameters = drive.parameters()
     fixed = drive.coefficients(parameters)
@@ -88,7 +88,7 @@ def test_a_step_is_the_simulators(name, library):
 
 @pytest.mark.parametrize("name", ["feed-drive", "milling-table", "positioning-stage", "servo-a"])
 def test_what_is_measured_is_the_simulators(name, library):
-    drive, own = DRIVES[name], plant_code.CODES[name].name
+    drive, own = DRIVES[name], plant_code.name_of(DRIVES[name])
     states, *_ = happenings(drive)
     parameters = drive.parameters()
     coarse = {key: 0.125 for key in ("encoder_resolution",) if key in parameters._fields}

@@ -6,9 +6,9 @@ from itertools import count
 
 import pytest
 
-from hfc_design.codegen.recorded import of_axis, recorded
 from hfc_design.codegen.c import program
 from hfc_design.codegen.nodes import TraceError
+from hfc_design.codegen.recorded import of_axis, recorded
 from hfc_design.controllers.controller import AxisLaw
 
 

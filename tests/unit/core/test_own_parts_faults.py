@@ -118,7 +118,7 @@ def test_fields_of_objectives_and_strategies(own):
 
 def pd_kind(**changes):
     """A kind as pd, but for some fields, under its own name."""
-    return replace(KINDS.get("pd"), **{"name": "mine", "c": None} | changes)
+    return replace(KINDS.get("pd"), **{"name": "mine"} | changes)
 
 
 class Other(api.ControllerRecord):
@@ -129,7 +129,7 @@ class Other(api.ControllerRecord):
     "changes",
     [
         *({key: 5} for key in ("gains", "law", "genome", "of_gains", "sections")),
-        *({key: 5} for key in ("reads", "c", "record", "settings", "name")),
+        *({key: 5} for key in ("reads", "record", "settings", "name")),
         *({key: None} for key in ("gains", "name", "of_gains")),
         {"record": Other},
     ],

@@ -1,0 +1,167 @@
+"""Functions that are written for JAX, as nodes: through their jaxpr, operation by operation.
+
+So drives leave as code, which are functions of scalars on ``jax.numpy``, and laws that call it.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import numpy as np
+from jax import numpy as jnp
+
+from hfc_design.codegen.nodes import REAL, Node, TraceError, kind_of
+from hfc_design.codegen.trace import Trace
+
+#: Operations that have another name here, and the same meaning.
+ALIKE = {
+    "add": "+",
+    "sub": "-",
+    "mul": "*",
+    "div": "/",
+    "lt": "<",
+    "le": "<=",
+    "gt": ">",
+    "ge": ">=",
+    "eq": "==",
+    "ne": "!=",
+    "round": "rint",
+}
+#: Those that have the same name, and those that change nothing of a scalar.
+SAME = frozenset(
+    (
+        *("neg", "abs", "max", "min", "and", "or", "not", "exp", "expm1", "log", "log1p", "tanh"),
+        *("sqrt", "sin", "cos", "tan", "atan", "atan2", "floor", "pow"),
+    )
+)
+NOTHING = frozenset(
+    (
+        *("convert_element_type", "copy", "stop_gradient", "optimization_barrier", "squeeze"),
+        *("broadcast_in_dim", "reshape", "reduce_precision"),
+    )
+)
+INNER = frozenset(
+    (
+        *("pjit", "jit", "closed_call", "custom_jvp_call", "custom_vjp_call", "remat"),
+        "checkpoint",
+    )
+)
+#: Steps of a loop that are written out.
+FEW = 4
+
+
+def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function of JAX gives for trees of nodes and numbers.
+
+    Raises:
+        TraceError: it does what no code can be made of; the line names the operation.
+    """
+    leaves, tree = jax.tree.flatten(arguments)
+    with jax.enable_x64(True):
+        given = [jnp.float64(0.5)] * len(leaves)
+        made, shape = jax.make_jaxpr(
+            lambda *values: function(*jax.tree.unflatten(tree, values)), return_shape=True
+        )(*given)
+    found = _evaluated(trace, made.jaxpr, made.consts, leaves)
+    return jax.tree.unflatten(jax.tree.structure(shape), found)
+
+
+def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]) -> list[Any]:
+    known: dict[Any, Any] = dict(zip(jaxpr.constvars, map(_number, consts), strict=True))
+    known |= zip(jaxpr.invars, given, strict=True)
+
+    def value(variable: Any) -> Any:
+        return _number(variable.val) if hasattr(variable, "val") else known[variable]
+
+    for equation in jaxpr.eqns:
+        found = _done(trace, equation, [value(x) for x in equation.invars])
+        known |= zip(equation.outvars, found, strict=True)
+    return [value(x) for x in jaxpr.outvars]
+
+
+def _number(value: Any) -> Any:
+    """A constant of a program; Python's own where it is one number."""
+    return np.asarray(value).item() if np.size(value) == 1 else value
+
+
+def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
+    """What an equation gives for nodes and numbers."""
+    name, told = equation.primitive.name, equation.params
+    if _large(equation):
+        raise TraceError(f"calls {name} of arrays, of which no code is made; write it in scalars")
+    rounds = name == "convert_element_type" and not np.issubdtype(told["new_dtype"], np.floating)
+    if rounds and kind_of(given[0]) == REAL:
+        raise TraceError("makes whole numbers of real ones; write jnp.floor instead")
+    if name in NOTHING:
+        return given
+    if name in INNER:
+        inner = told.get("jaxpr") or told.get("call_jaxpr") or told["fun_jaxpr"]
+        consts = getattr(inner, "consts", ())
+        return _evaluated(trace, getattr(inner, "jaxpr", inner), consts, given)
+    if name == "scan":
+        return _scanned(trace, told, given)
+    if name == "cond":
+        return _chosen(trace, told["branches"], given)
+    if name in ALIKE or name in SAME:
+        return [trace.made(ALIKE.get(name, name), *given)]
+    if name not in OTHERS:
+        raise TraceError(f"calls {name}, which no printer knows; write it with other functions")
+    return [OTHERS[name](trace.made, told, *given)]
+
+
+def _large(equation: Any) -> bool:
+    return any(x.aval.size > 1 for x in (*equation.invars, *equation.outvars))
+
+
+def _power(made: Callable[..., Any], x: Any, power: int) -> Any:
+    found = x
+    for _ in range(abs(power) - 1):
+        found = made("*", found, x)
+    return found if power > 0 else made("/", 1.0, found)
+
+
+#: The others, of (made, parameters, what they are given).
+OTHERS: dict[str, Callable[..., Any]] = {
+    "sign": lambda made, told, x: made(
+        "?", made(">", x, 0.0), 1.0, made("?", made("<", x, 0.0), -1.0, 0.0)
+    ),
+    "square": lambda made, told, x: made("*", x, x),
+    "integer_pow": lambda made, told, x: _power(made, x, told["y"]),
+    "rsqrt": lambda made, told, x: made("/", 1.0, made("sqrt", x)),
+    "select_n": lambda made, told, which, a, b: made("?", which, b, a),
+    "clamp": lambda made, told, low, x, high: made("min", made("max", x, low), high),
+    "logistic": lambda made, told, x: made("/", 1.0, made("+", 1.0, made("exp", made("neg", x)))),
+}
+
+
+def _chosen(trace: Trace, branches: Sequence[Any], given: list[Any]) -> list[Any]:
+    """Both branches of a condition, and of each result that of the one that holds."""
+    if len(branches) != 2:
+        raise TraceError("calls lax.switch, of which no code is made; write jnp.where instead")
+    which, *rest = given
+    no, yes = (_evaluated(trace, one.jaxpr, one.consts, rest) for one in branches)
+    return [trace.made("?", which, a, b) for a, b in zip(yes, no, strict=True)]
+
+
+def _scanned(trace: Trace, told: dict[str, Any], given: list[Any]) -> list[Any]:
+    """A loop of a number of steps that is known, in which only what is carried changes."""
+    inner, length = told["jaxpr"], told["length"]
+    count, carried = told["num_consts"], told["num_carry"]
+    fixed, carry = given[:count], given[count : count + carried]
+    if len(given) > count + carried or len(inner.jaxpr.outvars) > carried:
+        raise TraceError("calls lax.scan over arrays, of which no code is made")
+
+    def step(values: list[Any]) -> list[Any]:
+        return _evaluated(trace, inner.jaxpr, inner.consts, [*fixed, *values])
+
+    if length <= FEW:
+        for _ in range(length):
+            carry = step(carry)
+        return carry
+    variables = [trace.variable(x) for x in carry]
+    with trace.loop(length):
+        after = step([trace.now(variable) for variable in variables])
+        trace.bound |= {x for x in after if isinstance(x, Node)}
+        for variable, x in zip(variables, after, strict=True):
+            trace.assign(variable, x)
+    return variables
