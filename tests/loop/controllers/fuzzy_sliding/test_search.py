@@ -155,15 +155,10 @@ def test_structured_text_learns_as_the_runtime_does(name):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("target", ["csv", "fll", "fcl", "fml", "mat", "linuxcnc"])
+@pytest.mark.parametrize("target", ["csv", "fis", "fll", "fcl", "fml", "mat", "linuxcnc"])
 def test_every_format_has_it(target, tmp_path):
     FORMATS[target].write(sliding(100.0), tmp_path / "out")
     assert (tmp_path / "out").exists()
-
-
-def test_what_matlab_would_not_compute_is_refused(tmp_path):
-    with refused():
-        FORMATS["fis"].write(sliding(), tmp_path / "out")
 
 
 def test_what_a_command_is_made_of():
