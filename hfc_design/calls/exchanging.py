@@ -9,12 +9,16 @@ from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, check_score
+from hfc_design.formats import FORMATS, check_score, connecting
 from hfc_design.formats.reading import Wish, imported
 
 
-def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) -> Path:
+def export(
+    found: AnyDesign, to: str, path: str | Path, anyway: bool = False, bare: bool = False
+) -> Path:
     """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
+
+    Code reads what the machine's sensors tell, or ``bare`` what the law itself does.
 
     Raises:
         UserError: no such format, or not for this kind of controller; or the design's score says
@@ -25,7 +29,7 @@ def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) ->
         raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
     place, design = path_of(path), load_design(found)
     check_score(design, anyway)
-    FORMATS[to].write(design, place)
+    FORMATS[to].write(design, place, connecting(FORMATS[to], bare))
     return place
 
 

@@ -24,15 +24,22 @@ COARSE = (
 @common.force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
+@click.option("--bare", is_flag=True, help="Code of the law alone: it reads errors, not readings.")
 @common.knowing_plugins
 def export(
-    design: str, others: Texts, target: str, out: Path | None, lookup: int | None, anyway: bool
+    design: str,
+    others: Texts,
+    target: str,
+    out: Path | None,
+    lookup: int | None,
+    anyway: bool,
+    bare: bool,
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.core.wording import one_of
     from hfc_design.files.pairing import load_design
-    from hfc_design.formats import FORMATS, c_folder, check_score
+    from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.flash.readme import origin
 
     if target not in FORMATS:
@@ -45,12 +52,13 @@ def export(
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
     path = out or common.free(Path(found.name + (form.ending or form.suffix or f".{target}")))
+    connect = connecting(form, bare)
     if lookup is None:
-        form.write(found, path)
+        form.write(found, path, connect)
         if note := form.note():
             click.echo(note)
     else:
-        for axis, off in c_folder.write_lookup(found, path, lookup).items():
+        for axis, off in c_folder.write_lookup(found, path, lookup, connect).items():
             for line in off.told:
                 click.echo(f"{axis}: {line}" if axis else line)
             if off.coarse:

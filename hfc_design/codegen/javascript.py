@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from hfc_design.codegen.c import CALLED, C
+from hfc_design.codegen.c import CALLED as C_CALLED
+from hfc_design.codegen.c import LIBRARY, C
 from hfc_design.codegen.language import Printed, printed
 from hfc_design.codegen.nodes import REAL, WHOLE, Node, Storage
 from hfc_design.codegen.recorded import Recorded
@@ -10,11 +11,19 @@ from hfc_design.codegen.recorded import Recorded
 HELPERS = {
     "smaller": "function smaller(a, b) {\n    return b < a ? b : a;\n}\n",
     "larger": "function larger(a, b) {\n    return b > a ? b : a;\n}\n",
+    "nearest": (
+        "/* The nearest whole number, of a half the even one. */\n"
+        "function nearest(x) {\n"
+        "    const up = Math.floor(x + 0.5);\n"
+        "    return up - x === 0.5 && up % 2 !== 0 ? up - 1 : up;\n}\n"
+    ),
     "whole_part": (
         "/* The whole part of a number above 0; of others 0. */\n"
         "function wholePart(x) {\n    return x > 0 ? Math.trunc(x) : 0;\n}\n"
     ),
 }
+CALLED = {**C_CALLED, "rint": "nearest"}
+WRITTEN = {"whole_part": "wholePart"}
 WORDS = {"==": "===", "!=": "!=="}
 #: What the module itself calls so.
 OWN = (
@@ -40,14 +49,12 @@ class JavaScript(C):
         if op.startswith("as "):
             plain = node.type == WHOLE or op.endswith(WHOLE)
             return parts[0] if plain else f"Number({parts[0]})"
-        if op == "abs":
-            return f"Math.abs({parts[0]})"
-        if op in ("exp", "tanh", "sqrt", "sin", "cos"):
-            return f"Math.{op}({parts[0]})"
+        if op in (*LIBRARY, "abs") and op != "rint":
+            return f"Math.{op}({', '.join(parts)})"
         if op in CALLED:
             name = CALLED[op]
             self.helpers[name] = None
-            return f"{'wholePart' if op == 'whole' else name}({', '.join(parts)})"
+            return f"{WRITTEN.get(name, name)}({', '.join(parts)})"
         if op in WORDS:
             return f"{parts[0]} {WORDS[op]} {parts[1]}"
         return super().operation(op, parts, node)

@@ -38,6 +38,8 @@ class Matlab(Language):
             return parts[0] if node.type == WHOLE else f"double({parts[0]})"
         if op in ("neg", "not"):
             return f"{'-' if op == 'neg' else '~'}{parts[0]}"
+        if op == "rint":  # halves to the even one
+            return f"(floor({parts[0]} + 0.5) - (mod({parts[0]}, 2) == 0.5))"
         if op == "whole":
             return f"floor(max({parts[0]}, 0))"
         if len(op) > 2 and op not in WORDS:

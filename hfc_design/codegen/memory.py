@@ -69,7 +69,7 @@ def parts(memory: Memory, name: str) -> dict[str, Memory] | None:
     return {head + identifier(key): one for key, one in memory.items()}
 
 
-def _again(memory: Memory, values: Iterable[Memory]) -> Memory:
+def again(memory: Memory, values: Iterable[Memory]) -> Memory:
     """A memory that is made of other parts."""
     if hasattr(memory, "_fields"):
         return type(memory)(*values)
@@ -98,7 +98,7 @@ def numbers_of(memory: Memory, name: str = "") -> dict[str, list[float]]:
 def filled(memory: Memory, numbers: dict[str, list[float]], name: str = "") -> Memory:
     """A memory with these numbers in the places of those that the code calls so."""
     if (inside := parts(memory, name)) is not None:
-        return _again(memory, (filled(one, numbers, key) for key, one in inside.items()))
+        return again(memory, (filled(one, numbers, key) for key, one in inside.items()))
     if (name or ALL) not in numbers:
         return memory
     return np.reshape(numbers[name or ALL], np.shape(memory)).tolist()
@@ -110,7 +110,7 @@ def remembered(
     """A memory whose numbers are those that the state of the code has, but ``fixed`` ones."""
     if (inside := parts(value, name)) is not None:
         made = (remembered(trace, one, fields, fixed, key) for key, one in inside.items())
-        return _again(value, made)
+        return again(value, made)
     name = name or ALL
     if isinstance(value, list | tuple) and value and numeric(value):
         array = np.array(value, dtype=float)
@@ -131,9 +131,11 @@ def merged(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory
     inside, other = parts(memory, ""), parts(first, "")
     if inside is not None and other is not None:
         pairs = zip(inside.values(), other.values(), strict=True)
-        return _again(memory, (merged(trace, started, *pair) for pair in pairs))
+        return again(memory, (merged(trace, started, *pair) for pair in pairs))
     if isinstance(memory, Node):
         return trace.made("?", started, memory, first)
+    if isinstance(memory, Stored) and isinstance(first, list | tuple):
+        return [merged(trace, started, *pair) for pair in zip(memory, first, strict=True)]
     return started if memory is None and first is False else memory
 
 

@@ -1,6 +1,6 @@
 """A controller as it is recorded: what it reads, remembers and commands."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from hfc_design.codegen.memory import (
 from hfc_design.codegen.nodes import REAL, TRUTH, Block, Node, Put, Storage, Store, Stored
 from hfc_design.codegen.sayings import named
 from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.values import numbers_in
 from hfc_design.controllers.controller import (
     AxisLaw,
     Controller,
@@ -77,9 +78,16 @@ class Source(NamedTuple):
     tells: bool = False  # see ``AxisLaw``
     within: bool = False  # whether its commands are within their limits already
     change: float | None = None  # largest one of its command in a sample
+    truths: Collection[str] = ()  # what of it is true or false
 
 
-def of_axis(law: AxisLaw, gains: Gains, reads: list[str], change: float | None) -> Source:
+def of_axis(
+    law: AxisLaw,
+    gains: Gains,
+    reads: list[str],
+    change: float | None,
+    truths: Collection[str] = (),
+) -> Source:
     """The law of one axis; a trace that is flat has its limit, else code gets one a sample."""
 
     def bound(told: Told) -> tuple[Any, Callable[..., Any] | None, Callable[..., Any]]:
@@ -102,7 +110,7 @@ def of_axis(law: AxisLaw, gains: Gains, reads: list[str], change: float | None) 
         return limit, first if own.prime else None, step
 
     memory = law.begun(SCALARS, 0.0, gains)
-    return Source(reads, gains, memory, bound, law.tells, change=change)
+    return Source(reads, gains, memory, bound, law.tells, change=change, truths=truths)
 
 
 def of_machine(
@@ -171,7 +179,10 @@ def _idle(found: Recorded, field: Field) -> bool:
 
 def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
     numbers: list[Node] = []
-    inputs = {name: trace.leaf("input", identifier(name)) for name in source.reads}
+    inputs = {
+        name: trace.leaf("input", identifier(name), TRUTH if name in source.truths else REAL)
+        for name in source.reads
+    }
     gains = _wrapped(trace, source.gains, "", numbers)
     limit, prime, step = source.bound(Told(trace, numbers, inputs))
     fields: list[Field] = []
@@ -183,7 +194,8 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
             flag = trace.leaf("state", STARTED, TRUTH)
             first = prime(gains, memory)
             before = merged(trace, flag, memory, first)
-            holds = [leaf for leaf, value in leaves(memory, first) if value is not leaf]
+            pairs = [pair for pair in leaves(memory, first) if pair[1] is not pair[0]]
+            holds = [x.storage if isinstance(x, Stored) else x for x, _ in pairs]
             places = [k for k, field in enumerate(fields) if any(field.holds is x for x in holds)]
             started = (flag, places[0]) if places else None
         commands, after = step(gains, before)
@@ -203,7 +215,7 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         trace,
         done,
         fields,
-        [*inputs.values()],
+        _used(trace, done, inputs.values(), [*commands, *in_order_of_use]),
         limit,
         commands,
         in_order_of_use,
@@ -211,6 +223,12 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         started,
         numbers,
     )
+
+
+def _used(trace: Trace, after: Block, inputs: Iterable[Node], roots: Iterable[Any]) -> list[Node]:
+    """The inputs that something hangs on."""
+    alive, _ = counted(trace, roots, after)
+    return [node for node in inputs if id(node) in alive]
 
 
 def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit: Any) -> Any:
@@ -248,7 +266,7 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
 
 
 #: What is finite, or the sample is faulty before anything is computed.
-FINITE = frozenset(("input", "state", "number", "index", "whole"))
+FINITE = frozenset(("input", "state", "number", "parameter", "index", "whole"))
 
 
 def _early(x: Any) -> bool:
@@ -288,6 +306,8 @@ def _commit(trace: Trace, memory: Memory, after: Memory) -> None:
     scalars = [(leaf, trace.plain(value)) for leaf, value in pairs if isinstance(leaf, Node)]
     whole: dict[tuple[int, ...], list[tuple[Storage, Any]]] = {}
     for leaf, value in pairs:
+        if isinstance(value, list | tuple):  # read before any of it is written
+            trace.bound |= {x for x in numbers_in(value) if isinstance(x, Node)}
         if isinstance(leaf, Stored) and not _in_place(trace, leaf.storage, value):
             whole.setdefault(leaf.shape, []).append((leaf.storage, value))
     for alike in whole.values():

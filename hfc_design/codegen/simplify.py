@@ -36,6 +36,8 @@ def simpler(op: str, args: tuple[Any, ...]) -> Any:
         return args[0]
     if op in ("min", "max") and all(map(_literal, args)):
         return (min if op == "min" else max)(args)
+    if op == ">" and isinstance(args[0], Node) and args[0].type == TRUTH and args[1] == 0.5:
+        return args[0]
     if op in ("and", "or") and any(isinstance(x, bool) for x in args):
         a, b = args if isinstance(args[0], bool) else args[::-1]
         return b if a == (op == "and") else a

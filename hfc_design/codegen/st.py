@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from hfc_design.codegen.emit import WIDTH, Printer, folded
 from hfc_design.codegen.language import Language, larger, printed
-from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage
+from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage, TraceError
 from hfc_design.codegen.recorded import Recorded
 
 TYPES = {REAL: "LREAL", WHOLE: "DINT", TRUTH: "BOOL"}
@@ -80,7 +80,7 @@ class StructuredText(Language):
     """See ``Language``."""
 
     fold = True
-    chooses = frozenset(("?", "whole", "tanh"))
+    chooses = frozenset(("?", "whole", "tanh", "floor"))
     end = {Loop: "END_FOR;", Branch: "END_IF;"}
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
@@ -104,6 +104,10 @@ class StructuredText(Language):
             return f"{TYPES[node.type]}_TO_{TYPES[op.removeprefix('as ')]}({parts[0]})"
         if op in ("neg", "not"):
             return f"-{parts[0]}" if op == "neg" else f"NOT {parts[0]}"
+        if op == "rint":
+            return f"LINT_TO_LREAL(LREAL_TO_LINT({parts[0]}))"
+        if op not in FUNCTIONS and op.isalpha() and op not in WORDS:
+            raise TraceError(f"calls {op}, which Structured Text has not")
         if op in FUNCTIONS:
             return f"{FUNCTIONS[op]}({', '.join(parts)})"
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
@@ -130,6 +134,10 @@ class StructuredText(Language):
         if node.op == "tanh":
             yield f"{name} := EXP(2.0 * MAX(MIN({x}, {FAR}), -{FAR}));"
             yield f"{name} := ({name} - 1.0) / ({name} + 1.0);"
+            return
+        if node.op == "floor":
+            yield f"{name} := LINT_TO_LREAL(LREAL_TO_LINT({x})); (* to the nearest, then down *)"
+            yield f"IF {name} > {x} THEN {name} := {name} - 1.0; END_IF;"
             return
         yield f"{name} := LREAL_TO_DINT(MAX({x}, 0.0)); (* to the nearest, then down *)"
         yield f"IF DINT_TO_LREAL({name}) > MAX({x}, 0.0) THEN {name} := {name} - 1; END_IF;"
@@ -226,12 +234,17 @@ def program(found: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -
         *_begun(found, remembered, parts.starts, syntax),
         *("(* The largest finite number. *)", f"greatest := {GREATEST};"),
         *("fault := TRUE;", *(f"{output} := 0.0;" for output in outputs)),
-        *_left(inputs),
+        *_left(x.name for x in found.inputs if x.type == REAL),
         *(line.removeprefix("    ") for line in parts.law),
         *(f"{one} := {value};" for one, value in zip(outputs, parts.commands, strict=True)),
-        "fault := FALSE;",
+        f"fault := {_fault(remembered)};",
     ]
     return Block(syntax.tables, remembered, [*syntax.within.values()], folded(lines))
+
+
+def _fault(remembered: list[Variable]) -> str:
+    """Whether it has stopped itself, where it can."""
+    return "tripped > 0.5" if any(x.name == "tripped" for x in remembered) else "FALSE"
 
 
 def _begun(

@@ -219,6 +219,8 @@ class Trace:
             bell=lambda rate, distance: self.made("exp", (-rate * distance) * distance),
             tanh=lambda x: self.made("tanh", x),
             sqrt=lambda x: self.made("sqrt", x),
+            floor=lambda x: self.made("floor", x),
+            foreign=self.foreign,
             ratio=lambda a, b: self.made("/", a, b),
             stored=self.stored,
             pick=self.pick,
@@ -234,6 +236,12 @@ class Trace:
             when=self.when,
             call=self.call,
         )
+
+    def foreign(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """What a function gives that may be written for JAX."""
+        from hfc_design.codegen.jaxprs import traced  # which starts it
+
+        return traced(self, function, *arguments)
 
     def stored(self, value: Any) -> Any:
         """An array that is computed here, and not again wherever it is read."""

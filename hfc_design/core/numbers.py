@@ -127,6 +127,9 @@ class Xp(NamedTuple):
     #: (values by number, number) -> the value of that number
     pick: Callable[[Mapping[int, Scalar], Scalar], Scalar]
     sqrt: Callable[[Scalar], Scalar] = math.sqrt
+    floor: Callable[[Scalar], Scalar] = lambda x: float(math.floor(x))
+    #: (function, arguments) -> what a function gives that may be written for JAX
+    foreign: Callable[..., Any] = lambda function, *arguments: function(*arguments)
     sparse: bool = False  # whether a place in a table may be a value
     along: Callable[..., Sequence[Any]] = along
     each: Callable[..., Sequence[Any]] = each
@@ -167,6 +170,7 @@ ARRAYS = Xp(
     once=lambda x: x,
     pick=getitem,
     sqrt=np.sqrt,
+    floor=np.floor,
 )
 
 

@@ -144,6 +144,7 @@ class Design(Record, metaclass=Asked):
     #: what it was made with; nothing computes with it
     provenance: Annotated[Told, naming_modules] = {}
     _axis: str = ""
+    _connected: Any = None  # see ``formats.connection``
 
     def __repr__(self) -> str:
         return line("Design", self._told())
@@ -172,6 +173,11 @@ class Design(Record, metaclass=Asked):
     def axis(self) -> str:
         """The axis that this is the part of; "" for the whole."""
         return self._axis
+
+    @property
+    def connected(self) -> Any:
+        """How code of it reads a machine's sensors; None: it reads what the law does."""
+        return self._connected
 
     def commanding(self, axes: Iterable[str]) -> Controller:
         """The controller of a machine with these axes, which keeps to its own limits.

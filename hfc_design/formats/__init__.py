@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from collections.abc import Callable
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -12,6 +13,18 @@ _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
 _FOUND = {found.name: found for part in _PARTS for found in getattr(part, "FORMATS", ())}
 #: Every format by its name.
 FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
+
+
+def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
+    """What makes code of a format read a machine's sensors, as its scenario has them.
+
+    Nothing where it is wanted ``bare``, or where the format has no code.
+    """
+    if bare or not form.connects:
+        return lambda design: design
+    from hfc_design.formats.connection import connect  # which starts JAX
+
+    return connect
 
 
 def check_score(design: Design, anyway: bool) -> None:

@@ -1,5 +1,6 @@
 """``--to c``: a design in C99, and all one needs to flash it."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +53,9 @@ class Tabulated(NamedTuple):
         ]
 
 
-def write_lookup(design: Design, path: Path, points: int) -> dict[str, Tabulated]:
+def write_lookup(
+    design: Design, path: Path, points: int, connect: Callable[[Design], Design]
+) -> dict[str, Tabulated]:
     """Write the same without ``exp``, with degrees tabulated at ``points`` values.
 
     Returns:
@@ -71,7 +74,7 @@ def write_lookup(design: Design, path: Path, points: int) -> dict[str, Tabulated
             part, files, vectors, f"Its terms are tabulated at {points} values: {told}."
         )
 
-    Format("c", C, content, beside=of_axes).write(design, path)
+    Format("c", C, content, beside=of_axes).write(design, path, connect)
     return found
 
 
@@ -102,4 +105,4 @@ def _share(part: float, whole: float) -> float:
 
 
 C = "a folder with the controller in C99, adaptation and all, a page on it and make check"
-FORMATS = (Format("c", C, folder, beside=of_axes),)
+FORMATS = (Format("c", C, folder, beside=of_axes, connects=True),)

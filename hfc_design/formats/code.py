@@ -123,6 +123,7 @@ class Flat(NamedTuple):
     outputs: list[str]
     unit: str  # of the commands
     meanings: dict[str, str]  # as far as that is known
+    truths: list[str] = []  # inputs that are true or false, where a language has these
 
 
 def flat(design: Design) -> Flat:
@@ -135,7 +136,8 @@ def flat(design: Design) -> Flat:
     units = writing.signal_units(design)
     unit = units.get("command", "")
     if not (axes := machine_axes(design)):
-        return Flat(found, ["command"], unit, told)
+        truths = design.connected.truths if design.connected else []
+        return Flat(found, ["command"], unit, told, truths)
     names = [identifier(axis) for axis in axes]
     inputs = {f"{axis}_{name}": own for axis in names for name, own in found.items()}
     meanings = {f"{axis}_{name}": told[name] for axis in names for name in told}

@@ -44,7 +44,9 @@ def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False)
 def _asked(design: Design) -> tuple[Any, ...]:
     limits = None if design.kind.law else design.limits.model_dump_json()
     changes = tuple(design.changes(machine_axes(design) or (design.axis,)).values())
-    return design.controller.model_dump_json(), limits, changes, machine_axes(design)
+    # What connects a law is a function, which is the same where the design is.
+    own = design.connected and (design.connected.around, *design.connected.units)
+    return design.controller.model_dump_json(), limits, changes, machine_axes(design), own
 
 
 def machine_axes(design: Design) -> tuple[str, ...]:
@@ -73,13 +75,16 @@ def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
         made = law or needed(kind.law, design, NO_CODE)(
             record, design.limits.command if flat else None
         )
+        if own := design.connected:
+            truths = own.truths if flat else ()
+            return of_axis(own.around(made), gains, list(own.units), None, truths)
         return of_axis(made, gains, reads, design.changes([design.axis])[design.axis])
     return of_machine(design.commanding(axes), gains, axes, reads, sees_path(design))
 
 
 def learnt(design: Design) -> list[str]:
     """Names of what a controller learns: with other numbers there it is another record."""
-    memory = _begun(design)
+    memory = begun_law(design)
     if (same := _adapted(design, memory)) is None:
         return []
     found = []
@@ -92,7 +97,7 @@ def learnt(design: Design) -> list[str]:
 
 def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
     """A record with what the code of a design has learnt, by the names of its state's members."""
-    memory = filled(_begun(design), {name: x.tolist() for name, x in numbers.items()})
+    memory = filled(begun_law(design), {name: x.tolist() for name, x in numbers.items()})
     found = _adapted(design, memory)
     assert found is not None  # or it had learnt nothing
     return found
@@ -103,14 +108,17 @@ def _adapted(design: Design, memory: Memory) -> ControllerRecord | None:
     if axes := machine_axes(design):
         found = kind.learnt(record, axes, within_rate(in_order(memory))) if kind.learnt else None
     else:
-        found = kind.adapted(record, memory) if kind.adapted else None
+        own = memory.law if design.connected else memory
+        found = kind.adapted(record, own) if kind.adapted else None
     return found
 
 
-def _begun(design: Design) -> Memory:
+def begun_law(design: Design) -> Memory:
+    """What the controller of a design remembers before its first sample."""
     kind, record = design.kind, design.controller
     if axes := machine_axes(design):
         memory = begun(design.commanding(axes), SCALARS, 0.0, kind.gains(record))
         return by_axis(memory, axes)
     law = needed(kind.law, design, NO_CODE)(record, None)
+    law = design.connected.around(law) if design.connected else law
     return law.begun(SCALARS, 0.0, kind.gains(record))

@@ -149,6 +149,6 @@ M = "a function of MATLAB and Octave with the controller, adaptation and all"
 MAT = "a MAT file with tables, terms, gains and wiring"
 FORMATS = (
     Format("fis", FIS, systems),
-    Format("m", M, function, ".m"),
+    Format("m", M, function, ".m", connects=True),
     Format("mat", MAT, variables, ".mat"),
 )

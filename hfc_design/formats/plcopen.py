@@ -73,7 +73,8 @@ def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
 
     def told(name: str, unit: str) -> Told:
         parts = (known.meanings.get(name, ""), unit and f"[{unit}]")
-        return Variable(name, "LREAL"), ", ".join(part for part in parts if part)
+        kind = "BOOL" if name in known.truths else "LREAL"
+        return Variable(name, kind), ", ".join(part for part in parts if part)
 
     inputs = [told(name, unit) for name, unit in known.inputs.items()]
     fault = Variable("fault", "BOOL"), "the command is 0, an input was no number"
@@ -96,4 +97,4 @@ def folder(design: Design) -> Content:
 
 
 PLCOPEN = "a folder with the block of st as PLCopen XML (TC6 2.01), and a task that calls it"
-FORMATS = (Format("plcopen", PLCOPEN, folder, beside=page_of_axes),)
+FORMATS = (Format("plcopen", PLCOPEN, folder, beside=page_of_axes, connects=True),)

@@ -70,6 +70,7 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
         "files": list(files),
         "inputs": list(block.known.inputs),
         "outputs": block.known.outputs,
+        "truths": block.known.truths,
         "expected": [list(map(float, column)) for column in zip(*found.commands, strict=True)],
         "columns": [list(map(float, column)) for column in zip(*found.inputs, strict=True)],
         "resets": [k for k, reset in enumerate(found.resets) if reset],
@@ -95,4 +96,4 @@ def folder(design: Design) -> Content:
 
 
 ST = "a folder with a function block in Structured Text (IEC 61131-3), a page on it and its check"
-FORMATS = (Format("st", ST, folder, beside=page_of_axes),)
+FORMATS = (Format("st", ST, folder, beside=page_of_axes, connects=True),)

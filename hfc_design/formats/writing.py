@@ -65,16 +65,22 @@ class Format(NamedTuple):
     #: Of a design in parts and the names of their axes: what lies beside the parts.
     beside: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
     ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
+    connects: bool = False  # whether it has code that can read what a machine's sensors tell
 
-    def write(self, design: Design, path: Path) -> None:
+    def write(
+        self, design: Design, path: Path, connect: Callable[[Design], Design] = lambda own: own
+    ) -> None:
         """Write ``design``; where its axes differ, a folder with a part for each.
+
+        ``connect`` makes of a part one that is connected, see ``formats.connection``.
 
         Raises:
             UserError: the format cannot hold this kind of controller.
             RunError: ``path`` cannot be written.
         """
         parts = {"": design} if self.whole else design.by_axis()
-        contents = {f"{axis}{self.suffix}": self.content(part) for axis, part in parts.items()}
+        own = {f"{axis}{self.suffix}": connect(part) for axis, part in parts.items()}
+        contents = {name: self.content(part) for name, part in own.items()}
         if len(contents) == 1:
             write(path, next(iter(contents.values())))
         else:
@@ -149,11 +155,14 @@ def rule_units(design: Design) -> list[RuleUnit]:
 def signal_units(design: Design) -> dict[str, str]:
     """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
     drive = _drive(design)
-    return units_of(drive.units) if drive else {}
+    found = units_of(drive.units) if drive else {}
+    return found | design.connected.units if design.connected else found
 
 
 def signals_read(design: Design) -> dict[str, str]:
     """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
+    if design.connected:
+        return dict(design.connected.units)
     units = signal_units(design)
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
@@ -163,6 +172,9 @@ def signal_meanings(design: Design) -> dict[str, str]:
     """What each signal that the controller reads is, and "command", as far as that is known."""
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     drive = _drive(design)
+    if design.connected:
+        known = (meanings_of(drive) if drive else {}) | design.connected.meanings
+        return {x: known[x] for x in (*design.connected.units, "command") if x in known}
     known = MEANINGS | (meanings_of(drive) if drive else {})
     return {identifier(name): known[name] for name in (*read, "command") if name in known}
 

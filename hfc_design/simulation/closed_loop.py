@@ -39,7 +39,7 @@ from plants.around import Sampled, Standing, sampled, surrounded
 from plants.blocks import bell, larger, once, pick, ratio, smaller
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
-LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick, jnp.sqrt)
+LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick, jnp.sqrt, jnp.floor)
 
 
 class Loop(NamedTuple):

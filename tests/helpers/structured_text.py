@@ -36,7 +36,7 @@ block: statement+
     | NAME "[" expression "]" -> item | "(" expression ")"
     | FUNCTION "(" expression ("," expression)* ")" -> call
 TRUTH.2: /(TRUE|FALSE)(?![A-Za-z0-9_])/
-FUNCTION.2: /(ABS|EXP|SQRT|MIN|MAX|BOOL_TO_DINT|DINT_TO_LREAL|LREAL_TO_DINT)(?=\()/
+FUNCTION.2: /(ABS|EXP|SQRT|MIN|MAX|BOOL_TO_DINT|(DINT|LINT)_TO_LREAL|LREAL_TO_(DINT|LINT))(?=\()/
 SECTION.2: /VAR(_INPUT|_OUTPUT)?(?![A-Za-z0-9_])/
 SIGN: "-"
 _MINUS: "-"
@@ -58,6 +58,8 @@ FUNCTIONS = {
     "BOOL_TO_DINT": (["BOOL"], "DINT", int),
     "DINT_TO_LREAL": (["DINT"], "LREAL", float),
     "LREAL_TO_DINT": (["LREAL"], "DINT", round),
+    "LINT_TO_LREAL": (["LINT"], "LREAL", float),
+    "LREAL_TO_LINT": (["LREAL"], "LINT", round),
 }
 EMPTY = {"BOOL": False, "INT": 0, "DINT": 0, "LREAL": 0.0}
 WORDS = {"=": "==", "<>": "!="}

@@ -4,7 +4,7 @@ Sweeps, steps that are held for a while, a rest, small swings, and values that c
 Python's own generator, whose numbers are the same in every release.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import cos, pi, sin, tau
 from random import Random
 
@@ -47,6 +47,30 @@ def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[lis
         for name in names
     ]
     return [list(row) for row in zip(*columns, strict=True)]
+
+
+def connected(
+    rows: list[list[float]], names: Sequence[str], fed_back: str, sizes: dict[str, float]
+) -> list[list[float]]:
+    """Rows of what is ``driven`` as those of a machine that is near its reference.
+
+    It is switched off now and then, takes over, and leaves its reference farther than it may.
+    """
+    places = {name: k for k, name in enumerate(names)}
+    size = sizes.get("error", 1.0)
+    off = driven(["error"], sizes, "error")
+    switched: dict[str, Callable[[int], bool]] = {
+        "enable": lambda k: k % 97 < 90,
+        "take_over": lambda k: k % 3 > 1,
+        "largest_error": lambda k: k % 41 > 30,
+    }
+    for k, row in enumerate(rows):
+        if "reference" in places and fed_back in places:
+            row[places[fed_back]] = _short(row[places["reference"]] - off[k][0])
+        for name, on in switched.items():
+            if name in places:
+                row[places[name]] = float(on(k)) * (0.9 * size if name == "largest_error" else 1.0)
+    return rows
 
 
 def path(sizes: dict[str, float]) -> list[list[float]]:

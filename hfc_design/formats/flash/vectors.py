@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, AxisLaw, PathView, View
+from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
 from hfc_design.formats.flash import driving, single
-from hfc_design.formats.laws import sees_path
+from hfc_design.formats.laws import NO_CODE, sees_path
 from hfc_design.runtime import Controller, Machine
 
 #: What is told of the path of a machine.
@@ -67,6 +68,9 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     kind = design.kind
     axes = (design.axis or "axis",) if kind.law else axes_of(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
+    if own := design.connected:
+        names = tuple(own.units)
+        law = _connected_law(design, law)
     path = PATH if kind.law is None and sees_path(design) else ()
     inputs = _inputs(design, axes, names, bool(path))
     views = [_view(row, axes, names) for row in inputs]
@@ -74,10 +78,24 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
 
     near, far = ([*tried(np.array(inputs))] for tried in (single.rounded, single.disturbed))
     rows = np.stack([*near, *far], axis=-1)  # (samples, inputs, tries)
-    in_single = single.commands(design, axes, rows, lambda row: _view([*row], axes, names), law)
+    stepped = _unrated(design) if design.connected else design
+    in_single = single.commands(stepped, axes, rows, lambda row: _view([*row], axes, names), law)
     found = single.tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
     resets = tuple(k in driving.RESETS for k in range(len(inputs)))
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
+
+
+def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
+    """The law of a connected design, or another one, with what connects it."""
+    plain = needed(design.kind.law, design, NO_CODE)
+    limit = design.limits.of(design.axis).command
+    found: AxisLaw = design.connected.around(law or plain(design.controller, limit))
+    return found
+
+
+def _unrated(design: Design) -> Design:
+    """A connected design, which keeps to a rate inside, without one around it."""
+    return design.model_copy(update={"limits": design.limits.without_rate()})
 
 
 def deviation(design: Design, found: Vectors) -> float:
@@ -122,6 +140,8 @@ def _commands(
     design: Design, axes: tuple[str, ...], views: list[View], law: AxisLaw | None
 ) -> list[list[float]]:
     """(samples, axes) what the runtime commands."""
+    if design.connected:
+        law, design = law or _connected_law(design, None), _unrated(design)
     if design.kind.law is not None:
         one = Controller(design, law=law)
         return _stepped(one.reset, lambda view: [one.step(view.axes[0])], views)
@@ -152,6 +172,11 @@ def _inputs(
     for axis, name, most in _moved(design):
         own = sizes[axis if axis in axes else axes[0]]
         own[name] = max(own.get(name, 0.0), most)
+    if design.connected:
+        (own,) = sizes.values()
+        own["reference"] = 3.0 * own.get("error", 1.0)
+        rows = driving.driven(names, own, "0")
+        return driving.connected(rows, names, design.connected.fed_back, own)
     parts = [driving.driven(names, sizes[axis], str(k)) for k, axis in enumerate(axes)]
     parts += [driving.path(sizes[axes[0]])] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]

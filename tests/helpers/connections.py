@@ -1,0 +1,56 @@
+"""Simulated motions as a machine's sensors would have told them, for connected designs."""
+
+import hfc_design.api as hfc
+from hfc_design.files.pairing import own_scenario
+from hfc_design.formats.connection import connect
+
+#: Designs that have a loop of one axis, and what their scenario changes.
+OBSERVED = ["velocity='observer'", "observer_hz=80.0", "encoder_resolution=1e-5", "noise=3e-6"]
+DIFFERENCES = ["velocity='encoder'", "difference_samples=3", "encoder_resolution=1e-5"]
+CONVERTER = ["limits.command=90.0", "limits.resolution=0.06", "limits.command_rate=40000.0"]
+CASES = {
+    "lin-lee-1999-table-1": [f"sensors.{x}" for x in OBSERVED],
+    "lin-lee-1999-table-2": [*(f"sensors.{x}" for x in DIFFERENCES), *CONVERTER],
+    "pd-only": ["sensors.velocity='encoder'", "sensors.encoder_resolution=1.7e-6"],
+    "jee-koren-2004-aflc": [],
+    "jee-koren-2004-pid": ["limits.command=60.0", "limits.resolution=0.5"],
+    "huang-soc": ["sensors.velocity='observer'", "sensors.observer_hz=60.0"],
+    "huang-neural": [],
+    "emps-cascade": [],
+}
+
+
+def made(name):
+    """A design on its scenario with the changes of its case, and that."""
+    design, changes = hfc.load_design(name), CASES[name]
+    scenario = own_scenario(design, name, changes)
+    kept = {key: getattr(scenario.limits, key) for key in ("command", "command_rate")}
+    limits = design.limits.model_copy(update={k: x for k, x in kept.items() if x is not None})
+    told = {"scenario": scenario.model_dump(mode="json", exclude_unset=True)}
+    return design.model_copy(update={"limits": limits, "provenance": told}), scenario
+
+
+def connected(name):
+    """The connected design of a case."""
+    return connect(made(name)[0])
+
+
+def simulated(name):
+    """That, what its sensors tell as rows of its inputs, and how its axis moves."""
+    design, scenario = made(name)
+    axis = hfc.evaluate(design, scenario).axes[0]
+    found = connect(design)
+    readings = {key: list(map(float, x)) for key, x in axis.motion.state._asdict().items()}
+    for k, angle in enumerate(axis.drive.encoders):
+        if len(axis.happens.noise) > k:
+            off = map(float, axis.happens.noise[k])
+            readings[angle] = [a + b for a, b in zip(readings[angle], off, strict=True)]
+    told = readings | {
+        "reference": axis.happens.reference,
+        "reference_rate": axis.happens.reference_rate,
+        "reference_acceleration": axis.happens.reference_acceleration,
+        "enable": [1.0] * len(axis.motion.command),
+    }
+    zero = [0.0] * len(axis.motion.command)
+    rows = zip(*(told.get(key, zero) for key in found.connected.units), strict=True)
+    return found, [list(map(float, row)) for row in rows], axis
