@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from hfc_design.controllers.connected import SWITCHES
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
@@ -132,6 +133,15 @@ def _plant(drive: Drive) -> Json:
 
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
+    if own := design.connected:
+        switches = {name: unit for name, unit in own.units.items() if name in SWITCHES}
+        return {
+            "position": plant.seen[0],
+            "switches": {name: unit for name, unit in switches.items() if name != "enable"},
+            "inputs": {name: f"{name}_" for name in own.units},
+            "pins": {name: unit for name, unit in own.units.items() if name not in switches},
+            "meanings": own.meanings,
+        }
     read, units = code.signals(design), units_of(plant.units)
     for name in read:
         if name not in units:
@@ -143,6 +153,7 @@ def _signals(design: Design, plant: Drive) -> Json:
     units[position] = units["error"]
     return {
         "position": position,
+        "switches": None,
         "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},
         "pins": {pin: units[pin] for pins in sources.values() for pin in pins},
         "meanings": meanings_of(plant)
@@ -216,5 +227,6 @@ FORMATS = (
         "a folder with a HAL component and a simulated machine",
         components,
         beside=flash.of_axes,
+        connects=True,
     ),
 )

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hfc_design.formats import FORMATS
+from hfc_design.formats import FORMATS, connecting
 
 MODULES = Path("/usr/lib/linuxcnc/modules")
 REALTIME = "/usr/lib/linuxcnc/realtime"
@@ -148,8 +148,8 @@ def with_controller(design, **changes):
     return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
 
 
-def exported(hal, design, folder):
+def exported(hal, design, folder, bare=True):
     """The folder with the component of a design, which ``hal`` has built."""
-    FORMATS["linuxcnc"].write(design, folder)
+    FORMATS["linuxcnc"].write(design, folder, connecting(FORMATS["linuxcnc"], bare))
     hal.install(folder)
     return folder

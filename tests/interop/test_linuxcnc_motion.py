@@ -4,7 +4,8 @@ import jax
 import made_up
 import numpy as np
 import pytest
-from hal_session import exported
+from connections import CASES, made
+from hal_session import exported as exported_bare
 
 from hfc_design import runtime
 from hfc_design.files.design import design_json, named_design
@@ -13,6 +14,11 @@ from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs.individuals import design_with
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
+
+
+def exported(hal, design, folder):
+    """As ``hfc export`` writes it: its pins are what the machine's sensors tell."""
+    return exported_bare(hal, design, folder, bare=False)
 
 
 def motion(folder):
@@ -54,6 +60,22 @@ def test_a_table_that_the_design_carries_is_followed_as_in_the_simulator(hal, tm
     assert abs(position - wanted.state.spindle_angle).max() <= 1e-6
     assert abs(error - wanted.error).max() <= 1e-6
     assert abs(command - wanted.command).max() <= 5e-4  # the load is held for a sample
+
+
+@pytest.mark.parametrize("name", ["pd-only", "lin-lee-1999-table-2", "huang-soc"])
+def test_sensors_and_converter_of_the_scenario_are_in_the_component(hal, name, tmp_path):
+    """Differences of readings in steps, an observer, a converter: all but noise."""
+    assert any("velocity" in change for change in CASES[name])
+    design, scenario = made(name)
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    for (error, command, _), axis in zip(
+        motion(folder), evaluate(design, scenario).axes, strict=True
+    ):
+        size = abs(axis.motion.command).max()
+        assert np.median(abs(command - axis.motion.command)) <= 1e-4 * size
+        own = axis.told()["error"]
+        assert np.median(abs(error - own)) <= 1e-4 * abs(own).max()
 
 
 def test_a_fast_c_axis_moves_as_in_the_simulator(hal, tmp_path):
