@@ -8,7 +8,6 @@ from typing import Any
 
 import jax
 import numpy as np
-from jax import numpy as jnp
 
 from hfc_design.codegen.nodes import REAL, Node, TraceError, kind_of
 from hfc_design.codegen.trace import Trace
@@ -58,7 +57,7 @@ def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
     """
     leaves, tree = jax.tree.flatten(arguments)
     with jax.enable_x64(True):
-        given = [jnp.float64(0.5)] * len(leaves)
+        given = [jax.ShapeDtypeStruct((), np.float64)] * len(leaves)
         made, shape = jax.make_jaxpr(
             lambda *values: function(*jax.tree.unflatten(tree, values)), return_shape=True
         )(*given)

@@ -54,10 +54,12 @@ def connect(design: Design) -> Design:
     except UserError:
         return design
     own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
+    if not own:
+        return design  # it is for an axis that its scenario has not
     sensed = [_sensing_of(axis, scenario) for axis in own]
     if any(one != sensed[0] for one in sensed[1:]):
         told = "its axes are measured in different ways, and one code is for all of them"
-        raise UserError(f"design {design.name}: {told}; --bare has it for signals that are formed")
+        raise UserError(f"design {design.name}: {told}; export it bare")
     drive = _fed_back(own[0], scenario)
     units = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
     fields = drive.initial_state(0.0)._fields

@@ -14,7 +14,7 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
-from hfc_design.files.machine import PlantSettings
+from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.flash import folder as flash
@@ -76,7 +76,11 @@ def component_name(design: Design) -> str:
 
 def _values(design: Design) -> Json:
     """What every template reads."""
-    axis, *others = PlantSettings(**design.plant.model_dump()).each()
+    if design.plant.name not in ALL_PLANTS.names():
+        raise UserError(f"design {design.name}: {design.plant.name} is no plant known here")
+    plant = PlantSettings(**design.plant.model_dump())
+    own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
+    axis, *others = own or plant.each()
     if any(other.drive is not axis.drive for other in others):
         told = f"HAL has a component of one drive (got {design.plant.name}, which has several)"
         raise UserError(f"design {design.name}: {told}")

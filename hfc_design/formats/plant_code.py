@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+import jax
+
 from hfc_design.codegen.c import C
 from hfc_design.codegen.emit import Printer, folded
 from hfc_design.codegen.jaxprs import traced
@@ -110,7 +112,8 @@ def _functions(drive: Drive) -> dict[str, Function]:
         TraceError: it does what no code can be made of.
     """
     parameters = drive.parameters()
-    fixed, state = drive.coefficients(parameters), drive.initial_state(0.0)
+    fixed = jax.eval_shape(drive.coefficients, parameters)  # the names of them
+    state = drive.initial_state(0.0)
     own: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
     own |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
     made: dict[str, tuple[str, Callable[..., Any], str]] = {

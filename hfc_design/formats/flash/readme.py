@@ -70,7 +70,7 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
         "design": design,
         "kind": design.kind.name,
         "scene": scene(design, read),
-        "connected": design.connected,
+        "connection": design.connected,
         "connecting": _connecting(design, axes),
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
         "changes": design.changes(axes or (design.axis,)),

@@ -48,7 +48,7 @@ def test_the_runtime_steps_it(toy):
 
 
 def test_both_axes_are_exported(toy_place, tmp_path):
-    ran("export", toy_place / "run", *OWN, "--to", "c", "--out", tmp_path / "c")
+    ran("export", toy_place / "run", *OWN, "--to", "c", "--bare", "--out", tmp_path / "c")
     assert sorted(path.name for path in (tmp_path / "c").glob("*/*.c")) == ["toy_c.c", "toy_x.c"]
     assert "_real error_rate; /* [deg/s] */" in (tmp_path / "c" / "c" / "toy_c.h").read_text()
     assert "_real error; /* [mm] */" in (tmp_path / "c" / "x" / "toy_x.h").read_text()
@@ -136,10 +136,11 @@ def test_stopped_and_resumed_ends_alike(toy_place, tmp_path):
         assert (tmp_path / "run" / name).read_bytes() == (toy_place / "run" / name).read_bytes()
 
 
-def test_what_has_no_component_is_refused_and_leaves_nothing(toy_place, tmp_path):
-    out = tmp_path / "hal"
-    refused_command("export", toy_place / "run", *OWN, "--to", "linuxcnc", "--out", out)
-    assert not out.exists()
+def test_each_axis_is_a_component_of_its_own(toy_place, tmp_path):
+    ran("export", toy_place / "run", *OWN, "--to", "linuxcnc", "--out", tmp_path / "hal")
+    for axis in "xc":
+        assert (tmp_path / "hal" / axis / f"hfc_toy_{axis}.comp").exists()
+        assert (tmp_path / "hal" / axis / "loop.hal").exists()
 
 
 def test_axes_of_other_units_have_an_error_each(toy_place):

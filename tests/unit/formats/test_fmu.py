@@ -1,19 +1,16 @@
 """FMUs without a compiler: units, what they refuse."""
 
 import zipfile
-from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
 from exported import with_scenario
 from wording import refused
 
-from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, compiling
 from hfc_design.formats.fmu.description import base_unit
-from plants import C_AXIS
 
 
 @pytest.mark.parametrize(
@@ -55,16 +52,9 @@ def test_without_a_compiler_there_are_sources_and_a_line(tmp_path, monkeypatch):
     assert not [name for name in names if name.startswith("binaries")]
 
 
-@pytest.mark.parametrize(
-    ("name", "scenario", "plant"),
-    [
-        ("lin-lee-1999-table-1", "c-axis-ramp", "mine"),
-        ("lin-gai-2009-pid", "five-axis-program", "five-axis-coupled"),
-    ],
-)
-def test_a_plant_without_c_is_refused(name, scenario, plant, own_plugins):
-    api.register(replace(C_AXIS, name="mine"))
-    design = with_scenario(load_design(name), scenario)
+def test_a_plant_whose_axes_act_on_one_another_is_refused():
+    name, plant = "lin-gai-2009-pid", "five-axis-coupled"
+    design = with_scenario(load_design(name), "five-axis-program")
     own = design.plant.model_copy(update={"name": plant})
     design.provenance["scenario"]["plant"]["name"] = plant
     for to in ("fmu-plant", "fmu-loop"):

@@ -47,7 +47,8 @@ AXES = {"plant.axes.a": "{}", "plant.axes.b": "{}", "limits.axes.b.command": 5.0
 @pytest.mark.parametrize(("points", "changes", "coarse"), [(9, AXES, True), (65, {}, False)])
 def test_the_command_line_says_how_far_a_table_is_off(points, changes, coarse, tmp_path):
     told = [word for key, x in changes.items() for word in ("--change", f"{key}={x}")]
-    done = hfc("export", NAME, *told, "--to", "c", "--lookup", points, "--out", tmp_path / "c")
+    told += ["--to", "c", "--bare", "--lookup", points, "--out", tmp_path / "c"]
+    done = hfc("export", NAME, *told)
     assert done.exit_code == 0, done.output
     warning = f"hfc: warning: --lookup {points} is coarse"
     assert done.stderr.startswith(warning) if coarse else done.stderr == ""
