@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from hfc_design.codegen.nodes import REAL, Node, TraceError, kind_of
+from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.trace import Trace
 
 #: Operations that have another name here, and the same meaning.
@@ -55,7 +55,7 @@ def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
     Raises:
         TraceError: it does what no code can be made of; the line names the operation.
     """
-    leaves, tree = jax.tree.flatten(arguments)
+    leaves, tree = jax.tree.flatten(jax.tree.map(_listed, arguments))
     with jax.enable_x64(True):
         given = [jax.ShapeDtypeStruct((), np.float64)] * len(leaves)
         made, shape = jax.make_jaxpr(
@@ -63,6 +63,11 @@ def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
         )(*given)
     found = _evaluated(trace, made.jaxpr, made.consts, leaves)
     return jax.tree.unflatten(jax.tree.structure(shape), found)
+
+
+def _listed(value: Any) -> Any:
+    """An array as lists of its numbers, which JAX knows."""
+    return [_listed(one) for one in value] if isinstance(value, Array) else value
 
 
 def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]) -> list[Any]:

@@ -17,7 +17,17 @@ from hfc_design.codegen.memory import (
     numeric,
     remembered,
 )
-from hfc_design.codegen.nodes import REAL, TRUTH, Block, Node, Put, Storage, Store, Stored
+from hfc_design.codegen.nodes import (
+    REAL,
+    TRUTH,
+    Block,
+    Node,
+    Put,
+    Storage,
+    Store,
+    Stored,
+    TraceError,
+)
 from hfc_design.codegen.sayings import named
 from hfc_design.codegen.trace import Trace
 from hfc_design.codegen.values import numbers_in
@@ -104,13 +114,40 @@ def of_axis(
             return own.primed(trace.xp, gains, memory, told.inputs)
 
         def step(gains: Gains, memory: Memory) -> tuple[list[Any], Memory]:
-            command, after, _ = own.sample(trace.xp, own, gains, memory, told.inputs)
+            try:
+                command, after, _ = own.sample(trace.xp, own, gains, memory, told.inputs)
+            except TypeError as error:
+                if Node.__name__ not in str(error):
+                    raise
+                command, after = _through_jax(trace, own, gains, memory, told.inputs)
             return [command], after
 
         return limit, first if own.prime else None, step
 
     memory = law.begun(SCALARS, 0.0, gains)
     return Source(reads, gains, memory, bound, law.tells, change=change, truths=truths)
+
+
+def _through_jax(
+    trace: Trace, law: AxisLaw, gains: Gains, memory: Memory, inputs: dict[str, Node]
+) -> tuple[Any, Memory]:
+    """What a law gives that calls JAX: command, and what to remember."""
+    from hfc_design.simulation.closed_loop import LANES  # which starts it
+
+    def sample(
+        limit: Any, every: Any, gains: Gains, memory: Memory, inputs: Any
+    ) -> tuple[Any, Memory]:
+        own = law._replace(limit=limit, sample_time=every)
+        command, after, _ = law.sample(LANES, own, gains, memory, inputs)
+        return command, after
+
+    try:
+        given = law.limit, law.sample_time, gains, memory, dict(inputs)
+        found: tuple[Any, Memory] = trace.foreign(sample, *given)
+    except TraceError as error:
+        code = law.sample.__code__
+        raise TraceError(f"{code.co_filename}:{code.co_firstlineno}: {error}") from None
+    return found
 
 
 def of_machine(
@@ -250,12 +287,16 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
         if not isinstance(x, Node) or x in trace.sure or x.value is not None or x.op in FINITE:
             return set()
         if x not in known:
+            known[x] = set()  # of a variable that is made of itself, in a loop
             known[x] = of_parts(x)
         return known[x]
 
     def of_parts(x: Node) -> set[Node]:
         parts = [found(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
-        if x.op in ("?", "min", "max", "neg") or x in trace.assigned:
+        if x in trace.assigned:  # or itself, where a loop or a branch made it what it is
+            known_here = all(part.block is trace.root for own in parts for part in own)
+            return set().union(*parts) if known_here else {x}
+        if x.op in ("?", "min", "max", "neg"):
             return set().union(*parts)
         if x.op in ("+", "-") and not all(parts):
             return set().union(*parts)

@@ -60,6 +60,17 @@ def named(trace: "Trace") -> Iterator[None]:
         sys.setprofile(before)
 
 
+@contextmanager
+def unnamed() -> Iterator[None]:
+    """Take none meanwhile."""
+    before = sys.getprofile()
+    sys.setprofile(None)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
+
+
 def first_line(code: CodeType) -> str:
     """The first line of a function's docstring, without marks; "": it has none."""
     told = code.co_consts[0] if code.co_consts else None

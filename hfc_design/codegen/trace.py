@@ -30,7 +30,7 @@ from hfc_design.codegen.nodes import (
     kind_of,
     refusal,
 )
-from hfc_design.codegen.sayings import call_it, first_line
+from hfc_design.codegen.sayings import call_it, first_line, unnamed
 from hfc_design.codegen.simplify import known, simpler, value_of
 from hfc_design.codegen.values import (
     begin_of,
@@ -241,7 +241,8 @@ class Trace:
         """What a function gives that may be written for JAX."""
         from hfc_design.codegen.jaxprs import traced  # which starts it
 
-        return traced(self, function, *arguments)
+        with unnamed():
+            return traced(self, function, *arguments)
 
     def stored(self, value: Any) -> Any:
         """An array that is computed here, and not again wherever it is read."""
