@@ -36,6 +36,7 @@ class Sensing(NamedTuple):
     source: str  # of the velocities: "tachometer", "encoder" or "observer"
     samples: int  # over which the difference of two readings is taken
     observer: tuple[float, float]  # gains alpha and beta
+    turn: float  # to half of which the error is folded either way; 0: it is not
     apart: dict[str, float]  # signals that are rounded on their own, and to what
     fields: tuple[str, ...]  # readings: all that the machine's sensors tell
     #: {reading: value} as the machine's own sensors report them, and -> what else is told of them.
@@ -171,6 +172,8 @@ def _sensed(
     found |= xp.foreign(sensing.told, read)
     found |= {name: _in_steps(xp, found[name], step) for name, step in sensing.apart.items()}
     found["error"] = found["reference"] - read[sensing.position]
+    if sensing.turn:
+        found["error"] = found["error"] - _in_steps(xp, found["error"], sensing.turn)
     found["error_rate"] = found["reference_rate"] - read[sensing.velocity]
     return found, angles, rates
 

@@ -118,6 +118,7 @@ def _around(
         wanted.velocity,
         wanted.difference_samples,
         observer_gains(wanted.observer_hz or 0.0, every),
+        wanted.turn,
         {name: one.resolution for name, one in wanted.readings.items() if one.resolution},
         record._fields,
         _plain(lambda read: drive.measured(fixed, record(**read))._asdict()),

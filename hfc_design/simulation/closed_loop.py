@@ -28,6 +28,7 @@ from hfc_design.simulation.sensors import (
     Rates,
     Sensors,
     converted,
+    folded,
     largest_command,
     measured,
     read,
@@ -285,9 +286,9 @@ def _moment(
     limit = jnp.inf if limit is None else limit
     low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
     return Moment(
-        error=happens.reference - position,
+        error=folded(loop.sensors[k], happens.reference - position),
         error_rate=rate - velocity,
-        deviation=position - happens.target,
+        deviation=-folded(loop.sensors[k], happens.target - position),
         command=command,
         reference_rate=rate,
         settled=row.settled,

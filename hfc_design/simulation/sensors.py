@@ -28,17 +28,18 @@ class Sensors(NamedTuple):
     observer: tuple[float, float]  # gains of the observer of velocity
     readings: tuple[tuple[str, float | None], ...]  # other signals that are measured, resolutions
     samples: int = 1  # over which the difference of two readings is taken
+    turn: float | None = None  # to half of which the error is folded either way
 
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
     """The sensors of an axis; None where they are ideal."""
     read = tuple((name, own.resolution or None) for name, own in wanted.readings.items())
     exact = wanted.encoder_resolution == wanted.noise == 0.0
-    if exact and wanted.velocity == "tachometer" and not read:
+    if exact and wanted.velocity == "tachometer" and not (read or wanted.turn):
         return None
     gains = observer_gains(wanted.observer_hz or 0.0, sample_time)
     own = wanted.encoder_resolution or None, wanted.velocity, gains, read
-    return Sensors(*own, wanted.difference_samples)
+    return Sensors(*own, wanted.difference_samples, wanted.turn or None)
 
 
 def without_steps(sensors: Sensors) -> Sensors:
@@ -83,10 +84,18 @@ def in_steps(value: Scalar, step: Scalar | None) -> Scalar:
     return value if step is None else step * jnp.floor(value / step + 0.5)
 
 
+def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
+    """An error within half a turn either way, where the axis turns on."""
+    if sensors is None or sensors.turn is None:
+        return error
+    return error - in_steps(error, sensors.turn)
+
+
 def read(
     sensors: Sensors | None, drive: Drive, signals: dict[str, Scalar], row: AxisSamples
 ) -> dict[str, Scalar]:
     """The signals of an axis, those that are measured apart as their sensors read them."""
+    signals = signals | {"error": folded(sensors, signals["error"])}
     if sensors is None or not sensors.readings:
         return signals
     noise = row.noise[len(drive.encoders) :]

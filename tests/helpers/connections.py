@@ -12,6 +12,11 @@ CASES = {
     "lin-lee-1999-table-1": [f"sensors.{x}" for x in OBSERVED],
     "lin-lee-1999-table-2": [*(f"sensors.{x}" for x in DIFFERENCES), *CONVERTER],
     "pd-only": ["sensors.velocity='encoder'", "sensors.encoder_resolution=1.7e-6"],
+    "pd-only on a turn": [
+        "sensors.turn=0.004",
+        "sensors.velocity='observer'",
+        "sensors.observer_hz=90.0",
+    ],
     "jee-koren-2004-aflc": [],
     "jee-koren-2004-pid": ["limits.command=60.0", "limits.resolution=0.5"],
     "huang-soc": ["sensors.velocity='observer'", "sensors.observer_hz=60.0"],
@@ -22,7 +27,7 @@ CASES = {
 
 def made(name):
     """A design on its scenario with the changes of its case, and that."""
-    design, changes = hfc.load_design(name), CASES[name]
+    design, changes = hfc.load_design(name.split(" ")[0]), CASES[name]
     scenario = own_scenario(design, name, changes)
     kept = {key: getattr(scenario.limits, key) for key in ("command", "command_rate")}
     limits = design.limits.model_copy(update={k: x for k, x in kept.items() if x is not None})

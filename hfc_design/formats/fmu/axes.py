@@ -152,6 +152,7 @@ def sensing(scenario: Scenario, axis: Axis, head: str) -> tuple[Json, list[Varia
         "apart": apart,
         "velocity_of": wanted.velocity,
         "samples": wanted.difference_samples,
+        "turn": wanted.turn,
         "observer": sensors.observer if sensors else (0.0, 0.0),
         "seen": drive.seen,
         "reference": f"{head}reference",
@@ -233,7 +234,7 @@ def loop(design: Design) -> Model:
         variables += [load_of(axis.drive, head), *noises, *of_axis, *moments(axis.drive, head)]
         signals = [given(name, k, head) for name in law["reads"]]
         told.append(own | sensed | converter(scenario, axis) | {"told": signals, "controller": law})
-    steps = [own["step"] for own in told]
+    steps = [own["step"] or own["turn"] for own in told]
     steps += [x["resolution"] for own in told for x in (*own["encoders"], *own["apart"])]
     values: Json = {"axes": told, "controllers": parts, "quantized": any(steps), "whole": None}
     if whole:

@@ -148,3 +148,15 @@ def test_a_reading_of_a_signal_has_steps_and_noise_of_its_own(own_plugins):
     # The encoders' noise is what it is without the reading.
     plain = scenario("sensors.noise=1e-6").samples().axes[0].noise
     np.testing.assert_array_equal(noise[:2], plain)
+
+
+def test_an_axis_that_turns_on_is_led_to_the_nearest_place_of_a_turn():
+    """A ramp of whole turns is none: an error of 2.3 turns counts as 0.3 of one."""
+    turn = 1e-3
+    motions = [moved(scenario(*own), kp=20.0, kd=0.0) for own in ([], [f"sensors.turn={turn}"])]
+    for motion, folds in zip(motions, (False, True), strict=True):
+        error = 20e-3 * 1e-3 * np.arange(len(motion.command)) - motion.state.spindle_angle
+        wanted = error - turn * np.floor(error / turn + 0.5) if folds else error
+        np.testing.assert_allclose(motion.error, wanted, atol=1e-12)
+        np.testing.assert_allclose(motion.command, 20.0 * wanted, atol=1e-10)
+    assert np.abs(motions[1].error).max() <= turn / 2 < np.abs(motions[0].error).max()
