@@ -68,16 +68,17 @@ class Machine:
         """
         dt = time / substeps
         if substeps == 1:
-            return self._step(fixed, states, commands, loads, dt)
+            return self.step(fixed, states, commands, loads, dt)
         points = [jnp.stack(own) for own in loads]
 
         def substep(k: Scalar, states: Each) -> Each:
             here = tuple((own[2 * k], own[2 * k + 1], own[2 * k + 2]) for own in points)
-            return self._step(fixed, states, commands, here, dt)
+            return self.step(fixed, states, commands, here, dt)
 
         return tuple(lax.fori_loop(0, substeps, substep, states))
 
-    def _step(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
+    def step(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
+        """States a step of the integrator later; ``loads`` are three of each axis."""
 
         def pushed(loads: Each) -> Each:
             each = zip(self.drives, fixed, states, commands, loads, strict=True)

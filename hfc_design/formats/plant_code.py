@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import RESERVED, rendered
-from plants import Drive
+from plants import Drive, Machine
 from plants.five_axis import FIVE_AXIS, FIVE_AXIS_B
 
 #: Drives that share their code, and how that is called.
@@ -104,6 +104,44 @@ def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
     return found
 
 
+def coupled(machine: Machine, design: Design) -> dict[str, str]:
+    """Header and source of a step of a machine whose axes act on one another.
+
+    Raises:
+        UserError: it does what no code can be made of.
+    """
+    count = len(machine.axes)
+    given: Json = {"dt": 0.0}
+    for k, drive in enumerate(machine.drives):
+        given[f"c_{k}"] = jax.eval_shape(drive.coefficients, drive.parameters())
+        given[f"x_{k}"] = drive.initial_state(0.0)
+        given |= {f"command_{k}": 0.0, f"load_{k}": 0.0}
+
+    def step(*values: Any) -> Any:
+        told = dict(zip(given, values, strict=True))
+        fixed, states, commands, loads = (
+            tuple(told[f"{name}_{k}"] for k in range(count))
+            for name in ("c", "x", "command", "load")
+        )
+        return machine.step(fixed, states, commands, tuple((x, x, x) for x in loads), told["dt"])
+
+    try:
+        found = _printed(step, given, "")
+    except TraceError as error:
+        told = f"no C can be made of the machine {machine.name}: it {error}"
+        raise UserError(f"design {design.name}: {told}") from None
+    name = f"plant_{identifier(machine.name)}_step"
+    values = {
+        "name": name,
+        "machine": machine.name,
+        "drives": [name_of(drive) for drive in machine.drives],
+        "function": found,
+        "helpers": [C((), {}).helper(one) for one in found.helpers],
+    }
+    files = {f"{name}{end}": f"plants/coupled{end}.j2" for end in (".h", ".c")}
+    return {file: rendered(template, design, **values) for file, template in files.items()}
+
+
 @cache
 def _functions(drive: Drive) -> dict[str, Function]:
     """What is in the C of a drive.
@@ -142,12 +180,17 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
     places: dict[str, str] = {}
     nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
     found = traced(trace, function, *nodes)
-    if not hasattr(found, "_asdict") and not isinstance(found, Mapping):
-        numbers = {"": found}
+    if hasattr(found, "_asdict"):
+        numbers = coefficients(found)
+    elif isinstance(found, tuple):  # states of several axes
+        each = [coefficients(one).items() for one in found]
+        numbers = {f"x_{k}->{key}": x for k, own in enumerate(each) for key, x in own}
     else:
-        numbers = dict(found) if isinstance(found, Mapping) else coefficients(found)
+        numbers = dict(found) if isinstance(found, Mapping) else {"": found}
     values = {key: trace.plain(x) for key, x in numbers.items()}
-    syntax = C((*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads"), places)
+    syntax = C(
+        (*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads", "commands"), places
+    )
     printer = Printer(trace, syntax, values.values(), syntax.names)
     printer.bound |= {x for x in values.values() if isinstance(x, Node) and x.args}
     lines = folded(printer.lines())
@@ -180,3 +223,4 @@ def _record(trace: Trace, value: Any, name: str, prefix: str, places: dict[str, 
 
 #: Where the numbers of a step are that lie in an array.
 PLACES = {"start": "loads[0]", "middle": "loads[1]", "end": "loads[2]"}
+PLACES |= {f"{name}_{k}": f"{name}s[{k}]" for name in ("command", "load") for k in range(64)}

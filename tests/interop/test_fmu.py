@@ -3,6 +3,7 @@
 import os
 import subprocess
 
+import connections
 import made_up
 import numpy as np
 import pytest
@@ -83,6 +84,20 @@ def test_a_controller_does_what_the_runtime_does(name, tmp_path):
         np.testing.assert_allclose(commands, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-aflc"])
+def test_a_connected_controller_commands_what_the_simulation_has(name, tmp_path):
+    design, rows, axis = connections.simulated(name)
+    FORMATS["fmu"].write(design, tmp_path / "fmu")
+    table, every = np.array(rows[:COUNT]), design.controller.sample_time_s
+    fixed = axis.drive.coefficients(axis.parameters)
+    wanted = np.asarray(axis.motion.command)
+    fmus = sorted((tmp_path / "fmu").iterdir())
+    for commands in simulated([(fmu, table, every, "") for fmu in fmus]):
+        accepted = [float(axis.drive.accepted(fixed, command)) for (command,) in commands.tolist()]
+        size = np.abs(wanted).max()
+        np.testing.assert_allclose(accepted, wanted[:COUNT], rtol=0, atol=2e-12 * size)
+
+
 def given(design, motion, path, noise):
     """Inputs of a closed loop, of what happens to the axes in its motion."""
     columns = []
@@ -125,6 +140,13 @@ LOOPS = {
     "huang-cross-coupled": load_design("huang-cross-coupled"),
     "lin-gai-2009-pid": load_design("lin-gai-2009-pid"),
 }
+SLIDING = load_design("lin-gai-2009-fuzzy-sliding")
+COUPLED = SLIDING.plant.model_copy(update={"name": "five-axis-coupled"})
+LOOPS["axes that act on one another"] = with_scenario(
+    SLIDING.model_copy(update={"plant": COUPLED}),
+    SLIDING.provenance["scenario"],
+    "plant.name=five-axis-coupled",
+)
 #: Where the table's stiff spring and its friction, which grips, make more of rounding.
 STIFF = ("huang-cross-coupled",)
 

@@ -20,7 +20,15 @@ def _format(name: str, what: str, model: Callable[[Design], Model], whole: bool)
         return fmus(model(design), design)
 
     text = f"a folder with FMUs for co-simulation by FMI 2.0 and 3.0: {what}"
-    return Format(name, text, content, whole=whole, note=compiling.note, ending=f"-{name}")
+    return Format(
+        name,
+        text,
+        content,
+        whole=whole,
+        note=compiling.note,
+        ending=f"-{name}",
+        connects=name == "fmu",
+    )
 
 
 FORMATS = (

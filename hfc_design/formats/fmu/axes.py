@@ -251,9 +251,6 @@ def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
     found = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
     scenario = with_converter(found, design).each_motion()[0]
     own = machine(design, scenario)
-    if own.machine.forces is not None:
-        told = f"there is no C of the plant {own.name}, whose axes act on one another"
-        raise UserError(f"design {design.name}: {told}")
     pairs = zip(own.each(), scenario.machine.drives, strict=True)
     axes = [axis._replace(drive=drive) for axis, drive in pairs]
     for axis in axes:
@@ -275,8 +272,15 @@ def _model(
     sources: dict[str, str] = {}
     for drive in names.values():
         sources |= plant_code.sources(drive, design)
+    coupled: list[str] = []
+    if scenario.machine.forces is not None:
+        both = plant_code.coupled(scenario.machine, design)
+        coupled = [file.removesuffix(".h") for file in both if file.endswith(".h")]
+        sources |= both
     controllers = values["controllers"]
-    files = [f"{own}.h" for own in (*names, *dict.fromkeys(x["name"] for x in controllers))]
+    files = [
+        f"{own}.h" for own in (*names, *coupled, *dict.fromkeys(x["name"] for x in controllers))
+    ]
     state = [f"{x['name']}_state {x['member']}" for x in controllers]
     for own in values["axes"]:
         state += own.pop("state")
@@ -294,6 +298,7 @@ def _model(
             "state": state,
             "faulty": STAYS,
             "substeps": scenario.simulation.substeps,
+            "coupled": coupled[0] if coupled else "",
         },
     )
     return model._replace(values=model.values | {"inputs": model.of("input")})

@@ -10,6 +10,8 @@ from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.laws import sees_path
 from hfc_design.formats.writing import signal_meanings, signal_units
 
+#: An importer that says nothing of these wants the controller on.
+STARTS = {"enable": 1.0}
 #: What stays when a sample is faulty.
 FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
 #: Names of the path that a controller of a machine sees.
@@ -28,7 +30,7 @@ def controller(design: Design) -> Model:
         UserError: as ``code.sources``.
     """
     sources = code.sources(design)
-    whole, name = commands_machine(design), code.c_name(design)
+    whole, called = commands_machine(design), code.c_name(design)
     read, told = code.signals(design), signal_meanings(design)
     heads = [f"{identifier(axis)}." for axis in axes_of(design)] if whole else [""]
     inputs = [[f"{head}{signal}" for signal in read] for head in heads]
@@ -39,7 +41,9 @@ def controller(design: Design) -> Model:
     variables = [
         TIME,
         *(
-            Variable(f"{head}{signal}", "input", own, told.get(signal, signal))
+            Variable(
+                f"{head}{signal}", "input", own, told.get(signal, signal), STARTS.get(signal, 0.0)
+            )
             for head in heads
             for signal, own in read.items()
         ),
@@ -47,10 +51,10 @@ def controller(design: Design) -> Model:
         *(Variable(output, "output", unit, meaning, discrete=True) for output in outputs),
     ]
     values = {
-        "headers": [f"{name}.h"],
-        "state": [f"{name}_state controller"],
+        "headers": [f"{called}.h"],
+        "state": [f"{called}_state controller"],
         "faulty": FAULTY,
-        "controller": name,
+        "controller": called,
         "controllers": [part(design, "controller")],
         "inputs": inputs,
         "outputs": outputs,
@@ -59,7 +63,9 @@ def controller(design: Design) -> Model:
     }
     what = f"{design.controller.kind} controller {design.name} for the plant {design.plant.name}"
     every = design.controller.sample_time_s
-    return Model("controller", name, what, every, variables, sources, "fmu/controller.c.j2", values)
+    return Model(
+        "controller", called, what, every, variables, sources, "fmu/controller.c.j2", values
+    )
 
 
 def part(design: Design, member: str) -> Json:

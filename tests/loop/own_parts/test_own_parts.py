@@ -6,6 +6,7 @@ down once more with NumPy.
 
 import json
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -161,3 +162,10 @@ def test_it_is_explained(toy_place, toy):
     told = ran(*asked, "--axis", "x", "--json")
     assert {"units", "parts", "command"} <= json.loads(told).keys()
     assert "toy" in ran("list", "controllers", *OWN)
+
+
+def test_a_machine_whose_axes_push_one_another_is_a_model(toy_place, tmp_path):
+    for to in ("fmu-plant", "fmu-loop"):
+        ran("export", toy_place / "run", *OWN, "--to", to, "--out", tmp_path / to)
+        with zipfile.ZipFile(next((tmp_path / to).glob("*fmi3.fmu"))) as archive:
+            assert "sources/plant_toy_machine_step.c" in archive.namelist()

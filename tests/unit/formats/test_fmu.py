@@ -4,12 +4,9 @@ import zipfile
 
 import pytest
 from click.testing import CliRunner
-from exported import with_scenario
-from wording import refused
 
 from hfc_design.cli import main
-from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, compiling
+from hfc_design.formats import compiling
 from hfc_design.formats.fmu.description import base_unit
 
 
@@ -50,14 +47,3 @@ def test_without_a_compiler_there_are_sources_and_a_line(tmp_path, monkeypatch):
     assert "sources/buildDescription.xml" in names
     assert "sources/pd_only.c" in names
     assert not [name for name in names if name.startswith("binaries")]
-
-
-def test_a_plant_whose_axes_act_on_one_another_is_refused():
-    name, plant = "lin-gai-2009-pid", "five-axis-coupled"
-    design = with_scenario(load_design(name), "five-axis-program")
-    own = design.plant.model_copy(update={"name": plant})
-    design.provenance["scenario"]["plant"]["name"] = plant
-    for to in ("fmu-plant", "fmu-loop"):
-        with refused() as found:
-            FORMATS[to].content(design.model_copy(update={"plant": own}))
-        assert found.where == f"design {name}"
