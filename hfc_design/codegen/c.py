@@ -52,14 +52,12 @@ class C(Language):
         self.places = places  # of inputs that are no members of ``inputs``
 
     def leaf(self, node: Node, name: str) -> str:
-        """Inputs and what is remembered are behind pointers."""
         if node.op == "input" and name in self.places:
             return self.places[name]
         place = {"input": "inputs->", "state": "state->"}.get(node.op, "")
         return place + name
 
     def literal(self, value: float | bool, real: bool) -> str:
-        """A real number is cast, as in float it has to be one of these."""
         if isinstance(value, bool):
             return str(int(value))
         if isinstance(value, int):
@@ -67,7 +65,6 @@ class C(Language):
         return f"R({value!r})"
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """Functions of the library by the names that are for float, too."""
         if op.startswith("as "):
             return f"R({parts[0]})" if op.endswith(REAL) else parts[0]
         if op == "?":
@@ -84,40 +81,32 @@ class C(Language):
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
 
     def array(self, storage: Storage, name: str) -> str:
-        """That of a state is behind a pointer."""
         return f"state->{storage.name}" if storage.kind == "state" else name
 
     def comment(self, text: str) -> list[str]:
-        """Nothing in it ends it, or begins another."""
         plain = re.sub(r"[^ -~]|\\\\", "_", text).replace("*/", "* /").replace("/*", "/ *")
         first, *rest = wrap(f"/* {plain} */", WIDTH - 4)
         return [first, *(f" * {line}" for line in rest)]
 
     def named(self, kind: str, name: str, value: str) -> str:
-        """A value that stays."""
         return f"const {TYPES[kind]} {name} = {value};"
 
     def variable(self, kind: str, name: str, value: str) -> str:
-        """A value that changes."""
         return f"{TYPES[kind]} {name} = {value};"
 
     def declared(self, name: str, storage: Storage) -> list[str]:
-        """An array within a sample."""
         return [f"real {name}[{storage.size}];"]
 
     def branch(self, condition: str) -> str:
-        """The head of a branch."""
         return f"if ({condition}) {{"
 
     def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
-        """Leave with what is no number."""
         zero = self.literal(0.0, True)
         products = " + ".join(f"{zero} * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
         first = self.named(REAL, "overflow", products)
         return [first, "if (!(overflow <= 0)) {", "    return overflow;", "}"]
 
     def loop(self, k: str, low: str, high: str) -> str:
-        """The head of a loop."""
         return f"for (int {k} = {low}; {k} < {high}; {k}++) {{"
 
     def part(self, array: str, place: str) -> str:
@@ -125,7 +114,6 @@ class C(Language):
         return f"{array} + {place}"
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
-        """Lines of a call."""
         args = []
         for x, parameter in zip(item.args, item.function.parameters, strict=True):
             if isinstance(x, tuple):
@@ -150,7 +138,6 @@ class C(Language):
         yield f"{name}({', '.join([*args, *(f'&{one}' for _, one in results)])});"
 
     def function(self, found: Function) -> str:
-        """The definition of one."""
         numbers = [x for x in found.results if not isinstance(x, Storage)]
         printer = Printer(found.trace, self, numbers, self.names)
         printer.told.add(found.what)
@@ -186,7 +173,6 @@ class C(Language):
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """A table of constants, a row in a line."""
         declared = TYPES[kind]
         if kind != REAL and max(map(abs, numbers)) < 128:
             declared = "signed char"
@@ -194,15 +180,12 @@ class C(Language):
         return "\n".join(self.folded([first, *self.rows(kind, shape, numbers), "};"]))
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        """Lines of no more than a width."""
         return folded(lines)
 
     def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
         return f"static const real {name} = R({value!r});"
 
     def helper(self, name: str) -> str:
-        """A function of its own language."""
         return HELPERS[name]
 
 

@@ -36,16 +36,13 @@ class JavaScript(C):
     """See ``Language``."""
 
     def leaf(self, node: Node, name: str) -> str:
-        """Inputs and what is remembered are members of objects."""
         place = {"input": "inputs.", "state": "state."}.get(node.op, "")
         return place + name
 
     def literal(self, value: float | bool, real: bool) -> str:
-        """A number is one whatever its type."""
         return str(value).lower() if isinstance(value, bool) else repr(value)
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """Functions of ``Math``, and comparisons without conversions."""
         if op.startswith("as "):
             plain = node.type == WHOLE or op.endswith(WHOLE)
             return parts[0] if plain else f"Number({parts[0]})"
@@ -60,31 +57,24 @@ class JavaScript(C):
         return super().operation(op, parts, node)
 
     def array(self, storage: Storage, name: str) -> str:
-        """That of a state is its object's."""
         return f"state.{storage.name}" if storage.kind == "state" else name
 
     def named(self, kind: str, name: str, value: str) -> str:
-        """A value that stays."""
         return f"const {name} = {value};"
 
     def variable(self, kind: str, name: str, value: str) -> str:
-        """A value that changes."""
         return f"let {name} = {value};"
 
     def declared(self, name: str, storage: Storage) -> list[str]:
-        """An array within a sample."""
         return [f"const {name} = new Float64Array({storage.size});"]
 
     def loop(self, k: str, low: str, high: str) -> str:
-        """The head of a loop."""
         return f"for (let {k} = {low}; {k} < {high}; {k} += 1) {{"
 
     def part(self, array: str, place: str) -> str:
-        """An array from a place on, in the same memory."""
         return f"{array}.subarray({place})"
 
     def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
-        """A call that gives a number, or an array of several."""
         call = f"{name}({', '.join(args)});"
         names = [one for _, one in results]
         if len(names) == 1:
@@ -93,13 +83,11 @@ class JavaScript(C):
             yield f"const [{', '.join(names)}] = {call}" if names else call
 
     def parameter(self, x: Node | Storage, name: str) -> str:
-        """One of a function."""
         return name
 
     def defined(
         self, name: str, parameters: list[str], kinds: list[str], values: list[str], outs: list[str]
     ) -> tuple[str, list[str]]:
-        """The head of a function, and how it gives its numbers."""
         found = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
         ends = [f"    return {found};"] if values else []
         return f"function {name}({', '.join(parameters)})", ends
@@ -107,17 +95,14 @@ class JavaScript(C):
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """A table of constants, a row in a line."""
         made = "Float64Array" if kind == REAL else "Int32Array"
         rows = self.rows(kind, shape, numbers)
         return "\n".join(self.folded([f"const {name} = {made}.from([", *rows, "]);"]))
 
     def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
         return f"const {name} = {value!r};"
 
     def helper(self, name: str) -> str:
-        """A function of its own language."""
         return HELPERS[name]
 
 

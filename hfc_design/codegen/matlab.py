@@ -24,16 +24,13 @@ class Matlab(Language):
     end = {Loop: "end", Branch: "end"}
 
     def leaf(self, node: Node, name: str) -> str:
-        """Inputs and what is remembered are fields."""
         place = {"input": "signals.", "state": "state."}.get(node.op, "")
         return place + name
 
     def literal(self, value: float | bool, real: bool) -> str:
-        """A number is one whatever its type."""
         return str(value).lower() if isinstance(value, bool) else repr(value)
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """Functions, and operators."""
         if op.startswith("as "):
             return parts[0] if node.type == WHOLE else f"double({parts[0]})"
         if op in ("neg", "not"):
@@ -47,7 +44,6 @@ class Matlab(Language):
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
 
     def chosen(self, printer: Printer, node: Node) -> Iterator[str]:
-        """A choice."""
         condition, *values = node.args
         a, b = (printer.text(x, kind=node.type) for x in values)
         name = printer.name(node)
@@ -58,56 +54,45 @@ class Matlab(Language):
         yield from (f"    {name} = {b};", "end")
 
     def array(self, storage: Storage, name: str) -> str:
-        """That of a state is a field."""
         return f"state.{storage.name}" if storage.kind == "state" else name
 
     def element(self, storage: Storage, name: str, place: str) -> str:
-        """The first one has the number 1."""
         place = str(int(place) + 1) if place.isdigit() else f"{place} + 1"
         return f"{self.array(storage, name)}({place})"
 
     def comment(self, text: str) -> list[str]:
-        """Nothing ends it but its line."""
         plain = "".join(x if " " <= x <= "~" else "_" for x in text)
-        return folded([f"% {plain}"])[:1] if len(plain) < WIDTH - 8 else [f"% {plain}"]
+        return [f"% {plain}"]
 
     def named(self, kind: str, name: str, value: str) -> str:
-        """A variable."""
         return f"{name} = {value};"
 
     def declared(self, name: str, storage: Storage) -> list[str]:
-        """An array within a sample."""
         return [f"{name} = zeros(1, {storage.size});"]
 
     def loop(self, k: str, low: str, high: str) -> str:
-        """The head of a loop, whose end is among it."""
         last = str(int(high) - 1) if high.isdigit() else f"{high} - 1"
         return f"for {k} = {low}:{last}"
 
     def branch(self, condition: str) -> str:
-        """The head of a branch."""
         return f"if {condition}"
 
     def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
-        """Leave with what is no number."""
         values = ", ".join(map(printer.text, doubtful))
         return [f"if ~all(isfinite([{values}]))", "    return;", "end"]
 
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """A table of constants, a row in a line."""
         written = [self.literal(bool(x) if kind == TRUTH else x, kind == REAL) for x in numbers]
         rows = (written[k : k + shape[-1]] for k in range(0, len(written), shape[-1]))
         lines = [f"    {', '.join(row)}, ..." for row in rows]
         return "\n".join(self.folded([f"{name} = [ ...", *lines, "];"]))
 
     def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
         return f"{name} = {value!r};"
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        """Lines of no more than a width; one that goes on says so."""
         found: list[str] = []
         for line in lines:
             plain = line.lstrip().startswith("%")

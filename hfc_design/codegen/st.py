@@ -90,16 +90,13 @@ class StructuredText(Language):
         self.tables: list[Variable] = []
 
     def leaf(self, node: Node, name: str) -> str:
-        """All are variables of the block."""
         return self.fields.get(node, name)
 
     def literal(self, value: float | bool, real: bool) -> str:
-        """With a point where it is a real one."""
         kind = TRUTH if isinstance(value, bool) else WHOLE
         return literal_of(value, TYPES[REAL if real or isinstance(value, float) else kind])
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """Functions of the standard, and operators."""
         if op.startswith("as "):
             return f"{TYPES[node.type]}_TO_{TYPES[op.removeprefix('as ')]}({parts[0]})"
         if op in ("neg", "not"):
@@ -113,7 +110,6 @@ class StructuredText(Language):
         return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
 
     def chosen(self, printer: Printer, node: Node) -> Iterator[str]:
-        """A choice; the whole part of a number; TANH."""
         name, text = self._variable(node.type, printer.name(node)), printer.text
         if node.op == "?":
             condition, *values = node.args
@@ -143,11 +139,9 @@ class StructuredText(Language):
         yield f"IF DINT_TO_LREAL({name}) > MAX({x}, 0.0) THEN {name} := {name} - 1; END_IF;"
 
     def array(self, storage: Storage, name: str) -> str:
-        """A variable of the block."""
         return self.fields.get(storage, name)
 
     def comment(self, text: str) -> list[str]:
-        """Nothing in it ends it, or begins another."""
         plain = re.sub(r"[^ -~]|\\$", "_", text).replace("*)", "* )").replace("(*", "( *")
         first, *rest = wrap(f"(* {plain} *)", WIDTH - 4)
         return [first, *(f"   {line}" for line in rest)]
@@ -157,51 +151,41 @@ class StructuredText(Language):
         return name
 
     def named(self, kind: str, name: str, value: str) -> str:
-        """A variable of the block."""
         return f"{self._variable(kind, name)} := {value};"
 
     def declared(self, name: str, storage: Storage) -> list[str]:
-        """An array of the block."""
         self._variable(storage.type, name, storage.size)
         return []
 
     def assigned(self, place: str, value: str) -> str:
-        """Another value for a variable."""
         return f"{place} := {value};"
 
     def loop(self, k: str, low: str, high: str) -> str:
-        """The head of a loop, whose end is among it."""
         self._variable(WHOLE, k)
         last = str(int(high) - 1) if high.isdigit() else f"{high} - 1"
         return f"FOR {k} := {low} TO {last} DO"
 
     def counter(self, printer: Printer, item: Loop) -> str:
-        """Loops that are not within each other share theirs."""
         printer.names.found[item.counter] = name = COUNTERS[item.block.depth - 1]
         return name
 
     def branch(self, condition: str) -> str:
-        """The head of a branch."""
         return f"IF {condition} THEN"
 
     def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
-        """Leave with a fault."""
         return _left(map(printer.text, doubtful))
 
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """A table of the block."""
         self.tables.append(Variable(name, TYPES[kind], len(numbers), numbers, shape[-1]))
         return ""
 
     def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
         self.tables.append(Variable(name, TYPES[REAL], 0, (value,)))
         return ""
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        """Lines of no more than a width."""
         return folded(lines)
 
 

@@ -11,6 +11,7 @@ import json
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from contextlib import suppress
 from functools import partial
 from typing import NamedTuple
 
@@ -27,19 +28,9 @@ from hfc_design.core.numbers import Json, RuleTable
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
+from hfc_design.formats.m_file import function
 from hfc_design.formats.writing import Format
 
-LIMITED = "command = min(max(command, -largest_command), largest_command)"
-#: Clamping anti-windup, see ``controllers.controller.held``.
-NOT_WOUND_UP = (
-    "where command is beyond largest_command in either direction, an integral that this sample "
-    "moves further in that direction stays as it was at the sample before, and command is added "
-    "up again"
-)
-RATE_LIMITED = (
-    "command = min(max(command, previous_command - largest_change), previous_command + "
-    "largest_change); previous_command is that of the sample before, 0 before the first one"
-)
 CLASH = "{name} is a word of that format, or two names are {name} there"
 
 
@@ -91,6 +82,8 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         )
         rows.append([unit.name, unit.column, unit.row, name])
     files["manifest.csv"] = writing.csv_text(rows)
+    with suppress(UserError):  # no code is made of numbers that are so large
+        files["controller.m"] = function(design, "controller")
     files["controller.json"] = json.dumps(beside(design), indent=1, allow_nan=False) + "\n"
     return files
 
@@ -100,10 +93,9 @@ def beside(design: Design) -> Json:
     units = writing.signal_units(design)
     about = writing.rule_base(design).about(design.controller, units)
     if design.limits.command is not None:
-        steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
-        about = about | {"steps": steps, "largest_command": design.limits.command}
+        about = about | {"largest_command": design.limits.command}
     if (change := design.changes([design.axis])[design.axis]) is not None:
-        about = about | {"steps": [*about["steps"], RATE_LIMITED], "largest_change": change}
+        about = about | {"largest_change": change}
     return {
         "facts": writing.facts(design),
         "sample_time_s": design.controller.sample_time_s,

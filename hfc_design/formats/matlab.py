@@ -1,22 +1,19 @@
-"""For MATLAB and Octave: a function, fuzzy inference systems beside it, and a MAT file of all."""
+"""For MATLAB and Octave: fuzzy inference systems, and a MAT file of all."""
 
 import io
 import math
-import re
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.io import savemat
 
-from hfc_design.codegen.matlab import program
 from hfc_design.controllers.rules import FlatGaussian
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats import code
 from hfc_design.formats.fuzzy_files import Input, inputs, texts, unit_head
-from hfc_design.formats.laws import recorded_law
-from hfc_design.formats.writing import RESERVED, Format, facts, rendered, rule_units
+from hfc_design.formats.m_file import function, named
+from hfc_design.formats.writing import Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}
 #: exp(-700) is about the smallest number of full precision.
@@ -61,21 +58,6 @@ def _faintest(side: Input) -> float:
 
 def _exponent(term: FlatGaussian, u: float) -> float:
     return 0.5 * (max(term.low - u, u - term.high, 0.0) / term.sigma) ** 2
-
-
-def function(design: Design, name: str = "") -> str:
-    """A function of MATLAB and Octave that commands what the runtime does.
-
-    Raises:
-        UserError: what it reads is not known, or a name is none of a field.
-    """
-    code.checked_numbers(design)
-    known = code.flat(design)
-    for signal in known.inputs:
-        _named("fis", signal)
-    law = program(recorded_law(design, flat=True), [*known.inputs, *RESERVED["fis"]])
-    values = {"name": name or code.c_name(design), "known": known, "law": law}
-    return rendered("controller.m.j2", design, **values)
 
 
 def variables(design: Design) -> bytes:
@@ -134,21 +116,12 @@ def _matlab(value: Any) -> object:
 
 def _struct(record: dict[str, object]) -> dict[str, object]:
     parts = ((key, EDGES.get(key) if value is None else value) for key, value in record.items())
-    return {_named("mat", key): _matlab(value) for key, value in parts}
-
-
-def _named(target: str, name: str) -> str:
-    """``name``, which a field can have in MATLAB; UserError: it cannot."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
-        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
-    return name
+    return {named("mat", key): _matlab(value) for key, value in parts}
 
 
 FIS = "a folder for MATLAB and Octave, one .fis a unit, and controller.m"
-M = "a function of MATLAB and Octave with the controller, adaptation and all"
 MAT = "a MAT file with tables, terms, gains and wiring"
 FORMATS = (
     Format("fis", FIS, systems),
-    Format("m", M, function, ".m", connects=True),
     Format("mat", MAT, variables, ".mat"),
 )

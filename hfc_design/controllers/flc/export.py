@@ -42,35 +42,11 @@ def inputs(record: FuzzyRecord) -> list[str]:
 
 
 def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
-    """The integral, the compensation, and the steps of a sample in words."""
+    """The integral and the compensation."""
     low, form, names = record.low_velocity, record.control_form(), record.names
-    change = "error - error of the previous sample, in the first one 0"
-    output = names.output
-    action = output if form != "PI" else f"sum of the outputs of {output}, within largest_command"
-    steps = [
-        f"{names.error_change} = {'0' if form == 'P' else change}",
-        f"the unit {output} reads both in BLU; they are neither scaled nor limited",
-        "integral = sum of integral_gain * sample_time_s * error up to this sample",
-        f"command = {action} + integral" + (" + compensation" if low else ""),
-    ]
-    if record.dead_zone:
-        steps.insert(0, "an error no larger than dead_zone becomes 0")
-    if names.error != "error":
-        steps.insert(0, f"{names.error} = error")
-    if low:
-        steps += [
-            f"v = {low.blu_mm:g} * velocity [BLU/s] in mm/s; at |v| < 0.5 compensation = "
-            "breakaway[0] where error >= smallest_error, breakaway[1] where error <= "
-            "-smallest_error, else 0",
-            "at 0.5 <= |v| < highest_velocity_mm_s compensation = a v^2 + b v + c with forward for "
-            "v >= 0 and backward for v < 0; beyond it 0",
-        ]
-    if record.adapts:
-        steps.append("the adaptation is not here: the rules and terms are those to start from")
     return {
-        "steps": steps,
         "form": form,
-        "output": output,
+        "output": names.output,
         "integral_gain": record.integral_gain,
         "low_velocity": low.model_dump(mode="json") if low else None,
         **({"names": names.model_dump()} if names != USUAL else {}),

@@ -29,20 +29,9 @@ def units(record: SlidingDesign) -> list[RuleUnit]:
 
 
 def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
-    """What stands beside the rules, and the steps of a sample in words."""
+    """What stands beside the rules."""
     pid = record.pid
-    steps = [
-        "the unit rules reads error and error_rate; they are neither scaled nor limited",
-        "s = error_rate + slope * error",
-        "switching = gain * s / boundary_layer, within -gain and gain",
-        "command = rules + switching" + (" + pid" if pid else ""),
-        "the adaptation is not here: the rules are those to start from",
-    ]
-    if pid:
-        integral = "sum of k_i * sample_time_s * error up to this sample"
-        steps.insert(3, f"pid = k_p * error + k_d * error_rate + {integral}")
     return {
-        "steps": steps,
         "output": "rules",
         "sliding": record.sliding.model_dump(mode="json"),
         "pid": pid.model_dump(mode="json") if pid else None,

@@ -6,9 +6,7 @@ from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.code import about as linear_about
-from hfc_design.controllers.linear.code import integral_step, resonator_step
 from hfc_design.controllers.linear.code import shares as linear_shares
-from hfc_design.controllers.linear.code import step as linear_step
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
 from hfc_design.controllers.rules import (
     FlatGaussian,
@@ -44,35 +42,10 @@ def inputs(record: HierarchicalDesign) -> list[str]:
 
 
 def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
-    """Scales, limits, gains, and the steps of a sample in words."""
+    """Scales, limits and gains."""
     root = f"unit_{record.units[-1].id}"
-    steps = [
-        "input = min(max(scale * signal, lowest), highest); with samples_ago 1 the signal is that "
-        "of the previous sample, in the first one that of this sample",
-        "the units of manifest.csv in its order; each reads inputs or earlier units",
-        f"command = kp * error + kd * error_rate + output_scale * {root}",
-    ]
     part, own = record.linear_part, record.scheduled_part
-    if part is not None:
-        gain = "linear.{}"
-        law = [f"linear = {linear_step(part, 'linear')}"]
-        steps[-1] += " + integral + linear"
-        if part.resonators:
-            steps[-1] += " + the share of each of linear.resonators"
-        if own is not None:
-            factor = f"output_scale * {root}"
-            steps[-1] = steps[-1].replace(factor, f"{factor} * scheduled")
-            errors = "scheduled.kp * error + scheduled.kd * error_rate"
-            law.append(f"scheduled = {errors} + {linear_step(own, 'scheduled')}")
-            gain = f"(linear.{{}} + {factor} * scheduled.{{}})"
-        law.append(integral_step(gain))
-        if part.resonators:
-            law.append(resonator_step(gain))
-        steps[2:2] = law
-    if record.adaptation is not None:
-        steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
     return {
-        "steps": steps,
         "inputs": [_input(item, signal_units) for item in record.inputs],
         "output": root,
         "output_scale": record.output_scale,

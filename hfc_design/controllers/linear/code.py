@@ -8,9 +8,6 @@ from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 
-#: The gains of a resonator.
-TURNING = ("in_phase", "quadrature")
-
 
 def resonators(record: LinearDesign) -> list[Json]:
     """Of each resonator its frequency, its rotation in a sample and its gains."""
@@ -21,41 +18,8 @@ def resonators(record: LinearDesign) -> list[Json]:
     return found
 
 
-def step(record: LinearDesign, name: str) -> str:
-    """What the part ``name`` of a law adds to kp and kd at a sample, in words."""
-    terms = [f"{name}.signals.{identifier(signal)} * {signal}" for signal in record.signals]
-    terms += [f"{name}.velocity * reference_rate", f"{name}.acceleration * reference_acceleration"]
-    terms += [
-        f"{name}.coulomb * min(max(reference_rate / {name}.coulomb_width, -1), 1)",
-        f"{name}.load",
-    ]
-    return " + ".join(terms)
-
-
-def integral_step(gain: str) -> str:
-    """How the integral grows, in words; ``gain`` has ``{}`` for its name."""
-    return (
-        "integral: 0 before the first sample; behind each command it grows by "
-        f"{gain.replace('{}', 'ki')} * "
-        "sample_time_s * error, unless command is beyond largest_command in the direction in "
-        "which it would grow"
-    )
-
-
-def resonator_step(gain: str) -> str:
-    """How a resonator goes on, in words; ``gain`` has ``{}`` for the name of one of its gains."""
-    along, across = (gain.replace("{}", f"resonators.{name}") for name in TURNING)
-    return (
-        "each resonator: share and behind, both 0 before the first sample; behind each command "
-        f"share becomes cosine * share + sine * behind + {along} * sample_time_s * error and "
-        f"behind becomes cosine * behind - sine * share - {across} * sample_time_s * error, both "
-        "of share and behind as they were; without what error adds if command is beyond "
-        "largest_command in the direction in which share would be pushed"
-    )
-
-
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
-    """The numbers of ``step``, and unit of every signal in them."""
+    """The numbers of a law, and unit of every signal that they are of."""
     gains = record.gains()
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {

@@ -9,7 +9,6 @@ from hfc_design.files.machine import Axis, SensorSettings
 from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats.writing import meanings_of
-from hfc_design.simulation.sensors import observer_gains
 from plants import Drive
 from plants.drive import fed_back
 
@@ -27,7 +26,6 @@ class Sensed(NamedTuple):
     sensors: SensorSettings
     counts: bool  # whether the machine's own encoder counts in steps
     step: float  # of it, where that is a parameter; 0: it is not
-    gains: tuple[float, float]  # alpha and beta of an observer
     limits: Limits  # of the drive
 
 
@@ -63,7 +61,6 @@ def _sensed(axis: Axis, scenario: Scenario, reads: tuple[str, ...]) -> Sensed:
     sensors = scenario.sensors.of(axis.name)
     drive = axis.drive if sensors.feedback is None else fed_back(axis.drive, sensors.feedback)
     position, velocity = drive.seen
-    every = scenario.simulation.sample_time_s
     return Sensed(
         (),
         position,
@@ -75,7 +72,6 @@ def _sensed(axis: Axis, scenario: Scenario, reads: tuple[str, ...]) -> Sensed:
         sensors,
         _counts(drive, axis),
         axis._replace(drive=drive).resolution,
-        observer_gains(sensors.observer_hz or 0.0, every),
         scenario.limits.of(axis.name),
     )
 

@@ -46,10 +46,8 @@ def test_the_files_alone_give_the_command_of_every_form_and_keep_its_limit(
     if form != "table 1":
         rules = (tmp_path / "x" / "rules.fml").read_text()
         assert ("the change of the command" in rules) == (form == "PI")
-    steps = json.loads((tmp_path / "x" / "controller.json").read_text())["steps"]
-    held = steps[-1] == "command = min(max(command, -largest_command), largest_command)"
-    assert held == bool(limit)
-    assert any("stays as it was" in step for step in steps) == (held and form != "table 1")
+    about = json.loads((tmp_path / "x" / "controller.json").read_text())
+    assert about.get("largest_command", 0.0) == (limit or 0.0)
 
 
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc"])
@@ -60,7 +58,6 @@ def test_the_files_alone_keep_the_rate_of_a_design(name, tmp_path):
     FORMATS["fll"].write(record, folder)
     about = json.loads((folder / "controller.json").read_text())
     assert about["largest_change"] == 2.0
-    assert about["steps"][-1].startswith("command = min(max(command, previous_command - largest_")
     found = command(folder, random_signals(record, 100), lambda *_: np.full(100, 1e9))
     assert [*found[:6]] == [2.0, 4.0, 6.0, 8.0, 10.0, 12.0]
 
@@ -70,7 +67,7 @@ def test_an_adaptive_controller_says_that_its_table_is_a_start(target):
     found = texts(named_design("jee-koren-2004-aflc"), target)
     (rules,) = (text for name, text in found.items() if name.startswith("rules."))
     assert "the adaptation itself is not here" in rules
-    assert "adaptation is not here" in found["controller.json"]
+    assert "state.singletons" in found["controller.m"]
 
 
 @pytest.mark.parametrize("target", LANGUAGES)
@@ -104,7 +101,6 @@ def test_a_dead_zone_stands_beside_the_table():
     found = texts(load_design("jee-koren-2004-flc", {"controller.dead_zone": 1.0}), "fis")
     beside = json.loads(found["controller.json"])
     assert beside["dead_zone"] == 1.0
-    assert beside["steps"][0] == "an error no larger than dead_zone becomes 0"
     assert "\ndead_zone = 1.0;\n" in found["controller.m"]
 
 
