@@ -1,6 +1,6 @@
 """A controller as it is recorded: what it reads, remembers and commands."""
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -132,7 +132,7 @@ def _through_jax(
     trace: Trace, law: AxisLaw, gains: Gains, memory: Memory, inputs: dict[str, Node]
 ) -> tuple[Any, Memory]:
     """What a law gives that calls JAX: command, and what to remember."""
-    from hfc_design.simulation.closed_loop import LANES  # which starts it
+    from hfc_design.core.lanes import LANES  # which starts it
 
     def sample(
         limit: Any, every: Any, gains: Gains, memory: Memory, inputs: Any
@@ -177,6 +177,12 @@ def of_machine(
 
     memory = by_axis(begun(controller, SCALARS, 0.0, gains), axes)
     return Source([*known, *(PATH if path else ())], gains, memory, bound, within=True)
+
+
+def used(found: Recorded) -> list[str]:
+    """Names of the inputs that something hangs on."""
+    alive, _ = counted(found.trace, [*found.commands, *found.doubtful], found.after)
+    return [node.name for node in found.inputs if id(node) in alive]
 
 
 def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -> Recorded:
@@ -252,7 +258,7 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         trace,
         done,
         fields,
-        _used(trace, done, inputs.values(), [*commands, *in_order_of_use]),
+        [*inputs.values()],
         limit,
         commands,
         in_order_of_use,
@@ -260,12 +266,6 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         started,
         numbers,
     )
-
-
-def _used(trace: Trace, after: Block, inputs: Iterable[Node], roots: Iterable[Any]) -> list[Node]:
-    """The inputs that something hangs on."""
-    alive, _ = counted(trace, roots, after)
-    return [node for node in inputs if id(node) in alive]
 
 
 def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit: Any) -> Any:

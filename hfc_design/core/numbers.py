@@ -1,7 +1,7 @@
 """Numbers, tables and arrays: each type named once, and the functions that laws are written with.
 
 A law takes them as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
-``closed_loop.LANES`` in the simulator, ``codegen.trace`` for code in other languages. A law has no
+``core.lanes`` in the simulator, ``codegen.trace`` for code in other languages. A law has no
 branches on values, so that the same text serves all four. Never imports JAX.
 """
 

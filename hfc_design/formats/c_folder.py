@@ -54,7 +54,10 @@ class Tabulated(NamedTuple):
 
 
 def write_lookup(
-    design: Design, path: Path, points: int, connect: Callable[[Design], Design]
+    design: Design,
+    path: Path,
+    points: int,
+    connect: Callable[[Design], Design] = lambda own: own,
 ) -> dict[str, Tabulated]:
     """Write the same without ``exp``, with degrees tabulated at ``points`` values.
 

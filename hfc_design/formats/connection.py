@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from hfc_design.codegen.memory import again, parts
+from hfc_design.codegen.recorded import used
 from hfc_design.controllers.connected import SWITCHES, TRUTHS, Connection, Sensing, connected
 from hfc_design.controllers.controller import FOLLOWED, AxisLaw, units_of
 from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
@@ -73,12 +74,12 @@ def connect(design: Design) -> Design:
     for _ in range(2):  # the first time it shows which velocities are read
         around = _around(design, own[0], scenario, rated)
         found._connected = Connected(every, meanings, around, scenario.name, drive.seen[0])
-        used = {node.name for node in laws.recorded_law(found).inputs}
+        read = used(laws.recorded_law(found))
         if scenario.sensors.of(own[0].name).velocity == "tachometer":
             break
-        rated = tuple(angle for angle, rate in drive.encoders.items() if rate in used)
-    read = {name: unit for name, unit in every.items() if name in used}
-    found._connected = found._connected._replace(units=read)
+        rated = tuple(angle for angle, rate in drive.encoders.items() if rate in read)
+    units = {name: unit for name, unit in every.items() if name in read}
+    found._connected = found._connected._replace(units=units)
     return found
 
 

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View, begun
-from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
+from hfc_design.core.lanes import LANES
+from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import AxisSamples, Samples
@@ -37,10 +38,6 @@ from hfc_design.simulation.sensors import (
 )
 from plants import Drive, Machine
 from plants.around import Sampled, Standing, sampled, surrounded
-from plants.blocks import bell, larger, once, pick, ratio, smaller
-
-#: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
-LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick, jnp.sqrt, jnp.floor)
 
 
 class Loop(NamedTuple):

@@ -18,6 +18,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
 from hfc_design.formats import code
 from hfc_design.formats.code import sources
+from hfc_design.formats.connection import connect
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
@@ -232,7 +233,7 @@ def test_two_axes_have_a_state_each(program, tmp_path):
 
 
 def test_the_header_is_one_of_cpp_too(program, tmp_path):
-    write(tmp_path / "c", sources(DESIGNS["jee-koren-2004-aflc"]))
+    write(tmp_path / "c", sources(connect(DESIGNS["jee-koren-2004-aflc"])))
     (tmp_path / "main.cpp").write_text('#include "c/jee_koren_2004_aflc.h"\n')
     flags = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only")
     command = [program("g++"), *flags, tmp_path / "main.cpp"]
@@ -242,7 +243,7 @@ def test_the_header_is_one_of_cpp_too(program, tmp_path):
 def test_the_documented_control_compiles(compiler, tmp_path):
     text = ROOT / "docs" / "c.md"
     (sample,) = re.findall(r"```c\n(.*?)```", text.read_text(encoding="utf-8"), re.S)
-    write(tmp_path / "c", sources(DESIGNS["jee-koren-2004-aflc"]))
+    write(tmp_path / "c", sources(connect(DESIGNS["jee-koren-2004-aflc"])))
     (tmp_path / "c" / "control.c").write_text(sample, encoding="ascii")
     flags = ("-std=c99", *WARNINGS.split(), "-fsyntax-only")
     command = [compiler, *flags, tmp_path / "c" / "control.c"]

@@ -1,0 +1,8 @@
+"""The functions of laws on JAX scalars, of which ``simulation`` makes vectors, and code its own."""
+
+from jax import numpy as jnp
+
+from hfc_design.core.numbers import Xp
+from plants.blocks import bell, larger, once, pick, ratio, smaller
+
+LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick, jnp.sqrt, jnp.floor)
