@@ -19,7 +19,7 @@ from hfc_design.codegen.nodes import (
     Node,
     Storage,
 )
-from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.recorder import Recorder
 
 if TYPE_CHECKING:
     from hfc_design.codegen.language import Language
@@ -82,7 +82,7 @@ class Printer:
 
     def __init__(
         self,
-        trace: Trace,
+        trace: Recorder,
         syntax: "Language",
         roots: Iterable[Any],
         around: Names,

@@ -14,14 +14,14 @@ from hfc_design.codegen.nodes import (
     Storage,
     Store,
 )
-from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.recorder import Recorder
 
 #: What stands for itself wherever it is used.
 LEAVES = frozenset(("input", "state", "number", "parameter", "index", "variable", "called"))
 
 
 def counted(
-    trace: Trace, roots: Iterable[Any], *others: Block
+    trace: Recorder, roots: Iterable[Any], *others: Block
 ) -> tuple[set[int], dict[Node, list[Block]]]:
     """Identities of nodes, arrays and statements that count, and where each node is used.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from hfc_design.core.records import UserError
 
 if TYPE_CHECKING:
-    from hfc_design.codegen.trace import Trace
+    from hfc_design.codegen.recorder import Recorder
 
 #: Types of numbers.
 REAL, WHOLE, TRUTH = "real", "whole", "truth"
@@ -38,7 +38,7 @@ def refusal(what: str) -> TraceError:
 class Block:
     """Nodes and statements in order; a loop or a branch has one inside that around it."""
 
-    def __init__(self, trace: "Trace", around: "Block | None" = None, branch: bool = False):
+    def __init__(self, trace: "Recorder", around: "Block | None" = None, branch: bool = False):
         self.trace, self.around, self.branch = trace, around, branch
         self.depth: int = 0 if around is None else around.depth + 1
         self.items: list[Any] = []  # nodes, arrays that are declared, statements
@@ -138,7 +138,7 @@ class Storage:
 class Array:
     """A sequence of numbers or of rows, as a law sees it."""
 
-    trace: "Trace"
+    trace: "Recorder"
     shape: tuple[int, ...]
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -187,7 +187,7 @@ class Row(Array):
 class Stored(Array):
     """An array in memory, as it is since it was last written to."""
 
-    def __init__(self, trace: "Trace", storage: Storage):
+    def __init__(self, trace: "Recorder", storage: Storage):
         self.trace, self.storage, self.shape = trace, storage, storage.shape
         self.version = storage.version
 
@@ -201,7 +201,7 @@ class Stored(Array):
 class Lazy(Array):
     """An array whose numbers are computed where they are used."""
 
-    def __init__(self, trace: "Trace", shape: tuple[int, ...], function: Callable[[Any], Any]):
+    def __init__(self, trace: "Recorder", shape: tuple[int, ...], function: Callable[[Any], Any]):
         self.trace, self.shape, self.function = trace, shape, function
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -215,7 +215,7 @@ class Lazy(Array):
 class Each(Array):
     """An array of what a function makes of the numbers at the same place of others."""
 
-    def __init__(self, trace: "Trace", function: Callable[..., Any], tables: list[Any]):
+    def __init__(self, trace: "Recorder", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
         if any(table.shape != self.shape for table in tables):
             raise refusal("goes along tables of different sizes")
@@ -305,7 +305,7 @@ Statement: TypeAlias = Comment | Loop | Branch | Assign | Store | Call
 class Function:
     """What a law calls with numbers and arrays, and code has as a function of its own."""
 
-    def __init__(self, name: str, trace: "Trace"):
+    def __init__(self, name: str, trace: "Recorder"):
         self.name, self.trace = name, trace
         self.what = ""  # in the law's words
         self.parameters: list[Node | Storage] = []

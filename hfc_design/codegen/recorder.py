@@ -1,0 +1,271 @@
+"""Writes down what a law does to nodes: numbers, variables, loops, arrays in memory."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from hfc_design.codegen.nodes import (
+    REAL,
+    WHOLE,
+    Array,
+    Assign,
+    Block,
+    Each,
+    Function,
+    Lazy,
+    Loop,
+    Node,
+    Put,
+    Row,
+    Storage,
+    Store,
+    Stored,
+    flat,
+    kind_of,
+    refusal,
+)
+from hfc_design.codegen.simplify import known, simpler, value_of
+from hfc_design.codegen.values import (
+    numbers_in,
+    row_of,
+    shape_of,
+    type_of,
+)
+
+#: More operations than a law has that comes to an end.
+MOST = 100_000
+#: Sums of no more operations are written out.
+SHORT = 24
+
+
+class Recorder:
+    """What one function does: that of a whole law, or one that it calls."""
+
+    def __init__(self, whole: "Recorder | None" = None, in_place: bool = False, flat: bool = False):
+        self.whole: Any = whole or self
+        #: Whether what a law calls is recorded where it is called, for languages without functions.
+        self.flat = flat
+        #: Whether what is remembered may be written to before the law is through.
+        self.in_place = in_place
+        self.root = self.block = Block(self)
+        self.running: Any = self  # of the whole: that of the function that is being recorded
+        self.count = 0
+        self.functions: dict[object, Function] = {}  # of the whole
+        self.tables: dict[object, Storage] = {}  # of the whole, in the order of their use
+        self.bound: set[Node] = set()  # what is computed before it is stored
+        self.sure: set[Node] = set()  # what is finite
+        self.assigned: dict[Node, list[Any]] = {}  # of the whole: what variables may be
+        self.rewritten: set[Storage] = set()  # of the arrays that are remembered
+
+    def made(self, op: str, *args: Any) -> Any:
+        """The node of an operation; equal ones are one."""
+        args = tuple(map(self.plain, args))
+        if (found := simpler(op, args)) is not None:
+            return found
+        key = (op, *(x if isinstance(x, Node) else (type(x), x) for x in args))
+        block = self._deepest(args)
+        at: Block | None = block
+        while at is not None:
+            if key in at.known:
+                return at.known[key]
+            at = at.around
+        node = self._node(block, op, args, type_of(op, args))
+        block.known[key] = node
+        block.items.append(node)
+        node.value = value_of(op, args)
+        return node
+
+    def plain(self, value: Any) -> Any:
+        """A node, or a number as Python has it."""
+        if isinstance(value, Node):
+            return value
+        if isinstance(value, bool | np.bool_):
+            return bool(value)
+        if isinstance(value, int | np.integer):
+            return int(value)
+        if isinstance(value, float | np.floating):
+            return float(value)
+        raise refusal(f"computes with {value!r:.60}, which is no number")
+
+    def leaf(self, op: str, name: str, kind: str = REAL, value: float | None = None) -> Node:
+        """A number from outside: an input, what is remembered, a number of the design."""
+        node = self._node(self.root, op, (), kind)
+        node.name, node.value = name, value
+        return node
+
+    def _node(self, block: Block, op: str, args: tuple[Any, ...], kind: str) -> Node:
+        self.whole.count += 1
+        if self.whole.count > MOST:
+            raise refusal(f"takes more than {MOST} operations: does a loop not end?")
+        return Node(block, op, args, kind, self.whole.count)
+
+    def _deepest(self, args: Sequence[Any]) -> Block:
+        """The outermost block in which all of these are known; none leaves a branch."""
+        found = self.block
+        while not found.branch and found.around is not None:
+            found = found.around
+        for x in args:
+            if isinstance(x, Node):
+                if not self._around(x.block):
+                    raise refusal("uses a value outside the loop or the function that it is of")
+                found = x.block if x.block.depth > found.depth else found
+        return found
+
+    def _around(self, block: Block) -> bool:
+        at: Block | None = self.block
+        while at is not None and at is not block:
+            at = at.around
+        return at is block
+
+    def variable(self, value: Any) -> Node:
+        """What has the value until it is assigned another one."""
+        found = self._node(self.block, "variable", (), kind_of(value))
+        self.whole.assigned[found] = [value]
+        self.block.items.append(Assign(found, value, True))
+        return found
+
+    def now(self, variable: Node) -> Node:
+        """What a variable is here, whatever it is assigned later."""
+        found = self._node(self.block, "now", (variable,), variable.type)
+        self.block.items.append(found)
+        self.bound.add(found)
+        return found
+
+    def assign(self, variable: Node, value: Any) -> None:
+        """Give a variable another value."""
+        self.whole.assigned[variable].append(self.plain(value))
+        self.block.items.append(Assign(variable, self.plain(value), False))
+
+    @contextmanager
+    def loop(self, high: Any, low: Any = 0) -> Iterator[Node]:
+        """Record what is done with an index."""
+        block = Block(self, self.block)
+        index = self._node(block, "index", (), WHOLE)
+        self.block = block
+        yield index
+        assert block.around is not None
+        self.block = block.around
+        self.block.items.append(Loop(index, low, high, block))
+
+    def read(self, storage: Storage, place: Any) -> Any:
+        """A number in memory."""
+        args = (self.plain(place),)
+        fixed = storage.kind in ("table", "parameter")
+        block = self._deepest(args) if fixed else self.block
+        key = ("read", storage, storage.version, *args)
+        at: Block | None = self.block
+        while at is not None:
+            if key in at.known:
+                return at.known[key]
+            at = at.around
+        node = self._node(block, "read", (storage, *args), storage.type)
+        block.known[key] = node
+        block.items.append(node)
+        if storage.kind == "table" and isinstance(place, int):
+            node.value = storage.numbers[place]
+        return node
+
+    def store(self, storage: Storage, place: Any, value: Any) -> None:
+        """Write a number."""
+        self.block.items.append(Store(storage, self.plain(place), self.plain(value)))
+
+    def table(self, rows: Any, name: str = "") -> Any:
+        """Numbers as an array that values can index."""
+        if isinstance(rows, Array):
+            return rows
+        shape = shape_of(rows)
+        numbers = [*numbers_in(rows)]
+        values: list[Any] = [known(x) for x in numbers]
+        if any(x is None for x in values):
+            return self.local(shape, numbers, name)
+        kinds = {kind_of(x) for x in values}
+        kind = kinds.pop() if len(kinds) == 1 else REAL
+        key = shape, kind, tuple(values)
+        if key not in self.whole.tables:
+            found = Storage("table", name, shape, kind)
+            found.numbers = [x if kind != REAL else float(x) for x in values]
+            self.whole.tables[key] = found
+        found = self.whole.tables[key]
+        found.name = found.name or name
+        return Stored(self, found)
+
+    def local(self, shape: tuple[int, ...], numbers: Sequence[Any], name: str = "") -> Stored:
+        """An array of these numbers within a sample."""
+        storage = Storage("local", name, shape)
+        self.block.items.append(storage)
+        for k, x in enumerate(numbers):
+            self.store(storage, k, x)
+        return Stored(self, storage)
+
+    def write(self, put: Put) -> Stored:
+        """Replace numbers of an array, in its place or in that of a copy."""
+        storage = self._own(put.base)
+        for place, value in put.changes:
+            self.store(storage, place, value)
+        return self._since(storage)
+
+    def _own(self, array: Stored) -> Storage:
+        """The memory of an array that may be written to; a copy of what is remembered, else."""
+        storage = array.storage
+        if storage.kind == "local" or (storage.kind != "table" and self.in_place):
+            array.flat(0)  # or it is no more what it was
+            return storage
+        copy = self.local(array.shape, ())
+        self.replace([(copy.storage, array)])
+        return copy.storage
+
+    def _since(self, storage: Storage) -> Stored:
+        storage.version += 1
+        self.rewritten.add(storage)
+        return Stored(self, storage)
+
+    def stored(self, value: Any) -> Any:
+        """An array that is computed here, and not again wherever it is read."""
+        if not isinstance(value, Lazy | Each):
+            return value
+        found = self.local(value.shape, ())
+        self.replace([(found.storage, value)])
+        found.storage.version += 1
+        return Stored(self, found.storage)
+
+    def _stored(self, table: Any) -> Stored:
+        base = self.table(table)
+        if isinstance(base, Put):
+            base.flat(0)  # which writes it
+            base = base.written
+        return base
+
+    def replace(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
+        """Write all numbers of several arrays of one shape, of each place together."""
+        if not places and all(_straight(values) for _, values in pairs):
+            with self.loop(pairs[0][0].size) as k:
+                self._store(pairs, k, [values.flat(k) for _, values in pairs])
+            return
+        size = pairs[0][0].shape[len(places)]
+        if not isinstance(pairs[0][1], Array):
+            for n in range(size):
+                self._at([(storage, values[n]) for storage, values in pairs], *places, n)
+            return
+        with self.loop(size) as k:
+            self._at([(storage, row_of(values, k)) for storage, values in pairs], *places, k)
+
+    def _at(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
+        if len(places) < len(pairs[0][0].shape):
+            self.replace(pairs, *places)
+            return
+        place = flat(places, pairs[0][0].shape)
+        self._store(pairs, place, [self.plain(value) for _, value in pairs])
+
+    def _store(self, pairs: Sequence[tuple[Storage, Any]], place: Any, values: list[Any]) -> None:
+        self.bound |= {x for x in values if len(pairs) > 1 and isinstance(x, Node)}
+        for (storage, _), value in zip(pairs, values, strict=True):
+            self.store(storage, place, value)
+
+
+def _straight(values: Any) -> bool:
+    """Whether numbers can be computed one after the other, as they lie in memory."""
+    if isinstance(values, Each):
+        return all(map(_straight, values.tables))
+    return isinstance(values, Stored) or (isinstance(values, Row) and _straight(values.whole))
