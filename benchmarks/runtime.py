@@ -29,7 +29,7 @@ from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.formats import code, machine_code
+from hfc_design.formats import code
 from hfc_design.formats.writing import rule_units, write
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
@@ -142,7 +142,7 @@ def _c(
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "c"
         exact = lookup is None
-        write(folder, machine_code.sources(design) if exact else code.tabulated(design, lookup)[0])
+        write(folder, code.sources(design) if exact else code.tabulated(design, lookup)[0])
         (folder / "loop.c").write_text(loop(folder, name), encoding="ascii")
         sources = sorted(folder.glob("*.c"))
         command = ["gcc", "-std=c99", "-O2", "-shared", "-fPIC", *flags, *sources, "-lm"]

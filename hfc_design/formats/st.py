@@ -48,7 +48,7 @@ def block_of(design: Design) -> FunctionBlock:
 
 def text_of(design: Design) -> str:
     """``design`` as one function block of Structured Text; UserError as ``block_of``."""
-    return rendered("controller.st.j2", design, block=block_of(design), literal=literal_of)
+    return rendered("controller.st.j2", design, block=block_of(design))
 
 
 def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple, TypeAlias
 from xml.sax.saxutils import escape
 
-from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
 from hfc_design.codegen.st import literal_of
@@ -254,17 +254,14 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
         taken[name.casefold()] = name
 
 
-def rendered(
-    template: str, design: Design, places: Sequence[Path | dict[str, str]] = (), /, **values: object
-) -> str:
-    """A template of ``places`` or of ``formats/templates``, with values that most of them need.
+def rendered(template: str, design: Design, /, **values: object) -> str:
+    """A template of ``formats/templates``, with values that most of them need.
 
     ``x | number`` writes a float so that it reads back bit for bit, ``x | xml`` a text between
     tags, ``x | quoted`` one in an attribute.
     """
-    loaders = [DictLoader(p) if isinstance(p, dict) else FileSystemLoader(p) for p in places]
     environment = Environment(
-        loader=ChoiceLoader([*loaders, FileSystemLoader(HERE / "templates")]),
+        loader=FileSystemLoader(HERE / "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
