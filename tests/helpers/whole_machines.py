@@ -60,6 +60,26 @@ DESIGNS = {
 }
 
 
+def random_machine(seed):
+    """Any controllers inside, alike or not, under either of the outer ones or both."""
+    random = np.random.default_rng(seed)
+    gains = random.uniform(0.0, 5.0, 3).tolist()
+    pid = {"kind": "pid", "pid": dict(zip(("k_p", "k_i", "k_d"), gains, strict=True))}
+    inside = [pid, AFLC, SOFLC, SLIDING, record_of(made_up.network(seed, 1 + seed % 5))]
+    one, other = (inside[k] for k in random.integers(0, len(inside), 2))
+    inner = {"kind": "per-axis", "axes": {"x": one, "y": other}} if seed % 2 else one
+    if seed % 3 == 0:
+        ahead = {"x": float(random.normal()), "y": float(random.normal())}
+        inner = coupled(inner, **({"feed_forward": ahead} if seed % 2 else {}))
+    elif seed % 3 == 1:
+        inner = compensated(inner)
+    else:
+        inner = compensated(coupled(inner))
+    limits = {"command": float(random.uniform(20.0, 90.0))} if seed % 4 else {}
+    limits |= {"command_rate": float(random.uniform(500.0, 5000.0))} if seed % 5 == 0 else {}
+    return machine(f"machine_{seed}", inner, limits)
+
+
 def happenings(design, count=600):
     """Of each sample the signals of both axes, and the path, which bends to both sides."""
     random = np.random.default_rng(5)

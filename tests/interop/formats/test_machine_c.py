@@ -5,8 +5,9 @@ from math import nan
 
 import numpy as np
 import pytest
+from attack import FULL
 from c_program import WARNINGS
-from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
+from whole_machines import DESIGNS, happenings, in_c, of_the_runtime, random_machine
 
 from hfc_design.files.design import with_learned
 from hfc_design.formats import saving
@@ -109,6 +110,24 @@ def test_equals_the_runtime_with_faults_among_its_samples(name, built):
     for k, (axis, limit) in enumerate(design.limits.commands(("x", "y")).items()):
         if limit is not None:
             assert np.nanmax(np.abs(found[:, k])) == limit, axis
+
+
+@pytest.mark.parametrize("seed", range(200 if FULL else 4))
+def test_random_machines_command_what_the_runtime_does(seed, tmp_path):
+    design = random_machine(seed)
+    write(tmp_path / "c", sources(design))
+    main = MAIN
+    if not sees_path(design):
+        main = main.replace("{name}_path path;", "double path[4];")
+        main = main.replace("inputs, &path, command", "inputs, command")
+    (tmp_path / "c" / "main.c").write_text(main.format(name=design.name))
+    files, program = sorted((tmp_path / "c").glob("*.c")), tmp_path / "program"
+    command = ["gcc", "-std=c99", "-O2", "-ffp-contract=off", *files, "-lm", "-o", program]
+    subprocess.run(command, check=True)
+    samples = happenings(design, 300)
+    _, expected = of_the_runtime(design, samples)
+    assert np.isfinite(expected).any()
+    np.testing.assert_array_equal(commands(program, design, samples), expected)
 
 
 def test_the_contour_error_by_the_path(tmp_path, built):
