@@ -1,6 +1,6 @@
 """What a law remembers: its numbers under names, before a sample, behind one, and in files."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import prod
 from typing import Any, NamedTuple
 
@@ -124,19 +124,28 @@ def remembered(
     return leaf
 
 
-def merged(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
-    """What is remembered, or what a first sample begins with."""
+def merged(choose: Callable[[Any, Any], Memory], memory: Memory, first: Memory) -> Memory:
+    """What is remembered, or what a first sample begins with, as ``choose`` has it of each part."""
     if memory is first:
         return memory
     inside, other = parts(memory, ""), parts(first, "")
     if inside is not None and other is not None:
         pairs = zip(inside.values(), other.values(), strict=True)
-        return again(memory, (merged(trace, started, *pair) for pair in pairs))
-    if isinstance(memory, Node):
-        return trace.made("?", started, memory, first)
-    if isinstance(memory, Stored) and isinstance(first, list | tuple):
-        return [merged(trace, started, *pair) for pair in zip(memory, first, strict=True)]
-    return started if memory is None and first is False else memory
+        return again(memory, (merged(choose, *pair) for pair in pairs))
+    return choose(memory, first)
+
+
+def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
+    """What is remembered where there was a sample, or what a first one begins with."""
+
+    def chosen(memory: Any, first: Any) -> Memory:
+        if isinstance(memory, Node):
+            return trace.made("?", started, memory, first)
+        if isinstance(memory, Stored) and isinstance(first, list | tuple):
+            return [*map(chosen, memory, first)]
+        return started if memory is None and first is False else memory
+
+    return merged(chosen, memory, first)
 
 
 def leaves(memory: Memory, after: Memory) -> Iterator[tuple[Any, Any]]:

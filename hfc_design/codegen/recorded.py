@@ -13,9 +13,9 @@ from hfc_design.codegen.memory import (
     in_order,
     leaves,
     like,
-    merged,
     numeric,
     remembered,
+    since,
 )
 from hfc_design.codegen.nodes import (
     REAL,
@@ -236,7 +236,7 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         if prime is not None:
             flag = trace.leaf("state", STARTED, TRUTH)
             first = prime(gains, memory)
-            before = merged(trace, flag, memory, first)
+            before = since(trace, flag, memory, first)
             pairs = [pair for pair in leaves(memory, first) if pair[1] is not pair[0]]
             holds = [x.storage if isinstance(x, Stored) else x for x, _ in pairs]
             places = [k for k, field in enumerate(fields) if any(field.holds is x for x in holds)]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.codegen.memory import again, parts
+from hfc_design.codegen.memory import merged
 from hfc_design.codegen.recorded import used
 from hfc_design.controllers.connected import SWITCHES, TRUTHS, Connection, Sensing, connected
 from hfc_design.controllers.controller import FOLLOWED, AxisLaw, units_of
@@ -153,26 +153,20 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
 
 def _rested(start: Memory, xp: Xp, fresh: Truth, memory: Memory) -> Memory:
     """A memory without its past: numbers as they ``start``, but not arrays, which are learnt."""
-    return _mixed(lambda now, first: xp.where(fresh, first, now), memory, start)
 
+    def chosen(now: Any, first: Any) -> Memory:
+        plain = isinstance(first, float | int) and not isinstance(first, bool)
+        return xp.where(fresh, first, now) if plain else now
 
-def _mixed(choose: Callable[[Any, Any], Any], memory: Memory, first: Memory) -> Memory:
-    inside, other = parts(memory, ""), parts(first, "")
-    if inside is not None and other is not None:
-        pairs = zip(inside.values(), other.values(), strict=True)
-        return again(memory, (_mixed(choose, *pair) for pair in pairs))
-    plain = isinstance(first, float | int) and not isinstance(first, bool)
-    return choose(memory, first) if plain else memory
+    return merged(chosen, memory, start)
 
 
 def _begun(xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
     """A memory, or where it is fresh what a first sample begins with."""
-    if memory is first:
-        return memory
-    inside, other = parts(memory, ""), parts(first, "")
-    if inside is not None and other is not None:
-        pairs = zip(inside.values(), other.values(), strict=True)
-        return again(memory, (_begun(xp, fresh, *pair) for pair in pairs))
-    if memory is None:
-        return xp.where(fresh, 0.0, 1.0) > 0.5 if first is False else memory
-    return xp.where(fresh, first, memory)
+
+    def chosen(now: Any, first: Any) -> Memory:
+        if now is None:
+            return xp.where(fresh, 0.0, 1.0) > 0.5 if first is False else now
+        return xp.where(fresh, first, now)
+
+    return merged(chosen, memory, first)
