@@ -36,6 +36,7 @@ def export(
     bare: bool,
 ) -> None:
     """Write DESIGN for another program."""
+    from hfc_design.controllers.rules import identifier
     from hfc_design.core.records import UserError
     from hfc_design.core.wording import one_of
     from hfc_design.files.pairing import load_design
@@ -51,7 +52,8 @@ def export(
     if (told := origin(found)["usable"]) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
-    path = out or common.free(Path(found.name + (form.ending or form.suffix or f".{target}")))
+    name = identifier(found.name) if form.called else found.name
+    path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
     connect = connecting(form, bare)
     if lookup is None:
         form.write(found, path, connect)

@@ -4,11 +4,13 @@ So drives leave as code, which are functions of scalars on ``jax.numpy``, and la
 """
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
+from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.trace import Trace
 
@@ -45,6 +47,8 @@ INNER = frozenset(
         "checkpoint",
     )
 )
+#: What calls functions of JAX for a user's code: no line of that.
+BETWEEN = (*OWN, str(Path(jax.__file__).parent))
 #: Steps of a loop that are written out.
 FEW = 4
 
@@ -78,9 +82,19 @@ def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[
         return _number(variable.val) if hasattr(variable, "val") else known[variable]
 
     for equation in jaxpr.eqns:
-        found = _done(trace, equation, [value(x) for x in equation.invars])
+        try:
+            found = _done(trace, equation, [value(x) for x in equation.invars])
+        except TraceError as error:
+            raise error.at(_place(equation)) from None
         known |= zip(equation.outvars, found, strict=True)
     return [value(x) for x in jaxpr.outvars]
+
+
+def _place(equation: Any) -> str:
+    """File and line of a user's code that made an equation; "": JAX did not keep it."""
+    frames = getattr(equation.source_info.traceback, "frames", ())
+    others = (one for one in frames if not one.file_name.startswith(BETWEEN))
+    return next((f"{one.file_name}:{one.line_num}" for one in others), "")
 
 
 def _number(value: Any) -> Any:
@@ -109,7 +123,7 @@ def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
     if name in ALIKE or name in SAME:
         return [trace.made(ALIKE.get(name, name), *given)]
     if name not in OTHERS:
-        raise TraceError(f"calls {name}, which no printer knows; write it with other functions")
+        raise TraceError(f"calls {name}, of which no code is made; write it with other functions")
     return [OTHERS[name](trace.made, told, *given)]
 
 

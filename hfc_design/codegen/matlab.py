@@ -25,7 +25,7 @@ class Matlab(Language):
 
     def leaf(self, node: Node, name: str) -> str:
         place = {"input": "signals.", "state": "state."}.get(node.op, "")
-        return place + name
+        return f"{place}{name} > 0.5" if node.op == "input" and node.type == TRUTH else place + name
 
     def literal(self, value: float | bool, real: bool) -> str:
         return str(value).lower() if isinstance(value, bool) else repr(value)

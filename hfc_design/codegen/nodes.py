@@ -26,12 +26,22 @@ INNER = (str(Path(__file__).parent), str(Path(__file__).parents[1] / "core"))
 class TraceError(UserError):
     """A law does what no code can be made of; the line begins with its file and line."""
 
+    placed = False
+
+    def at(self, place: str) -> "TraceError":
+        """The same of a ``place``, FILE:LINE, unless one is told already."""
+        if self.placed or not place:
+            return self
+        found = TraceError(f"{place}: {self}")
+        found.placed = True
+        return found
+
 
 def refusal(what: str) -> TraceError:
     """The error that says ``what`` the line of the law does that is being recorded."""
     for frame in reversed(traceback.extract_stack()):
         if not frame.filename.startswith(INNER):
-            return TraceError(f"{frame.filename}:{frame.lineno}: {what}")
+            return TraceError(what).at(f"{frame.filename}:{frame.lineno}")
     return TraceError(what)
 
 

@@ -146,7 +146,7 @@ def _through_jax(
         found: tuple[Any, Memory] = trace.foreign(sample, *given)
     except TraceError as error:
         code = law.sample.__code__
-        raise TraceError(f"{code.co_filename}:{code.co_firstlineno}: {error}") from None
+        raise error.at(f"{code.co_filename}:{code.co_firstlineno}") from None
     return found
 
 

@@ -14,10 +14,10 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
 #: What a connected controller is told beside its readings, and what that is.
 SWITCHES = {
-    "enable": "whether it commands; else the command is 0 and it follows its readings",
-    "take_over": "whether its first command is the preset, from where it goes over to its own",
-    "preset": "added to the command, as what holds a vertical axis, or taken over",
-    "largest_error": "beyond which the command is 0 until it is disabled, 0: any",
+    "enable": "above 0.5 it commands, else the command is 0",
+    "take_over": "above 0.5 when it is enabled, it begins with the preset and goes over to its own",
+    "preset": "added to the command, as what holds a vertical axis; or what is taken over",
+    "largest_error": "where the error is larger, the command is 0 until enable is off; at 0 never",
 }
 #: Those that are true or false.
 TRUTHS = ("enable", "take_over")
@@ -161,21 +161,30 @@ def _sensed(
         reading, rate = read[angle], sensing.encoders[angle]
         angles[angle] = (reading, *past[:-1])
         if sensing.source == "encoder":
-            read[rate] = (reading - past[-1]) / (len(past) * every)
+            read[rate] = _folded(xp, sensing, angle, reading - past[-1]) / (len(past) * every)
         else:
             alpha, beta = sensing.observer
             expected = past[0] + every * memory.rates[angle]
-            off = reading - expected
+            off = _folded(xp, sensing, angle, reading - expected)
             angles[angle] = (expected + alpha * off,)
             read[rate] = rates[angle] = memory.rates[angle] + beta * off / every
     found = {name: signals.get(name, 0.0) for name in FOLLOWED}
     found |= xp.foreign(sensing.told, read)
     found |= {name: _in_steps(xp, found[name], step) for name, step in sensing.apart.items()}
     found["error"] = found["reference"] - read[sensing.position]
-    if sensing.turn:
-        found["error"] = found["error"] - _in_steps(xp, found["error"], sensing.turn)
+    found["error"] = _folded(xp, sensing, sensing.position, found["error"])
     found["error_rate"] = found["reference_rate"] - read[sensing.velocity]
     return found, angles, rates
+
+
+def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:
+    """A difference of two readings of an angle; of one that begins anew after a turn the short way.
+
+    A simulated reading does not begin anew, and nothing is folded of two that are near.
+    """
+    if not sensing.turn or angle != sensing.position:
+        return difference
+    return difference - _in_steps(xp, difference, sensing.turn)
 
 
 def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:

@@ -194,7 +194,8 @@ def finite(value: Plain) -> bool:
         return math.isfinite(value)
     if isinstance(value, Mapping):
         return all(map(finite, value.values()))
-    if isinstance(value, Iterable) and not isinstance(value, str | np.ndarray):
+    array = getattr(value, "dtype", None) is not None  # of NumPy or of JAX
+    if isinstance(value, Iterable) and not (array or isinstance(value, str)):
         return all(map(finite, value))
     try:
         return bool(np.isfinite(value).all())

@@ -13,18 +13,18 @@ from pydantic import ValidationError
 #: Packages in which a user's mistake ends, and is not made.
 OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
 _WRITE = (
-    "write jnp.sin for math.sin or np.sin, and alike every function, jnp.asarray for float; "
-    "a float of an AxisLaw that Python has to know is hfc.Constant"
+    "write jnp.sin for math.sin or np.sin (alike every function), jnp.asarray for float; "
+    "a float of an AxisLaw that Python needs is hfc.Constant"
 )
 #: What to write where JAX says that code needs a number and there is none yet.
 INSTEAD = {
-    "TracerBoolConversionError": "write jnp.where(condition, a, b) for if (xp.where in a control "
-    "law), jnp.minimum and jnp.maximum for min and max, & and | for and, or",
+    "TracerBoolConversionError": "write jnp.where(condition, a, b) for if (xp.where in a law), "
+    "jnp.minimum and jnp.maximum for min and max, & and | for and, or",
     "ConcretizationTypeError": _WRITE,
     "TracerArrayConversionError": _WRITE,
     "TracerIntegerConversionError": "write jnp.take(values, k) for values[k]",
 }
-_WHY = "what the simulator hands over are arrays of JAX that have no value yet"
+_WHY = "values are not known yet"
 
 #: Of a carry that does not stay what it was: what it is, and what it becomes.
 _CARRIED = re.compile(

@@ -179,7 +179,7 @@ class SensorSettings(PerAxisRecord):
     observer_hz: Positive | None = None
     #: samples over which velocity = 'encoder' takes the difference of two readings
     difference_samples: int = Field(1, ge=1, le=64, exclude_if=(1).__eq__)
-    #: a turn of an axis that turns on: its error is within half of one; 0: it is not [error]
+    #: a turn of an axis that turns endlessly: its error goes the short way; 0: it does not [error]
     turn: NotNegative = Field(0.0, exclude_if=not_)
     #: how a signal is read that no encoder forms, by its name
     readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)

@@ -69,6 +69,7 @@ def sources(
         "law": program(recorded_law(design, law), reserved, places if axes else {}),
         "axes": axes,
         "path": sees_path(design),
+        "connection": design.connected,
     }
     if axes:
         values |= {"limit": any(design.limits.commands(machine_axes(design)).values())}

@@ -25,4 +25,4 @@ def module(design: Design) -> str:
 
 
 JS = "a module of JavaScript (ES) with the controller, adaptation and all"
-FORMATS = (Format("js", JS, module, suffix=".mjs", connects=True),)
+FORMATS = (Format("js", JS, module, suffix=".mjs", called=True, connects=True),)

@@ -33,4 +33,4 @@ def named(target: str, name: str) -> str:
 
 
 M = "a function of MATLAB and Octave with the controller, adaptation and all"
-FORMATS = (Format("m", M, function, ".m", connects=True),)
+FORMATS = (Format("m", M, function, ".m", called=True, connects=True),)

@@ -70,6 +70,7 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
         "files": list(files),
         "inputs": list(block.known.inputs),
         "outputs": block.known.outputs,
+        "known": block.known,
         "truths": block.known.truths,
         "expected": [list(map(float, column)) for column in zip(*found.commands, strict=True)],
         "columns": [list(map(float, column)) for column in zip(*found.inputs, strict=True)],

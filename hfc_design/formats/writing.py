@@ -65,6 +65,7 @@ class Format(NamedTuple):
     #: Of a design in parts and the names of their axes: what lies beside the parts.
     beside: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
     ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
+    called: bool = False  # whether other code calls a file by its name, which is an identifier
     connects: bool = False  # whether it has code that can read what a machine's sensors tell
 
     def write(

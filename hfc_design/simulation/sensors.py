@@ -85,7 +85,7 @@ def in_steps(value: Scalar, step: Scalar | None) -> Scalar:
 
 
 def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
-    """An error within half a turn either way, where the axis turns on."""
+    """An error within half a turn either way, where the axis turns endlessly."""
     if sensors is None or sensors.turn is None:
         return error
     return error - in_steps(error, sensors.turn)

@@ -17,6 +17,7 @@ CASES = {
         "sensors.velocity='observer'",
         "sensors.observer_hz=90.0",
     ],
+    "pd-only on a turn in differences": ["sensors.turn=0.004", "sensors.velocity='encoder'"],
     "jee-koren-2004-aflc": [],
     "jee-koren-2004-pid": ["limits.command=60.0", "limits.resolution=0.5"],
     "huang-soc": ["sensors.velocity='observer'", "sensors.observer_hz=60.0"],

@@ -4,6 +4,7 @@ The folder is no kind itself; ``kind_of`` makes one of a law. Never imports JAX.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 
@@ -147,15 +148,33 @@ def kind_of(law: Law) -> Kind:
         raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
 
-    code = law._replace(ranges=())
+    code, reads = law._replace(ranges=()), _asked_for(law)
     own: Any = {
         "key": "gains",
         # An own law may do with the sample time what it likes.
         "structure": lambda record: (code, Constant(record.sample_time_s)),
         "summary": "an own law",
-        "reads": None,
+        "reads": lambda record: reads,
     }
     return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
+
+
+class _Asked(dict[str, float]):
+    """Signals that are there as soon as they are asked for."""
+
+    def __missing__(self, name: str) -> float:
+        return self.setdefault(name, 1.0)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name]
+
+
+def _asked_for(law: Law) -> list[str]:
+    """What a ``law`` reads: it may not branch on a value, so that one step shows all of it."""
+    signals, middle = _Asked(), (0.5 * (low + high) for low, high in law.ranges)
+    with suppress(Exception):  # the simulator says what is wrong, and where
+        law.step(0.01, type(law.ranges)(*middle), law.initial_memory(0.0), signals)
+    return list(signals) or ["error", "error_rate"]
 
 
 def _sample(

@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from hfc_design.codegen.javascript import program
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.codegen.recorded import of_axis, recorded
 from hfc_design.controllers.controller import AxisLaw
+from hfc_design.core.numbers import finite
 
 RUN = """
 {text}
@@ -75,4 +77,11 @@ def test_what_no_printer_knows_is_named_with_file_and_line(bad, names):
 
     with pytest.raises(TraceError, match=names) as found:
         of_law(law)
-    assert str(found.value).startswith(f"{__file__}:{law.__code__.co_firstlineno}: ")
+    called = law.__code__.co_firstlineno + 1
+    line = bad.__code__.co_firstlineno if isinstance(bad, FunctionType) else called
+    assert str(found.value).startswith(f"{__file__}:{line}: ")
+
+
+def test_numbers_of_jax_are_finite_or_not():
+    assert finite((jnp.asarray(1.0), 2.0))
+    assert not finite({"command": jnp.asarray(jnp.nan)})

@@ -1,8 +1,10 @@
 """What a connected controller does when it is switched, by hand (docs/machine.md)."""
 
+from itertools import pairwise
 from math import exp
 
 import pytest
+from connections import simulated
 
 import hfc_design.api as hfc
 from hfc_design.core.numbers import SCALARS
@@ -30,6 +32,30 @@ class Stepped:
             SCALARS, self.law, self.gains, self.memory, signals
         )
         return command
+
+
+def commands(design, rows):
+    """What the law of a connected design commands in samples of its inputs."""
+    gains = design.kind.gains(design.controller)
+    law = design.connected.around(design.kind.law(design.controller, None))
+    memory, found = law.begun(SCALARS, 0.0, gains), []
+    for row in rows:
+        signals = dict(zip(design.connected.units, row, strict=True))
+        if not found:
+            memory = law.primed(SCALARS, gains, memory, signals)
+        command, memory, _ = law.sample(SCALARS, law, gains, memory, signals)
+        found.append(command)
+    return found
+
+
+@pytest.mark.parametrize("name", ["pd-only on a turn", "pd-only on a turn in differences"])
+def test_reading_and_reference_may_begin_anew_after_a_turn(name):
+    design, rows, _ = simulated(name)
+    places = [list(design.connected.units).index(x) for x in ("reference", "spindle_angle")]
+    again = [[x % 0.004 if k in places else x for k, x in enumerate(row)] for row in rows]
+    assert sum(abs(a[places[1]] - b[places[1]]) > 0.002 for a, b in pairwise(again)) > 10
+    exact = commands(design, rows)
+    assert commands(design, again) == pytest.approx(exact, abs=1e-8 * max(map(abs, exact)))
 
 
 FIRST = K_P * 2.0 + K_I * EVERY * 2.0  # with a standing error of 2 BLU

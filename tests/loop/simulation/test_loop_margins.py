@@ -154,7 +154,7 @@ class Gain(NamedTuple):
     kp: Any
 
 
-def test_margins_of_an_own_law_that_cannot_be_differentiated():
+def test_margins_of_an_own_law_that_cannot_be_differentiated(own_plugins):
     """As one that leaves JAX: it needs the number itself."""
 
     def step(sample_time, gains, memory, signals):

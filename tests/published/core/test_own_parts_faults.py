@@ -21,7 +21,7 @@ def sledge(own):
 
 def pd_kind(**changes):
     """A kind as pd, but for some fields, under its own name."""
-    return replace(KINDS.get("pd"), **{"name": "mine", "c": None, "st": None} | changes)
+    return replace(KINDS.get("pd"), **{"name": "mine"} | changes)
 
 
 def step(reads):

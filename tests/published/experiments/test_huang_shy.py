@@ -77,7 +77,7 @@ def test_what_goes_on_is_the_design_but_for_what_it_has_learnt(label):
 def test_c_code_of_two_axes_of_a_plant_of_one_knows_its_units(name, tmp_path):
     FORMATS["c"].write(load_design(name), tmp_path / "c")
     headers = list((tmp_path / "c").rglob("*.h"))
-    assert len(headers) == 2
+    assert len(headers) == (1 if name == "huang-cross-coupled" else 2)
     assert any("[mm]" in header.read_text(encoding="utf-8") for header in headers)
 
 

@@ -84,7 +84,7 @@ def line_of(text):
         (["--plant", "mine:SHRINKING"], ["step has to return the record State"]),
         (
             ["--controller", "mine:BLIND"],
-            ["controller 'only-p': its law reads 'mood'", "no signal"],
+            ["controller 'only-p': reads 'mood'", "no signal"],
         ),
         (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "number became tuple"]),
     ],
