@@ -6,10 +6,13 @@ from functools import cache
 import made_up
 import pytest
 from sledge import imported, scenario_of
+from structured_text import FunctionBlock
 
 from hfc_design import api
 from hfc_design.files.design import design_json
-from hfc_design.formats import FORMATS
+from hfc_design.formats import FORMATS, code
+from hfc_design.formats.connection import connect
+from hfc_design.formats.st import text_of
 from hfc_design.runs.individuals import design_with
 
 
@@ -17,12 +20,24 @@ from hfc_design.runs.individuals import design_with
 def test_formats_take_an_own_kind_or_refuse_it_in_a_line(own, target):
     api.register(imported("mine").P)
     design = api.with_gains(api.load_scenario(scenario_of("only-p")), "only-p", {"p": 3.0})
-    if target in ("json", "mat", "fmu-plant"):  # the last holds nothing of a controller
-        assert api.export(design, target, "out").stat().st_size > 0
-    else:
+    if target in ("csv", "fll", "fcl", "fcl-jfuzzylogic", "fml", "fis"):  # of rules
         with pytest.raises(api.UserError, match="kind only-p"):
             api.export(design, target, "out")
         assert not (own / "out").exists()
+    else:
+        assert api.export(design, target, "out").stat().st_size > 0
+
+
+def test_code_of_an_own_law_commands_what_its_formula_does(own):
+    api.register(imported("mine").P)
+    design = api.with_gains(api.load_scenario(scenario_of("only-p")), "only-p", {"p": 3.0})
+    assert code.signals(design) == {"error": "rad"}
+    connected = connect(design)
+    block, known = FunctionBlock(text_of(connected)), code.flat(connected)
+    told = dict.fromkeys(known.inputs, 0.0) | {"reference": 0.5, "spindle_angle": 0.2}
+    told |= dict.fromkeys(known.truths, False)
+    assert block.step(**told) == 0.0
+    assert block.step(**told | {"enable": True}) == pytest.approx(0.9)
 
 
 @cache
@@ -33,11 +48,7 @@ def hierarchy():
     return design_json(design_with(own, api.load_scenario("sledge.toml")))
 
 
-#: Formats with a machine in C, which an own one has not.
-SIMULATED = ("fmu-loop", "fmu-plant", "linuxcnc")
-
-
-@pytest.mark.parametrize("target", [name for name in FORMATS if name not in SIMULATED])
+@pytest.mark.parametrize("target", FORMATS)
 def test_formats_take_an_own_plant(own, target):
     api.register(imported("mine").SLEDGE)
     (own / "found.json").write_text(hierarchy())
