@@ -105,7 +105,7 @@ def _number(value: Any) -> Any:
 def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
     """What an equation gives for nodes and numbers."""
     name, told = equation.primitive.name, equation.params
-    if _large(equation):
+    if name not in INNER and _large(equation):
         raise TraceError(f"calls {name} of arrays, of which no code is made; write it in scalars")
     rounds = name == "convert_element_type" and not np.issubdtype(told["new_dtype"], np.floating)
     if rounds and kind_of(given[0]) == REAL:

@@ -11,8 +11,9 @@ Sensors, controller, drives, objectives. ``population`` runs it over the samples
 
 from collections.abc import Sequence
 from math import ceil
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View, begun
@@ -220,7 +221,22 @@ def moved(
     commands = tuple(machine.drives[k].accepted(fixed[k], held[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, before.states, commands, loads, sample_time, loop.substeps)
-    return Moving(states, angles, rates, memory, commands)
+    return _in_precision(before, Moving(states, angles, rates, memory, commands))
+
+
+def _in_precision(before: Moving, after: Moving) -> Moving:
+    """What came ``after``, no more precise than ``before``: arrays of an own law may be."""
+
+    def rounded(old: Any, new: Any) -> Any:
+        kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
+        real = all(kind is not None and jnp.issubdtype(kind, jnp.floating) for kind in kinds)
+        return new.astype(kinds[0]) if real and kinds[0] != kinds[1] else new
+
+    try:
+        found: Moving = jax.tree.map(rounded, before, after)
+    except ValueError:  # it remembers other things: that is told where it is found
+        return after
+    return found
 
 
 def watched(
