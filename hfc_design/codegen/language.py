@@ -1,5 +1,6 @@
 """How a language writes what was recorded: what is the same in all of them, and the whole law."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ from hfc_design.codegen.nodes import (
 from hfc_design.codegen.recorded import Recorded
 
 
-class Language:
+class Language(ABC):
     """One that a law is printed in: those of C's family, and those that are told in ``flat``."""
 
     fold = False  # whether upper and lower case are alike
@@ -33,77 +34,65 @@ class Language:
 
     # What each has to say.
 
+    @abstractmethod
     def leaf(self, node: Node, name: str) -> str:
         """A number that is known outside, or a variable."""
-        raise NotImplementedError
 
+    @abstractmethod
     def literal(self, value: float | bool, real: bool) -> str:
         """A number of the law; ``real``: among real ones."""
-        raise NotImplementedError
 
+    @abstractmethod
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         """An operation of its parts, in brackets where they need some."""
-        raise NotImplementedError
 
+    @abstractmethod
     def array(self, storage: Storage, name: str) -> str:
         """The name of an array as a whole."""
-        raise NotImplementedError
 
+    @abstractmethod
     def comment(self, text: str) -> list[str]:
         """Lines of a comment."""
-        raise NotImplementedError
 
+    @abstractmethod
     def named(self, kind: str, name: str, value: str) -> str:
         """A value that stays, of a type of ``nodes``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def loop(self, k: str, low: str, high: str) -> str:
         """The head of a loop."""
-        raise NotImplementedError
 
     def counter(self, printer: Printer, item: Loop) -> str:
         """The name of that of a loop."""
         return printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
 
+    @abstractmethod
     def branch(self, condition: str) -> str:
         """The head of a branch."""
-        raise NotImplementedError
 
+    @abstractmethod
     def declared(self, name: str, storage: Storage) -> list[str]:
         """An array within a sample."""
-        raise NotImplementedError
 
+    @abstractmethod
     def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
         """Leave where one of these is not finite."""
-        raise NotImplementedError
 
+    @abstractmethod
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
         """A table of constants, a row in a line."""
-        raise NotImplementedError
 
+    @abstractmethod
     def constant(self, name: str, value: float) -> str:
         """A number of the design."""
-        raise NotImplementedError
 
+    @abstractmethod
     def folded(self, lines: Iterable[str]) -> list[str]:
         """Lines of no more than a width."""
-        raise NotImplementedError
 
-    # What most write alike.
-
-    def variable(self, kind: str, name: str, value: str) -> str:
-        """A value that changes."""
-        return self.named(kind, name, value)
-
-    def assigned(self, place: str, value: str) -> str:
-        """Another value for a variable."""
-        return f"{place} = {value};"
-
-    def element(self, storage: Storage, name: str, place: str) -> str:
-        """A number of an array; arrays are flat."""
-        return f"{self.array(storage, name)}[{place}]"
+    # What only some are asked for: those with functions, or where a choice is a statement.
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
         """Lines of a call."""
@@ -120,6 +109,20 @@ class Language:
     def helper(self, name: str) -> str:
         """A function of the language's own."""
         raise NotImplementedError
+
+    # What most write alike.
+
+    def variable(self, kind: str, name: str, value: str) -> str:
+        """A value that changes."""
+        return self.named(kind, name, value)
+
+    def assigned(self, place: str, value: str) -> str:
+        """Another value for a variable."""
+        return f"{place} = {value};"
+
+    def element(self, storage: Storage, name: str, place: str) -> str:
+        """A number of an array; arrays are flat."""
+        return f"{self.array(storage, name)}[{place}]"
 
     def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
         """Lines of a table, of which the last one ends with a comma, too."""
