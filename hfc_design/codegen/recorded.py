@@ -1,6 +1,6 @@
 """A controller as it is recorded: what it reads, remembers and commands."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -151,7 +151,12 @@ def _through_jax(
 
 
 def of_machine(
-    controller: Controller, gains: Gains, axes: tuple[str, ...], reads: list[str], path: bool
+    controller: Controller,
+    gains: Gains,
+    axes: tuple[str, ...],
+    reads: list[str],
+    path: Sequence[str],
+    truths: Collection[str] = (),
 ) -> Source:
     """The controller of a whole machine; what it reads has the name of its axis before its own."""
     names = [identifier(axis) for axis in axes]
@@ -162,8 +167,8 @@ def of_machine(
         each = tuple({name: inputs[f"{axis}_{name}"] for name in reads} for axis in names)
         way = None
         if path:
-            x, y, curvature, error = (inputs[name] for name in PATH)
-            way = PathView((x, y), curvature, error)
+            x, y, curvature, *error = (inputs[name] for name in path)
+            way = PathView((x, y), curvature, error[0] if error else 0.0)
         view = View(each, way)
 
         def first(gains: Gains, memory: Memory) -> Memory:
@@ -176,7 +181,8 @@ def of_machine(
         return None, first, step
 
     memory = by_axis(begun(controller, SCALARS, 0.0, gains), axes)
-    return Source([*known, *(PATH if path else ())], gains, memory, bound, within=True)
+    told = [f"{axis}_{name}" for axis in names for name in truths]
+    return Source([*known, *path], gains, memory, bound, within=True, truths=told)
 
 
 def used(found: Recorded) -> list[str]:

@@ -1,15 +1,29 @@
-"""A law of one axis as it is connected: what is between the machine's readings and the drive.
+"""Laws as they are connected: what is between a machine's readings and its drives.
 
-It forms what the law reads of raw readings, as the simulator's sensors do, and keeps a command to
-what its converter takes. It is switched on and off, goes over from another controller's command,
-and stops where the axis has left its reference too far. Never imports JAX.
+Forms what a law reads of raw readings, as the simulator's sensors do, and keeps a command to what
+its converter takes. It is switched on and off, goes over from another controller's command, and
+stops where an axis has left its reference too far. Never imports JAX.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import reduce
 from math import exp
+from operator import and_, or_
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.controller import FOLLOWED, AxisLaw, Signals, limited, ramped
+from hfc_design.controllers.controller import (
+    FOLLOWED,
+    AxisLaw,
+    Controller,
+    PathView,
+    Signals,
+    Stepped,
+    View,
+    begun,
+    limited,
+    primed,
+    ramped,
+)
 from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
 #: What a connected controller is told beside its readings, and what that is.
@@ -45,45 +59,72 @@ class Sensing(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """What a connected law is made of."""
+    """What is between a controller and an axis."""
 
-    law: AxisLaw
     sensing: Sensing
     change: float | None  # largest one of the command in a sample
     step: float | None  # that the converter rounds a command to
     largest: float | None  # that it gives
+
+
+class Begins(NamedTuple):
+    """What a controller remembers that begins anew."""
+
     #: (xp, fresh, memory) -> the memory with its past forgotten where that is true.
     rested: Callable[[Xp, Truth, Memory], Memory]
     #: (xp, fresh, memory, first) -> the memory, or where that is true the first one.
     begun: Callable[[Xp, Truth, Memory, Memory], Memory]
 
+    def memory(self, xp: Xp, fresh: Truth, memory: Memory, first: Callable[..., Memory]) -> Memory:
+        """The ``memory`` before a sample; ``first`` makes one of one without a past."""
+        rested = self.rested(xp, fresh, memory)
+        return self.begun(xp, fresh, rested, first(rested))
 
-class ConnectedMemory(NamedTuple):
-    """What is remembered from one sample to the next."""
 
-    law: Memory
+class Inside(NamedTuple):
+    """What a connected law is made of."""
+
+    law: AxisLaw
+    connection: Connection
+    begins: Begins
+
+
+class DriveMemory(NamedTuple):
+    """What is remembered of a drive."""
+
     angles: dict[str, tuple[Scalar, ...]]  # readings, or what observers made of them, newest first
     rates: dict[str, Scalar]  # of observers
-    running: Scalar  # 1 where the sample before was enabled
     command: Scalar  # of the sample before
     fading: Scalar  # what is left of a command that was taken over
     taken: Scalar  # 1 where one was
-    tripped: Scalar  # 1 where the error was too large
 
 
-def connected(connection: Connection, sample_time: float) -> AxisLaw:
+class ConnectedMemory(NamedTuple):
+    """What a connected controller remembers from one sample to the next."""
+
+    law: Memory
+    drive: Any  # a DriveMemory, or of a machine those of its axes
+    running: Scalar  # 1 where the sample before was enabled
+    tripped: Scalar  # 1 where an error was too large
+
+
+def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
     """The law of raw readings."""
-    own = connection.law
-    return AxisLaw(_sample, _start, sample_time, own.limit, connection, prime=_primed, begin=_begun)
+    return AxisLaw(
+        _sample,
+        _start,
+        law.sample_time,
+        law.limit,
+        Inside(law, connection, begins),
+        prime=_primed,
+        begin=_begun,
+    )
 
 
 def _start(law: AxisLaw, zero: Scalar) -> ConnectedMemory:
-    sensing = law.structure.sensing
-    count = sensing.samples if sensing.source == "encoder" else 1
-    angles = dict.fromkeys(sensing.rated, (zero,) * count)
-    rates = dict.fromkeys(sensing.rated if sensing.source == "observer" else (), zero)
-    inner = law.structure.law.initial_memory(zero)
-    return ConnectedMemory(inner, angles, rates, zero, zero, zero, zero, zero)
+    own: Inside = law.structure
+    drive = _still(own.connection.sensing, zero)
+    return ConnectedMemory(own.law.initial_memory(zero), drive, zero, zero)
 
 
 def _begun(xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory) -> ConnectedMemory:
@@ -93,51 +134,140 @@ def _begun(xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory) -> Conne
 def _primed(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> ConnectedMemory:
-    """The machine stood where its encoders read that it is."""
-    read = _readings(xp, law.structure.sensing, signals)
-    angles = {angle: (read[angle],) * len(past) for angle, past in memory.angles.items()}
-    return memory._replace(angles=angles)
+    drive = _stood(xp, law.structure.connection.sensing, memory.drive, signals)
+    return memory._replace(drive=drive)
 
 
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> tuple[Scalar, ConnectedMemory, Any]:
     """The command that the drive is to have, what to remember, and what the law made it of."""
-    own: Connection = law.structure
+    own: Inside = law.structure
     inner = own.law._replace(limit=law.limit, sample_time=law.sample_time)
-    seen, angles, rates = _sensed(xp, law, memory, signals)
-    on = signals.get("enable", 1.0) > 0.5
+    seen, drive = _sensed(xp, own.connection.sensing, law.sample_time, memory.drive, signals)
     fresh = memory.running < 0.5
-    rested = own.rested(xp, fresh, memory.law)
-    before = own.begun(xp, fresh, rested, inner.primed(xp, gains, rested, seen))
-    asked, after, parts = inner.sample(xp, inner, gains, before, seen)
-    command = limited(xp, law.limit, asked)
-    taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
-    first = xp.where(taken > 0.5, signals.get("preset", 0.0) - command, 0.0)
-    fading = xp.where(fresh, first, memory.fading)
-    command = command + fading + xp.where(taken > 0.5, 0.0, signals.get("preset", 0.0))
-    was = xp.where(fresh, xp.where(taken > 0.5, signals.get("preset", 0.0), 0.0), memory.command)
-    command = limited(xp, law.limit, command)
-    if own.change is not None:
-        command = limited(xp, law.limit, ramped(xp, own.change, was, command))
-    most = signals.get("largest_error", 0.0)
-    far = (most > 0.0) & (abs(seen["error"]) > most)
-    stopped = xp.where(far, 1.0, xp.where(fresh, 0.0, memory.tripped))
-    tripped = xp.where(on, stopped, 0.0)
-    runs = on & (tripped < 0.5)
-    command = xp.where(runs, _converted(xp, own, command), 0.0)
-    told = ConnectedMemory(
-        after,
-        angles,
-        rates,
-        xp.where(on, 1.0, 0.0),
-        command,
-        fading * exp(-1.0 / FADING),
-        taken,
-        tripped,
+    before = own.begins.memory(
+        xp, fresh, memory.law, lambda rested: inner.primed(xp, gains, rested, seen)
     )
+    asked, after, parts = inner.sample(xp, inner, gains, before, seen)
+    on = _enabled(signals)
+    tripped = _tripped(xp, memory, on, _far(signals, seen))
+    runs = on & (tripped < 0.5)
+    command, drive = _commanded(xp, own.connection, law.limit, drive, signals, asked, fresh, runs)
+    return command, ConnectedMemory(after, drive, xp.where(on, 1.0, 0.0), tripped), parts
+
+
+class ConnectedMachine(NamedTuple):
+    """The controller of a machine, of raw readings: all of its axes are on, or none is."""
+
+    inner: Controller
+    connections: tuple[Connection, ...]
+    limits: tuple[float | None, ...]  # largest command of each axis
+    sample_time: float
+    begins: Begins
+    #: Of x and y, measured less commanded, of tangent and curvature -> the contour error.
+    contour_error: Callable[..., Scalar]
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind inside."""
+        return self.inner.kind
+
+    def initial_memory(self, zero: Scalar) -> ConnectedMemory:
+        """Memory before the first sample."""
+        drives = tuple(_still(own.sensing, zero) for own in self.connections)
+        return ConnectedMemory(self.inner.initial_memory(zero), drives, zero, zero)
+
+    def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> ConnectedMemory:
+        """See ``controller.begun``."""
+        return self.initial_memory(zero)._replace(law=begun(self.inner, xp, zero, gains))
+
+    def primed(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> ConnectedMemory:
+        """See ``controller.primed``."""
+        each = zip(self.connections, memory.drive, view.axes, strict=True)
+        drives = tuple(_stood(xp, own.sensing, *one) for own, *one in each)
+        return memory._replace(drive=drives)
+
+    def step(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> Stepped:
+        """The command that each drive is to have, and what to remember."""
+        each = zip(self.connections, memory.drive, view.axes, strict=True)
+        sensed = [_sensed(xp, own.sensing, self.sample_time, *one) for own, *one in each]
+        seen, drives = zip(*sensed, strict=True)
+        told = View(seen, view.path and self._path(xp, view.path, seen))
+        fresh = memory.running < 0.5
+        before = self.begins.memory(
+            xp, fresh, memory.law, lambda rested: primed(self.inner, xp, gains, rested, told)
+        )
+        asked, after = self.inner.step(xp, gains, before, told)
+        on = reduce(and_, map(_enabled, view.axes))
+        tripped = _tripped(xp, memory, on, reduce(or_, map(_far, view.axes, seen)))
+        runs = on & (tripped < 0.5)
+        rows = zip(self.connections, self.limits, drives, view.axes, asked, strict=True)
+        commands, drives = zip(*(_commanded(xp, *row, fresh, runs) for row in rows), strict=True)
+        return commands, ConnectedMemory(after, drives, xp.where(on, 1.0, 0.0), tripped)
+
+    def _path(self, xp: Xp, path: PathView, seen: Sequence[Signals]) -> PathView:
+        """The path with the contour error that the axes have of it."""
+        x, y = (-own["error"] for own in seen[:2])
+        return path._replace(
+            contour_error=self.contour_error(x, y, *path.tangent, path.curvature, xp.sqrt)
+        )
+
+
+def _still(sensing: Sensing, zero: Scalar) -> DriveMemory:
+    """What is remembered of a drive before the first sample."""
+    count = sensing.samples if sensing.source == "encoder" else 1
+    angles = dict.fromkeys(sensing.rated, (zero,) * count)
+    rates = dict.fromkeys(sensing.rated if sensing.source == "observer" else (), zero)
+    return DriveMemory(angles, rates, zero, zero, zero)
+
+
+def _stood(xp: Xp, sensing: Sensing, memory: DriveMemory, signals: Signals) -> DriveMemory:
+    """The machine stood where its encoders read that it is."""
+    read = _readings(xp, sensing, signals)
+    angles = {angle: (read[angle],) * len(past) for angle, past in memory.angles.items()}
+    return memory._replace(angles=angles)
+
+
+def _enabled(signals: Signals) -> Truth:
+    return signals.get("enable", 1.0) > 0.5
+
+
+def _far(signals: Signals, seen: Signals) -> Truth:
+    most = signals.get("largest_error", 0.0)
+    return (most > 0.0) & (abs(seen["error"]) > most)
+
+
+def _tripped(xp: Xp, memory: ConnectedMemory, on: Truth, far: Truth) -> Scalar:
+    """Whether an error was too large since it is enabled."""
+    before = xp.where(memory.running < 0.5, 0.0, memory.tripped)
+    return xp.where(on, xp.where(far, 1.0, before), 0.0)
+
+
+def _commanded(
+    xp: Xp,
+    own: Connection,
+    limit: float | None,
+    memory: DriveMemory,
+    signals: Signals,
+    asked: Scalar,
+    fresh: Truth,
+    runs: Truth,
+) -> tuple[Scalar, DriveMemory]:
+    """What a drive is to have of what its law ``asked`` for, and what is remembered of that."""
+    command, preset = limited(xp, limit, asked), signals.get("preset", 0.0)
+    taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
+    first = xp.where(taken > 0.5, preset - command, 0.0)
+    fading = xp.where(fresh, first, memory.fading)
+    command = command + fading + xp.where(taken > 0.5, 0.0, preset)
+    before = xp.where(fresh, xp.where(taken > 0.5, preset, 0.0), memory.command)
+    command = limited(xp, limit, command)
+    if own.change is not None:
+        command = limited(xp, limit, ramped(xp, own.change, before, command))
+    command = xp.where(runs, _converted(xp, own, command), 0.0)
+    after = memory._replace(command=command, fading=fading * exp(-1.0 / FADING), taken=taken)
     # What the law asked for is in it, so that a command that is none is seen behind its limits.
-    return command + 0.0 * asked, told, parts
+    return command + 0.0 * asked, after
 
 
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
@@ -150,10 +280,9 @@ def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
 
 
 def _sensed(
-    xp: Xp, law: AxisLaw, memory: ConnectedMemory, signals: Signals
-) -> tuple[dict[str, Scalar], dict[str, tuple[Scalar, ...]], dict[str, Scalar]]:
-    """What the law reads; angles and rates to be remembered (``simulation.sensors.measured``)."""
-    sensing, every = law.structure.sensing, law.sample_time
+    xp: Xp, sensing: Sensing, every: float, memory: DriveMemory, signals: Signals
+) -> tuple[dict[str, Scalar], DriveMemory]:
+    """What the law reads, and what is remembered of it (``simulation.sensors.measured``)."""
     read = _readings(xp, sensing, signals)
     angles: dict[str, tuple[Scalar, ...]] = {}
     rates: dict[str, Scalar] = {}
@@ -174,7 +303,7 @@ def _sensed(
     found["error"] = found["reference"] - read[sensing.position]
     found["error"] = _folded(xp, sensing, sensing.position, found["error"])
     found["error_rate"] = found["reference_rate"] - read[sensing.velocity]
-    return found, angles, rates
+    return found, memory._replace(angles=angles, rates=rates)
 
 
 def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:

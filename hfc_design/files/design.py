@@ -185,6 +185,8 @@ class Design(Record, metaclass=Asked):
         Raises:
             UserError: it is none of such a machine.
         """
+        if self._connected and self._connected.machine:
+            return self._connected.machine
         limits = self.limits.commands(axes := tuple(axes))
         found = self.kind.controller_of(self.controller, limits)
         return rate_limited(found, limits, self.changes(axes))

@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
-from hfc_design.formats.laws import inside, machine_axes, recorded_law, sees_path
+from hfc_design.formats.laws import inside, machine_axes, of_path, recorded_law
 
 #: Where code of a machine has what it sees of the path.
 IN_PATH = ("path->tangent[0]", "path->tangent[1]", "path->curvature", "path->contour_error")
@@ -68,7 +68,7 @@ def sources(
         "saved": saving.values(design),
         "law": program(recorded_law(design, law), reserved, places if axes else {}),
         "axes": axes,
-        "path": sees_path(design),
+        "path": of_path(design),
         "connection": design.connected,
     }
     if axes:
@@ -136,17 +136,18 @@ def flat(design: Design) -> Flat:
     found, told = writing.signals_read(design), writing.signal_meanings(design)
     units = writing.signal_units(design)
     unit = units.get("command", "")
+    truths = design.connected.truths if design.connected else []
     if not (axes := machine_axes(design)):
-        truths = design.connected.truths if design.connected else []
         return Flat(found, ["command"], unit, told, truths)
     names = [identifier(axis) for axis in axes]
     inputs = {f"{axis}_{name}": own for axis in names for name, own in found.items()}
     meanings = {f"{axis}_{name}": told[name] for axis in names for name in told}
-    if sees_path(design):
-        place = units.get("error", "")
-        inputs |= dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
-        meanings |= dict(zip(PATH, OF_PATH, strict=True))
-    return Flat(inputs, [f"{axis}_command" for axis in names], unit, meanings)
+    place = units.get("error", "")
+    of_units = dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
+    inputs |= {name: of_units[name] for name in of_path(design)}
+    meanings |= dict(zip(PATH, OF_PATH, strict=True))
+    truths = [f"{axis}_{name}" for axis in names for name in truths]
+    return Flat(inputs, [f"{axis}_command" for axis in names], unit, meanings, truths)
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:

@@ -1,16 +1,26 @@
 """A design as it is connected to a machine: its code reads what the machine's sensors tell."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.codegen.memory import merged
+from hfc_design.codegen.memory import by_axis, in_order, merged
 from hfc_design.codegen.recorded import used
-from hfc_design.controllers.connected import SWITCHES, TRUTHS, Connection, Sensing, connected
-from hfc_design.controllers.controller import FOLLOWED, AxisLaw, units_of
+from hfc_design.controllers.connected import (
+    SWITCHES,
+    TRUTHS,
+    Begins,
+    ConnectedMachine,
+    Connection,
+    Sensing,
+    connected,
+)
+from hfc_design.controllers.controller import FOLLOWED, AxisLaw, Controller, units_of, within_rate
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -18,6 +28,7 @@ from hfc_design.files.machine import Axis
 from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import laws, plant_code, writing
+from hfc_design.motion.contour import local_error
 from hfc_design.simulation.sensors import largest_command, observer_gains
 from plants import Drive
 from plants.drive import fed_back
@@ -26,11 +37,12 @@ from plants.drive import fed_back
 class Connected(NamedTuple):
     """What the code of a connected design reads, and what makes a law read it."""
 
-    units: dict[str, str]  # name -> unit, of all that it reads
+    units: dict[str, str]  # name -> unit, of all that it reads, of a machine at each axis
     meanings: dict[str, str]
     around: Callable[[AxisLaw], AxisLaw]
+    machine: Controller | None  # of all axes; None: it is of one
     scenario: str
-    fed_back: str  # the reading of the position
+    fed_back: dict[str, str]  # axis -> the reading of its position
 
     @property
     def truths(self) -> list[str]:
@@ -41,13 +53,11 @@ class Connected(NamedTuple):
 def connect(design: Design) -> Design:
     """The design with code of raw readings, as the sensors of its scenario have them.
 
-    Itself where it is none of an axis, or where its scenario cannot run from here.
+    Itself where its scenario cannot run from here, or has not its axes.
 
     Raises:
-        UserError: its axes are measured in different ways.
+        UserError: one code is for all of its axes, and they are measured in different ways.
     """
-    if design.kind.law is None:
-        return design
     try:
         made = own_scenario(design, design.name)
         plant = machine(design, made)
@@ -55,32 +65,77 @@ def connect(design: Design) -> Design:
     except UserError:
         return design
     own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
-    if not own:
-        return design  # it is for an axis that its scenario has not
+    whole = laws.machine_axes(design)
+    if not own or (whole and tuple(axis.name for axis in own) != whole):
+        return design
     sensed = [_sensing_of(axis, scenario) for axis in own]
-    if any(one != sensed[0] for one in sensed[1:]):
+    if not whole and any(one != sensed[0] for one in sensed[1:]):
         told = "its axes are measured in different ways, and one code is for all of them"
         raise UserError(f"design {design.name}: {told}; export it bare")
-    drive = _fed_back(own[0], scenario)
-    units = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
-    fields = drive.initial_state(0.0)._fields
+    drives = {axis.name: _fed_back(axis, scenario) for axis in own}
+    units = _read(drives.values())
     meanings = dict(FOLLOWED) | SWITCHES
-    of_drive = writing.meanings_of(drive)
-    meanings |= {name: of_drive.get(name, "as its sensor reads it") for name in fields}
-    units |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
-    every = {name: units[name] for name in (*SWITCHES, *FOLLOWED, *fields)}
+    for drive in drives.values():
+        of_drive = writing.meanings_of(drive)
+        fields = drive.initial_state(0.0)._fields
+        meanings |= {name: of_drive.get(name, "as its sensor reads it") for name in fields}
     found = design.model_copy()
-    rated: tuple[str, ...] = ()
+    rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in own}
+    read: set[str] = set()
     for _ in range(2):  # the first time it shows which velocities are read
-        around = _around(design, own[0], scenario, rated)
-        found._connected = Connected(every, meanings, around, scenario.name, drive.seen[0])
-        read = used(laws.recorded_law(found))
-        if scenario.sensors.of(own[0].name).velocity == "tachometer":
+        found._connected = _connected(design, own, scenario, rated, units, meanings)
+        known = used(laws.recorded_law(found))
+        heads = [f"{identifier(axis)}_" for axis in drives] if whole else [""]
+        each = [{x.removeprefix(head) for x in known if x.startswith(head)} for head in heads]
+        read = {*chain.from_iterable(each)}
+        for axis, its in zip(own, each, strict=False):
+            if scenario.sensors.of(axis.name).velocity != "tachometer":
+                pairs = drives[axis.name].encoders.items()
+                rated[axis.name] = tuple(angle for angle, rate in pairs if rate in its)
+        if not any(rated.values()):
             break
-        rated = tuple(angle for angle, rate in drive.encoders.items() if rate in read)
-    units = {name: unit for name, unit in every.items() if name in read}
-    found._connected = found._connected._replace(units=units)
+    own_units = {name: unit for name, unit in units.items() if name in read}
+    found._connected = found._connected._replace(units=own_units)
     return found
+
+
+def _read(drives: Iterable[Drive]) -> dict[str, str]:
+    """Unit of all that code can read of any of these drives; "" where they differ in it."""
+    units: dict[str, str] = {}
+    for drive in drives:
+        known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
+        known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
+        for name in (*SWITCHES, *FOLLOWED, *drive.initial_state(0.0)._fields):
+            units[name] = known[name] if units.get(name, known[name]) == known[name] else ""
+    return units
+
+
+def _connected(
+    design: Design,
+    axes: list[Axis],
+    scenario: Scenario,
+    rated: dict[str, tuple[str, ...]],
+    units: dict[str, str],
+    meanings: dict[str, str],
+) -> Connected:
+    """What connects a design to its axes, of which the rates of some angles are formed."""
+    each = tuple(_connection(design, axis, scenario, rated[axis.name]) for axis in axes)
+    whole, every = laws.machine_axes(design), design.controller.sample_time_s
+    start = within_rate(laws.begun_law(design))
+    begins = Begins(partial(_rested, start, whole), partial(_begun, whole))
+    controller = None
+    if whole:
+        limits = design.limits.commands(whole)
+        inner = design.kind.controller_of(design.controller, limits)
+        controller = ConnectedMachine(
+            inner, each, tuple(limits.values()), every, begins, local_error
+        )
+    fed = {axis.name: own.sensing.position for axis, own in zip(axes, each, strict=True)}
+
+    def around(law: AxisLaw) -> AxisLaw:
+        return connected(law._replace(sample_time=every), each[0], begins)
+
+    return Connected(units, meanings, around, controller, scenario.name, fed)
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
@@ -101,10 +156,9 @@ def _sensing_of(axis: Axis, scenario: Scenario) -> tuple[Any, ...]:
     return drive, scenario.sensors.of(axis.name), scenario.limits.of(axis.name), told
 
 
-def _around(
+def _connection(
     design: Design, axis: Axis, scenario: Scenario, rated: tuple[str, ...]
-) -> Callable[[AxisLaw], AxisLaw]:
-    """What connects a law to an axis of which the rates of some angles are formed."""
+) -> Connection:
     wanted, limits = scenario.sensors.of(axis.name), scenario.limits.of(axis.name)
     drive = _fed_back(axis, scenario)
     fixed, record = drive.coefficients(axis.parameters), type(drive.initial_state(0.0))
@@ -125,15 +179,9 @@ def _around(
         _plain(lambda read: drive.measured(fixed, record(**read))._asdict()),
         _plain(lambda read: dict(drive.signals(fixed, record(**read)))),
     )
-    rested, begun = partial(_rested, laws.begun_law(design)), _begun
-    largest = largest_command(limits)
-    change, step = design.changes([design.axis])[design.axis], limits.resolution or None
-
-    def around(law: AxisLaw) -> AxisLaw:
-        own = Connection(law, sensing, change, step, largest, rested, begun)
-        return connected(own, every)
-
-    return around
+    name = axis.name if laws.machine_axes(design) else design.axis
+    change = design.changes([name])[name]
+    return Connection(sensing, change, limits.resolution or None, largest_command(limits))
 
 
 def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callable[..., Any]:
@@ -151,17 +199,17 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
     return told
 
 
-def _rested(start: Memory, xp: Xp, fresh: Truth, memory: Memory) -> Memory:
+def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:
     """A memory without its past: numbers as they ``start``, but not arrays, which are learnt."""
 
     def chosen(now: Any, first: Any) -> Memory:
         plain = isinstance(first, float | int) and not isinstance(first, bool)
         return xp.where(fresh, first, now) if plain else now
 
-    return merged(chosen, memory, start)
+    return in_order(merged(chosen, by_axis(memory, axes), start))
 
 
-def _begun(xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
+def _begun(axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
     """A memory, or where it is fresh what a first sample begins with."""
 
     def chosen(now: Any, first: Any) -> Memory:
@@ -169,4 +217,6 @@ def _begun(xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
             return xp.where(fresh, 0.0, 1.0) > 0.5 if first is False else now
         return xp.where(fresh, first, now)
 
-    return merged(chosen, memory, first)
+    if memory is first:
+        return memory
+    return in_order(merged(chosen, by_axis(memory, axes), by_axis(first, axes)))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hfc_design.codegen.memory import by_axis, filled, in_order, numbers_of
-from hfc_design.codegen.recorded import Recorded, Source, of_axis, of_machine, recorded
+from hfc_design.codegen.recorded import PATH, Recorded, Source, of_axis, of_machine, recorded
 from hfc_design.controllers.controller import AxisLaw, begun, within_rate
 from hfc_design.controllers.kind import ControllerRecord, kinds, needed
 from hfc_design.core.numbers import SCALARS, Floats, Memory
@@ -54,10 +54,14 @@ def machine_axes(design: Design) -> tuple[str, ...]:
     return () if design.kind.law or design.kind.axes else axes_of(design)
 
 
-def sees_path(design: Design) -> bool:
-    """Whether the controller of a machine, or one inside it, has to see the path."""
+def of_path(design: Design) -> tuple[str, ...]:
+    """What the controller of a machine, or one inside it, has to know of the path, if anything.
+
+    A connected one forms the contour error itself.
+    """
     axes = machine_axes(design)
-    return bool(axes) and any(kinds().get(x.kind).path for x in inside(design.controller, axes))
+    seen = bool(axes) and any(kinds().get(x.kind).path for x in inside(design.controller, axes))
+    return PATH[: 3 if design.connected else 4] if seen else ()
 
 
 def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[ControllerRecord]:
@@ -71,15 +75,17 @@ def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[Controll
 def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
     kind, record = design.kind, design.controller
     gains, reads = kind.gains(record), needed(kind.reads, design, NO_CODE)(record)
+    own = design.connected
+    reads = list(own.units) if own else reads
+    truths = own.truths if own and flat else ()
     if not (axes := machine_axes(design)):
         made = law or needed(kind.law, design, NO_CODE)(
             record, design.limits.command if flat else None
         )
-        if own := design.connected:
-            truths = own.truths if flat else ()
-            return of_axis(own.around(made), gains, list(own.units), None, truths)
+        if own:
+            return of_axis(own.around(made), gains, reads, None, truths)
         return of_axis(made, gains, reads, design.changes([design.axis])[design.axis])
-    return of_machine(design.commanding(axes), gains, axes, reads, sees_path(design))
+    return of_machine(design.commanding(axes), gains, axes, reads, of_path(design), truths)
 
 
 def learnt(design: Design) -> list[str]:
@@ -105,12 +111,10 @@ def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
 
 def _adapted(design: Design, memory: Memory) -> ControllerRecord | None:
     kind, record = design.kind, design.controller
+    own = memory.law if design.connected else memory
     if axes := machine_axes(design):
-        found = kind.learnt(record, axes, within_rate(in_order(memory))) if kind.learnt else None
-    else:
-        own = memory.law if design.connected else memory
-        found = kind.adapted(record, own) if kind.adapted else None
-    return found
+        return kind.learnt(record, axes, within_rate(in_order(own))) if kind.learnt else None
+    return kind.adapted(record, own) if kind.adapted else None
 
 
 def begun_law(design: Design) -> Memory:

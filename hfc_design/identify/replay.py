@@ -362,7 +362,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
         fixed = one.coefficients((parameters,))
         zero = 0.0 * late
         put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
-        before = start(one, zero, (put,))
+        before = start(one, fixed, zero, (put,))
 
         def sample(
             before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]

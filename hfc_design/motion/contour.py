@@ -5,7 +5,7 @@ distance from the centre less the radius: positive outside (JK04 section 5). All
 the unit of the positions [mm].
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,14 @@ from plants import Drive, in_a_name
 REACH = 4.0
 
 
-def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scalar) -> Scalar:
+def local_error(
+    dx: Scalar,
+    dy: Scalar,
+    tx: Scalar,
+    ty: Scalar,
+    curvature: Scalar,
+    root: Callable[[Scalar], Scalar] = lambda x: x**0.5,
+) -> Scalar:
     """Distance to the left of the line or circle that touches the path at the commanded place.
 
     Exact for lines and circles; for floats, arrays and traced scalars alike.
@@ -32,10 +39,11 @@ def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scala
         dx, dy: actual less commanded position.
         tx, ty: unit tangent of the path there.
         curvature: of the path there, positive to the left.
+        root: the square root of such scalars.
     """
     f = (tx * dy - ty * dx) - 0.5 * curvature * (dx * dx + dy * dy)
     # The root is the distance from the centre over the radius; at the centre it may round below 0.
-    return 2.0 * f / (1.0 + abs(1.0 - 2.0 * curvature * f) ** 0.5)
+    return 2.0 * f / (1.0 + root(abs(1.0 - 2.0 * curvature * f)))
 
 
 class Off(NamedTuple):

@@ -2,7 +2,7 @@
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    machine = start(loop, zero, samples.start)
+    machine = start(loop, fixed, zero, samples.start)
     watch = watching(loop, zero, machine)
     after = moved(loop, told, fixed, sample_time, gains, machine, row)  # once a sample
     watch, recorded = watched(loop, fixed, sample_time, machine, after.commands, watch, row)
@@ -31,6 +31,7 @@ from hfc_design.simulation.sensors import (
     Sensors,
     converted,
     folded,
+    in_steps,
     largest_command,
     measured,
     read,
@@ -151,11 +152,15 @@ class Recorded(NamedTuple):
 
 
 def start(
-    loop: Loop, zero: Scalar, started: tuple[State, ...], gains: Gains | None = None
+    loop: Loop,
+    fixed: tuple[Parameters, ...],
+    zero: Scalar,
+    started: tuple[State, ...],
+    gains: Gains | None = None,
 ) -> Moving:
     """A machine before the first sample, at ``started``, its controllers as they begin.
 
-    Without ``gains`` these remember nothing.
+    Its encoders read that it has stood there. Without ``gains`` controllers remember nothing.
     """
     blank = loop.machine.initial_state(zero)
     states = tuple(
@@ -165,12 +170,18 @@ def start(
     law = loop.controller
     memory = law.initial_memory(zero) if gains is None else begun(law, LANES, zero, gains)
     angles, rates = [], []
-    for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
+    each = zip(loop.machine.drives, fixed, states, loop.sensors, strict=True)
+    for drive, own, state, sensors in each:
         observed = sensors is not None and sensors.velocity == "observer"
-        count = 1 if sensors is None else sensors.samples
-        angles.append({angle: (getattr(state, angle),) * count for angle in drive.encoders})
-        each = drive.encoders.items() if observed else ()
-        rates.append({angle: getattr(state, velocity) for angle, velocity in each})
+        count, step = (
+            (1, None) if sensors is None else (sensors.samples, sensors.encoder_resolution)
+        )
+        seen = drive.measured(own, state)
+        angles.append(
+            {angle: (in_steps(getattr(seen, angle), step),) * count for angle in drive.encoders}
+        )
+        rated = drive.encoders.items() if observed else ()
+        rates.append({angle: getattr(state, velocity) for angle, velocity in rated})
     return Moving(
         states,
         tuple(angles),

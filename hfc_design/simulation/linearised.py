@@ -69,8 +69,8 @@ def _of_machine(
     loop: Loop = joined(code, numbers)
 
     def sample(true: Any, row: Samples, x: Any) -> Any:
-        _, of = ravel_pytree(start(loop, jnp.zeros(()), row.start)._replace(commands=()))
         fixed, axes = loop.coefficients(true), len(row.axes)
+        _, of = ravel_pytree(start(loop, fixed, jnp.zeros(()), row.start)._replace(commands=()))
         commands, shifts, loads = x[-3 * axes :].reshape(3, axes)
         there = tuple(
             one._replace(
@@ -152,7 +152,8 @@ class _Machines:
         for drive, state, own in zip(drives, self._given[-1].start, speeds.T, strict=True):
             rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
             states.append(state._replace(**dict.fromkeys(rates, own)))
-        whole = start(self._loop, 0.0, tuple(states))._replace(commands=())
+        fixed = self._loop.coefficients(self._given[1])
+        whole = start(self._loop, fixed, 0.0, tuple(states))._replace(commands=())
         # An amplifier at its limit would not answer: see plants.five_axis.
         moving = tuple(map(commanded, whole.states, pushes.T))
         leaves = *jax.tree.leaves(whole._replace(states=moving)), *pushes.T

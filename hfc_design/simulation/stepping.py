@@ -184,6 +184,7 @@ def stepping(
     own = 0 if own_machine else None
     step = jax.vmap(partial(closed_loop.moved, loop), in_axes=(None, own, None, 0, 0, None))
     look = jax.vmap(partial(closed_loop.watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
+    start = jax.vmap(partial(closed_loop.start, loop), in_axes=(own, 0, None, 0))
     both = _both if doubled else lambda tree, _: tree
     every, all_fixed = both(gains, gains), both(fixed, fixed) if own_machine else fixed
 
@@ -203,10 +204,10 @@ def stepping(
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
         numbers = jax.tree.map(_rows, gains)
-        machine = closed_loop.start(loop, zeros, here, numbers)
+        machine = start(fixed, zeros, here, numbers)
         if not doubled:
             return machine, closed_loop.watching(loop, zeros, machine)
-        copy = closed_loop.start(loop, zeros, off, numbers)
+        copy = start(fixed, zeros, off, numbers)
         return _both(machine, copy), closed_loop.watching(loop, zeros, machine, copy)
 
     # Loads and noise as tuples, so that the loop hands out scalars.

@@ -7,7 +7,7 @@ from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.pairing import axes_of, load_design
 from hfc_design.formats import code
-from hfc_design.formats.laws import sees_path
+from hfc_design.formats.laws import of_path
 from hfc_design.motion.contour import local_error
 from hfc_design.runtime import Controller, Machine
 
@@ -39,7 +39,7 @@ def case(design):
 
 
 def _path(design, errors):
-    if design.kind.law or not sees_path(design):
+    if design.kind.law or not of_path(design):
         return np.empty((COUNT, 0))
     angle = np.arange(COUNT) / 30.0
     bent = np.where(np.arange(COUNT) < 700, 0.002, -0.001)

@@ -88,7 +88,7 @@ def firmware(board, design, folder, objects, samples, *flags):
     name = code.c_name(design)
     members, call = f"{name}_inputs inputs;", f"*commands = {name}_step(own, &now->inputs)"
     if not design.kind.law:
-        path, way = (f"{name}_path path;", "&now->path, ") if laws.sees_path(design) else ("", "")
+        path, way = (f"{name}_path path;", "&now->path, ") if laws.of_path(design) else ("", "")
         members = f"{name}_inputs axes[{name}_AXES]; {path}"
         call = f"{name}_step(own, now->axes, {way}commands)"
     commands = "1" if design.kind.law else f"{name}_AXES"

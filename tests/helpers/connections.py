@@ -1,5 +1,7 @@
 """Simulated motions as a machine's sensors would have told them, for connected designs."""
 
+import numpy as np
+
 import hfc_design.api as hfc
 from hfc_design.files.pairing import own_scenario
 from hfc_design.formats.connection import connect
@@ -8,6 +10,7 @@ from hfc_design.formats.connection import connect
 OBSERVED = ["velocity='observer'", "observer_hz=80.0", "encoder_resolution=1e-5", "noise=3e-6"]
 DIFFERENCES = ["velocity='encoder'", "difference_samples=3", "encoder_resolution=1e-5"]
 CONVERTER = ["limits.command=90.0", "limits.resolution=0.06", "limits.command_rate=40000.0"]
+CONVERTER_OF_MACHINES = ["limits.resolution=0.01", "limits.command_rate=400.0"]
 CASES = {
     "lin-lee-1999-table-1": [f"sensors.{x}" for x in OBSERVED],
     "lin-lee-1999-table-2": [*(f"sensors.{x}" for x in DIFFERENCES), *CONVERTER],
@@ -24,11 +27,20 @@ CASES = {
     "huang-neural": [],
     "emps-cascade": [],
 }
+#: Of a whole machine.
+MACHINES = {
+    "huang-cross-coupled": [*CONVERTER_OF_MACHINES, "sensors.velocity='encoder'"],
+    "lin-gai-2009-fuzzy-sliding-compensated": [
+        "sensors.velocity='observer'",
+        "sensors.observer_hz=30.0",
+        "sensors.axes.c.velocity='encoder'",
+    ],
+}
 
 
 def made(name):
     """A design on its scenario with the changes of its case, and that."""
-    design, changes = hfc.load_design(name.split(" ")[0]), CASES[name]
+    design, changes = hfc.load_design(name.split(" ")[0]), (CASES | MACHINES)[name]
     scenario = own_scenario(design, name, changes)
     kept = {key: getattr(scenario.limits, key) for key in ("command", "command_rate")}
     limits = design.limits.model_copy(update={k: x for k, x in kept.items() if x is not None})
@@ -42,10 +54,19 @@ def connected(name):
 
 
 def simulated(name):
-    """That, what its sensors tell as rows of its inputs, and how its axis moves."""
+    """That, what its sensors tell as rows of its inputs, and how its axes move, or the first."""
     design, scenario = made(name)
-    axis = hfc.evaluate(design, scenario).axes[0]
+    axes = hfc.evaluate(design, scenario).axes[: None if design.kind.law is None else 1]
     found = connect(design)
+    columns = [column for axis in axes for column in _told(found, axis)]
+    path = scenario.samples().path
+    if design.kind.law is None and len(axes) == 2:
+        columns += [*path.tangent, path.curvature]
+    return found, np.array(columns, float).T, axes
+
+
+def _told(found, axis):
+    """What an axis tells, a column each."""
     readings = {key: list(map(float, x)) for key, x in axis.motion.state._asdict().items()}
     for k, angle in enumerate(axis.drive.encoders):
         if len(axis.happens.noise) > k:
@@ -58,5 +79,4 @@ def simulated(name):
         "enable": [1.0] * len(axis.motion.command),
     }
     zero = [0.0] * len(axis.motion.command)
-    rows = zip(*(told.get(key, zero) for key in found.connected.units), strict=True)
-    return found, [list(map(float, row)) for row in rows], axis
+    return [told.get(key, zero) for key in found.connected.units]

@@ -86,7 +86,7 @@ def test_a_controller_does_what_the_runtime_does(name, tmp_path):
 
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-aflc"])
 def test_a_connected_controller_commands_what_the_simulation_has(name, tmp_path):
-    design, rows, axis = connections.simulated(name)
+    design, rows, (axis,) = connections.simulated(name)
     FORMATS["fmu"].write(design, tmp_path / "fmu")
     table, every = np.array(rows[:COUNT]), design.controller.sample_time_s
     fixed = axis.drive.coefficients(axis.parameters)

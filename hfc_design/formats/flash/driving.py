@@ -73,17 +73,17 @@ def connected(
     return rows
 
 
-def path(sizes: dict[str, float]) -> list[list[float]]:
-    """(COUNT, 4) tangent, curvature and contour error of a path in X-Y, which bends to both sides.
+def path(sizes: dict[str, float], count: int) -> list[list[float]]:
+    """(COUNT, count) tangent, curvature and contour error of a path in X-Y, bent to both sides.
 
-    ``sizes`` are of the X axis.
+    ``sizes`` are of the X axis; without the contour error where ``count`` is 3.
     """
     random, size = Random("path"), sizes.get("error", 1.0)
     off = _signal(random, size, 0.0)
     rows = []
     for k, contour_error in enumerate(off):
         angle, bent = tau * k / 90.0, 0.1 / size * sin(tau * k / 137.0)
-        rows.append([*map(_short, (cos(angle), sin(angle), bent)), contour_error])
+        rows.append([*map(_short, (cos(angle), sin(angle), bent)), contour_error][:count])
     return rows
 
 

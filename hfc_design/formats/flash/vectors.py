@@ -18,7 +18,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
 from hfc_design.formats.flash import driving, single
-from hfc_design.formats.laws import NO_CODE, sees_path
+from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
 
 #: What is told of the path of a machine.
@@ -70,9 +70,9 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
     if own := design.connected:
         names = tuple(own.units)
-        law = _connected_law(design, law)
-    path = PATH if kind.law is None and sees_path(design) else ()
-    inputs = _inputs(design, axes, names, bool(path))
+        law = _connected_law(design, law) if kind.law else None
+    path = PATH[: len(of_path(design))]
+    inputs = _inputs(design, axes, names, len(path))
     views = [_view(row, axes, names) for row in inputs]
     commands = _commands(design, axes, views, law)
 
@@ -141,7 +141,8 @@ def _commands(
 ) -> list[list[float]]:
     """(samples, axes) what the runtime commands."""
     if design.connected:
-        law, design = law or _connected_law(design, None), _unrated(design)
+        law = law or (_connected_law(design, None) if design.kind.law else None)
+        design = _unrated(design)
     if design.kind.law is not None:
         one = Controller(design, law=law)
         return _stepped(one.reset, lambda view: [one.step(view.axes[0])], views)
@@ -166,19 +167,22 @@ def _stepped(
 
 
 def _inputs(
-    design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: bool
+    design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: int
 ) -> list[list[float]]:
     sizes = driving.reach(design.controller, axes, design.limits.commands(axes))
     for axis, name, most in _moved(design):
         own = sizes[axis if axis in axes else axes[0]]
         own[name] = max(own.get(name, 0.0), most)
-    if design.connected:
-        (own,) = sizes.values()
-        own["reference"] = 3.0 * own.get("error", 1.0)
-        rows = driving.driven(names, own, "0")
-        return driving.connected(rows, names, design.connected.fed_back, own)
-    parts = [driving.driven(names, sizes[axis], str(k)) for k, axis in enumerate(axes)]
-    parts += [driving.path(sizes[axes[0]])] if path else []
+    parts = []
+    for k, (axis, own) in enumerate(sizes.items()):
+        if design.connected:
+            own["reference"] = 3.0 * own.get("error", 1.0)
+        rows = driving.driven(names, own, str(k))
+        if told := design.connected:
+            fed_back = told.fed_back.get(axis) or next(iter(told.fed_back.values()))
+            rows = driving.connected(rows, names, fed_back, own)
+        parts.append(rows)
+    parts += [driving.path(sizes[axes[0]], path)] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
 
 
@@ -200,5 +204,5 @@ def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> V
     count = len(names)
     told = [row[k * count : (k + 1) * count] for k in range(len(axes))]
     way = row[len(axes) * count :]
-    path = PathView((way[0], way[1]), way[2], way[3]) if way else None
+    path = PathView((way[0], way[1]), way[2], way[3] if way[3:] else 0.0) if way else None
     return View(tuple(dict(zip(names, each, strict=True)) for each in told), path)

@@ -14,7 +14,6 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, plant_code
 from hfc_design.formats.fmu.control import commands_machine, part, path_variables
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
-from hfc_design.formats.laws import sees_path
 from hfc_design.simulation.sensors import largest_command, sensors_of
 from plants import Drive
 
@@ -224,7 +223,7 @@ def loop(design: Design) -> Model:
     states = started(scenario.machine, scenario.start, scenario.places)
     parts, files = _controllers(design, axes)
     whole = commands_machine(design)
-    path = path_variables(design)[:-1] if whole and sees_path(design) else []
+    path = path_variables(design)[:3]
     variables, told = [TIME, *path], []
     for k, axis in enumerate(axes):
         head, law = head_of(axis, axes), parts[0 if whole else k]

@@ -7,7 +7,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
-from hfc_design.formats.laws import sees_path
+from hfc_design.formats.laws import of_path
 from hfc_design.formats.writing import signal_meanings, signal_units
 
 #: An importer that says nothing of these wants the controller on.
@@ -37,7 +37,7 @@ def controller(design: Design) -> Model:
     outputs = [f"{head}command" for head in heads]
     unit = signal_units(design).get("command", "")
     meaning = told.get("command", "what the drive is to do")
-    path = path_variables(design) if whole and sees_path(design) else []
+    path = path_variables(design)
     variables = [
         TIME,
         *(
@@ -75,12 +75,13 @@ def part(design: Design, member: str) -> Json:
 
 
 def path_variables(design: Design) -> list[Variable]:
-    """What a controller sees of the path."""
+    """What a controller sees of the path, if anything."""
     units = signal_units(design)
     unit = units_of(units)["error"] if units else ""
-    return [
+    every = [
         Variable(PATH[0], "input", "1", "along X, of the unit vector along the path", 1.0),
         Variable(PATH[1], "input", "1", "along Y, of the unit vector along the path"),
         Variable(PATH[2], "input", unit and f"1/{unit}", "of the path, positive to the left"),
         Variable(PATH[3], "input", unit, "of the measured position, positive to the left"),
     ]
+    return every[: len(of_path(design))]

@@ -12,7 +12,7 @@ from whole_machines import DESIGNS, happenings, in_c, of_the_runtime, random_mac
 from hfc_design.files.design import with_learned
 from hfc_design.formats import saving
 from hfc_design.formats.code import sources
-from hfc_design.formats.laws import sees_path
+from hfc_design.formats.laws import of_path
 from hfc_design.formats.writing import write
 from hfc_design.motion.contour import local_error
 
@@ -70,7 +70,7 @@ def built(tmp_path_factory):
             folder = tmp_path_factory.mktemp("c") / "c"
             write(folder, sources(DESIGNS[name]))
             main = MAIN
-            if not sees_path(DESIGNS[name]):
+            if not of_path(DESIGNS[name]):
                 main = main.replace("{name}_path path;", "double path[4];")
                 main = main.replace("inputs, &path, command", "inputs, command")
             (folder / "main.c").write_text(main.format(name=DESIGNS[name].name))
@@ -117,7 +117,7 @@ def test_random_machines_command_what_the_runtime_does(seed, tmp_path):
     design = random_machine(seed)
     write(tmp_path / "c", sources(design))
     main = MAIN
-    if not sees_path(design):
+    if not of_path(design):
         main = main.replace("{name}_path path;", "double path[4];")
         main = main.replace("inputs, &path, command", "inputs, command")
     (tmp_path / "c" / "main.c").write_text(main.format(name=design.name))
