@@ -51,7 +51,7 @@ class Sensing(NamedTuple):
     samples: int  # over which the difference of two readings is taken
     observer: tuple[float, float]  # gains alpha and beta
     turn: float  # to half of which the error is folded either way; 0: it is not
-    apart: dict[str, float]  # signals that are rounded on their own, and to what
+    apart: dict[str, float]  # signals that sensors of their own tell, and their steps; 0: none
     fields: tuple[str, ...]  # readings: all that the machine's sensors tell
     #: {reading: value} as the machine's own sensors report them, and -> what else is told of them.
     measured: Callable[[dict[str, Scalar]], dict[str, Scalar]]
@@ -64,7 +64,7 @@ class Connection(NamedTuple):
     sensing: Sensing
     change: float | None  # largest one of the command in a sample
     step: float | None  # that the converter rounds a command to
-    largest: float | None  # that it gives
+    largest: float | None  # that it gives; None: any
 
 
 class Begins(NamedTuple):
@@ -273,7 +273,7 @@ def _commanded(
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
     """What the encoders read, in their steps."""
     raw = {name: signals.get(name, 0.0) for name in sensing.fields}
-    read = xp.foreign(sensing.measured, raw)
+    read = raw | xp.foreign(sensing.measured, raw)
     return read | {
         angle: _in_steps(xp, read[angle], sensing.resolution) for angle in sensing.encoders
     }
@@ -299,7 +299,7 @@ def _sensed(
             read[rate] = rates[angle] = memory.rates[angle] + beta * off / every
     found = {name: signals.get(name, 0.0) for name in FOLLOWED}
     found |= xp.foreign(sensing.told, read)
-    found |= {name: _in_steps(xp, found[name], step) for name, step in sensing.apart.items()}
+    found |= {name: _in_steps(xp, read[name], step) for name, step in sensing.apart.items()}
     found["error"] = found["reference"] - read[sensing.position]
     found["error"] = _folded(xp, sensing, sensing.position, found["error"])
     found["error_rate"] = found["reference_rate"] - read[sensing.velocity]
@@ -323,7 +323,7 @@ def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:
 def _converted(xp: Xp, own: Connection, command: Scalar) -> Scalar:
     """What the converter makes of a command (``simulation.sensors.converted``)."""
     if own.step is None:
-        return command
+        return limited(xp, own.largest, command)
     whole = _in_steps(xp, command, own.step)
     if own.largest is None:
         return whole

@@ -24,7 +24,7 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.files.machine import Axis
+from hfc_design.files.machine import Axis, measured_apart
 from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import laws, plant_code, writing
@@ -50,16 +50,17 @@ class Connected(NamedTuple):
         return [name for name in self.units if name in TRUTHS]
 
 
-def connect(design: Design) -> Design:
-    """The design with code of raw readings, as the sensors of its scenario have them.
+def connect(design: Design, scenario: Scenario | None = None) -> Design:
+    """The design with code of raw readings, as the sensors of a scenario have them.
 
-    Itself where its scenario cannot run from here, or has not its axes.
+    That is its own where it is left out; the design itself where that cannot run from here, or
+    has not its axes.
 
     Raises:
         UserError: one code is for all of its axes, and they are measured in different ways.
     """
     try:
-        made = own_scenario(design, design.name)
+        made = scenario or own_scenario(design, design.name)
         plant = machine(design, made)
         scenario = with_converter(made, design)
     except UserError:
@@ -77,7 +78,7 @@ def connect(design: Design) -> Design:
     meanings = dict(FOLLOWED) | SWITCHES
     for drive in drives.values():
         of_drive = writing.meanings_of(drive)
-        fields = drive.initial_state(0.0)._fields
+        fields = _readings(drive)
         meanings |= {name: of_drive.get(name, "as its sensor reads it") for name in fields}
     found = design.model_copy()
     rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in own}
@@ -105,9 +106,14 @@ def _read(drives: Iterable[Drive]) -> dict[str, str]:
     for drive in drives:
         known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
         known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
-        for name in (*SWITCHES, *FOLLOWED, *drive.initial_state(0.0)._fields):
+        for name in (*SWITCHES, *FOLLOWED, *_readings(drive)):
             units[name] = known[name] if units.get(name, known[name]) == known[name] else ""
     return units
+
+
+def _readings(drive: Drive) -> dict[str, None]:
+    """Names of what the sensors of an axis tell: its state, and what no encoder forms."""
+    return dict.fromkeys((*drive.initial_state(0.0)._fields, *measured_apart(drive)))
 
 
 def _connected(
@@ -164,6 +170,12 @@ def _connection(
     fixed, record = drive.coefficients(axis.parameters), type(drive.initial_state(0.0))
     every = design.controller.sample_time_s
     position, velocity = drive.seen
+    told = wanted.readings
+    apart = {name: told[name].resolution if name in told else 0.0 for name in measured_apart(drive)}
+
+    def of_state(read: dict[str, Scalar]) -> dict[str, Scalar]:
+        return {name: read[name] for name in record._fields}
+
     sensing = Sensing(
         position,
         velocity,
@@ -174,14 +186,16 @@ def _connection(
         wanted.difference_samples,
         observer_gains(wanted.observer_hz or 0.0, every),
         wanted.turn,
-        {name: one.resolution for name, one in wanted.readings.items() if one.resolution},
-        record._fields,
-        _plain(lambda read: drive.measured(fixed, record(**read))._asdict()),
-        _plain(lambda read: dict(drive.signals(fixed, record(**read)))),
+        apart,
+        tuple(_readings(drive)),
+        _plain(lambda read: drive.measured(fixed, record(**of_state(read)))._asdict()),
+        _plain(lambda read: dict(drive.signals(fixed, record(**of_state(read))))),
     )
     name = axis.name if laws.machine_axes(design) else design.axis
     change = design.changes([name])[name]
-    return Connection(sensing, change, limits.resolution or None, largest_command(limits))
+    step, largest = limits.resolution or None, largest_command(limits)
+    bound = design.limits.of(name).command  # it keeps to that already
+    return Connection(sensing, change, step, None if not step and largest == bound else largest)
 
 
 def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callable[..., Any]:

@@ -3,18 +3,19 @@
 And the plant of a design as an FMU, alone or under its controller.
 """
 
-from hfc_design.controllers.controller import units_of
+from hfc_design.controllers.connected import SWITCHES
+from hfc_design.controllers.controller import FOLLOWED, units_of
 from hfc_design.core.numbers import Json, State
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.files.machine import Axis
+from hfc_design.files.machine import Axis, measured_apart
 from hfc_design.files.motions import started
 from hfc_design.files.pairing import check_drives, machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, plant_code
+from hfc_design.formats.connection import connect
 from hfc_design.formats.fmu.control import commands_machine, part, path_variables
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
-from hfc_design.simulation.sensors import largest_command, sensors_of
 from plants import Drive
 
 #: Of which the sign is tried that a parameter may have.
@@ -41,7 +42,6 @@ def axis_of(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Var
         "starts": starts,
         "load": f"{head}load",
         "state": [f"{own}_state axis_{k}"],
-        "carried": [],
         "delayed": False,
         "moments": [],
         "readings": {},
@@ -84,100 +84,74 @@ def reading_of(drive: Drive, head: str, name: str, unit: str) -> Variable:
 def followed(drive: Drive, head: str, reads: list[str]) -> list[Variable]:
     """What a loop follows."""
     units = units_of(drive.units)
-    told = {
-        "reference": "where the axis is to be",
-        "reference_rate": "how fast it is to be",
-        "reference_acceleration": "how fast that is to change",
-    }
-    if "reference_acceleration" not in reads:
-        del told["reference_acceleration"]
+    told = {name: what for name, what in FOLLOWED.items() if name in reads or name == "reference"}
     return [Variable(f"{head}{x}", "input", units[x], what) for x, what in told.items()]
 
 
 def moments(drive: Drive, head: str) -> list[Variable]:
     """What a loop tells of the sample that it has just done."""
     what = "that acted on the drive in the sample before"
-    error = "that the control saw at the start of the sample before"
+    error = "as it was measured at the start of the sample before, not in steps of an encoder"
     return [
         Variable(f"{head}command", "output", drive.units["command"], what, discrete=True),
         Variable(f"{head}error", "output", drive.units["error"], error, discrete=True),
     ]
 
 
-def given(name: str, k: int, head: str) -> Json:
-    """Where a signal that a controller reads comes from: a place in C, or a variable."""
-    if name in ("error", "error_rate", "reference"):
-        return {"place": f"told_{k}.{name}", "variable": None}
-    if name.startswith("reference_"):
-        return {"place": "", "variable": f"{head}{name}"}
-    return {"place": f"told_{k}.signals.{name}", "variable": None}
-
-
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def sensing(scenario: Scenario, axis: Axis, head: str) -> tuple[Json, list[Variable]]:
-    """What the template reads of the sensors of an axis, and their noise, where they have some."""
-    wanted, drive = scenario.sensors.of(axis.name), axis.drive
-    sensors = sensors_of(wanted, scenario.simulation.sample_time_s)
-    units = drive.units | plant_code.state_units(drive)
-    found: list[Variable] = []
-
-    def noise(name: str, deviation: float) -> str:
-        if not deviation:
-            return ""
-        what = f"added to what is measured, of standard deviation {deviation:g} in the scenario"
-        found.append(Variable(f"{head}noise.{name}", "input", units[name], what))
-        return found[-1].name
-
-    encoders = [
-        {
-            "angle": angle,
-            "velocity": velocity,
-            "resolution": wanted.encoder_resolution,
-            "noise": noise(angle, wanted.noise),
-        }
-        for angle, velocity in (drive.encoders.items() if sensors else ())
-    ]
-    apart = [
-        {"name": name, "resolution": own.resolution, "noise": noise(name, own.noise)}
-        for name, own in wanted.readings.items()
-    ]
-    carried = encoders if wanted.velocity != "tachometer" else []
-    values = {
-        "encoders": encoders,
-        "carried": carried,
-        "apart": apart,
-        "velocity_of": wanted.velocity,
-        "samples": wanted.difference_samples,
-        "turn": wanted.turn,
-        "observer": sensors.observer if sensors else (0.0, 0.0),
-        "seen": drive.seen,
-        "reference": f"{head}reference",
-        "reference_rate": f"{head}reference_rate",
-        "moments": [f"{head}command", f"{head}error"],
-    }
-    return values, found
-
-
-def converter(scenario: Scenario, axis: Axis) -> Json:
-    """What the template reads of the converter of an axis.
+def sensing(
+    scenario: Scenario, axis: Axis, head: str, reads: list[str]
+) -> tuple[Json, list[Variable]]:
+    """What the template gives a controller that ``reads`` an axis, and the noise of its sensors.
 
     Raises:
-        UserError: its delay is none of a whole sample, or it has a lag.
+        UserError: the converter delays by a part of a sample, or has a lag.
     """
-    limits = scenario.limits.of(axis.name)
+    wanted, limits, drive = (
+        scenario.sensors.of(axis.name),
+        scenario.limits.of(axis.name),
+        axis.drive,
+    )
     if limits.delay_samples not in (0.0, 1.0) or limits.lag_s:
         raise UserError(
             f"scenario {scenario.name}: limits.delay_samples must be 0 or 1 and limits.lag_s 0 in "
             f"an FMU of a machine (got {limits.delay_samples:g} and {limits.lag_s:g})"
         )
-    return {
-        "limit": largest_command(limits),
-        "step": limits.resolution,
-        "delayed": limits.delay_samples > 0,
+    units = drive.units | plant_code.state_units(drive)
+    deviations = dict.fromkeys(drive.encoders, wanted.noise)
+    deviations |= {name: own.noise for name, own in wanted.readings.items()}
+    found = {
+        name: Variable(
+            f"{head}noise.{name}",
+            "input",
+            units[name],
+            f"added to what is measured, of standard deviation {off:g} in the scenario",
+        )
+        for name, off in deviations.items()
+        if off
     }
+
+    def given(name: str) -> Json:
+        """The place in C, and the variable that is added to that."""
+        if name in SWITCHES:
+            return {"place": "1.0" if name == "enable" else "0.0", "variable": ""}
+        if name in FOLLOWED:
+            return {"place": "", "variable": f"{head}{name}"}
+        place = f"{'signals' if name in measured_apart(drive) else 'seen'}.{name}"
+        return {"place": place, "variable": found[name].name if name in found else ""}
+
+    values = {
+        "inputs": [given(name) for name in reads],
+        "delayed": limits.delay_samples > 0,
+        "position": given(drive.seen[0]),
+        "reference": f"{head}reference",
+        "turn": wanted.turn,
+        "moments": [f"{head}command", f"{head}error"],
+    }
+    return values, [*found.values()]
 
 
 STAYS = "the machine and its control stay as they were"
@@ -208,7 +182,7 @@ def plant(design: Design) -> Model:
         ]
         told.append(own | {"readings": places, "command": f"{head}command"})
     what = f"plant {design.plant.name} of the design {design.name}"
-    values: Json = {"axes": told, "controllers": [], "quantized": False}
+    values: Json = {"axes": told, "controllers": []}
     return _model(f"{code.c_name(design)}_plant", what, scenario, axes, design, variables, values)
 
 
@@ -221,21 +195,18 @@ def loop(design: Design) -> Model:
     scenario, axes = _machine(design)
     check_drives(design, scenario)
     states = started(scenario.machine, scenario.start, scenario.places)
-    parts, files = _controllers(design, axes)
+    parts, files = _controllers(design, scenario, axes)
     whole = commands_machine(design)
     path = path_variables(design)[:3]
     variables, told = [TIME, *path], []
     for k, axis in enumerate(axes):
         head, law = head_of(axis, axes), parts[0 if whole else k]
         own, of_axis = axis_of(k, axis, head, states[k])
-        sensed, noises = sensing(scenario, axis, head)
+        sensed, noises = sensing(scenario, axis, head, law["reads"])
         variables += followed(axis.drive, head, law["reads"])
         variables += [load_of(axis.drive, head), *noises, *of_axis, *moments(axis.drive, head)]
-        signals = [given(name, k, head) for name in law["reads"]]
-        told.append(own | sensed | converter(scenario, axis) | {"told": signals, "controller": law})
-    steps = [own["step"] or own["turn"] for own in told]
-    steps += [x["resolution"] for own in told for x in (*own["encoders"], *own["apart"])]
-    values: Json = {"axes": told, "controllers": parts, "quantized": any(steps), "whole": None}
+        told.append(own | sensed | {"controller": law})
+    values: Json = {"axes": told, "controllers": parts, "whole": None}
     if whole:
         values["whole"] = {"name": parts[0]["name"], "path": [x.name for x in path]}
     what = f"closed loop of the design {design.name} and its plant {design.plant.name}"
@@ -303,15 +274,22 @@ def _model(
     return model._replace(values=model.values | {"inputs": model.of("input")})
 
 
-def _controllers(design: Design, axes: list[Axis]) -> tuple[list[Json], dict[str, str]]:
+def _controllers(
+    design: Design, scenario: Scenario, axes: list[Axis]
+) -> tuple[list[Json], dict[str, str]]:
     """The controller of the machine, or that of each axis, and the files of all."""
     if commands_machine(design):
-        return [part(design, "controller")], code.sources(design)
+        own = connect(design, scenario)
+        return [part(own, "controller")], code.sources(own)
     parts: list[Json] = []
     files: dict[str, str] = {}
     each = design.by_axis()
     for k, axis in enumerate(axes):
         own = each.get(axis.name, design)
+        if axis.name not in each and len(axes) > 1:  # whose sensors may be others
+            own = own.model_copy(update={"name": f"{design.name}-{axis.name}"})
+            own._axis = axis.name
+        own = connect(own, scenario)
         files |= code.sources(own)
         parts.append(part(own, f"controller_{k}"))
     return parts, files
