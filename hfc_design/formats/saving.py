@@ -11,6 +11,7 @@ from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats import laws
+from hfc_design.formats.connection import connect
 
 
 class Member(NamedTuple):
@@ -70,10 +71,11 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         ValueError: it saves another number of them.
     """
     found = needed(values(design), design, "its C code saves nothing that it would have learnt")
-    count = len(numbers)
-    if count not in (found["numbers"], found["learnt"]):
+    count, known = len(numbers), [_count(connect(design)), _count(design)]
+    if count not in (*known, found["learnt"]):
+        saved = " or, bare, ".join(map(str, dict.fromkeys(known)))
         first = f"of which the first {found['learnt']} are learnt"
-        told = f"the C code of design {design.name} saves {found['numbers']}, {first}"
+        told = f"the C code of design {design.name} saves {saved}, {first}"
         raise ValueError(f"holds {count} numbers, but {told}")
     parts = {}
     for told in found["members"]:
@@ -83,7 +85,12 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
     return laws.taken(design, parts)
 
 
+def _count(design: Design) -> int:
+    """How many numbers a state has."""
+    return sum(member.size or 1 for member in members(design)[0])
+
+
 def size(design: Design) -> tuple[int, int]:
     """Bytes of a state in double and in float, by the usual rules of C."""
-    count = sum(member.size or 1 for member in members(design)[0])
+    count = _count(design)
     return (8 * count, 4 * count) if count else (1, 1)

@@ -1,14 +1,19 @@
-"""What a connected controller does when it is switched, by hand (docs/machine.md)."""
+"""What a connected controller does when it is switched, by hand (docs/machine-builder.md)."""
 
 from itertools import pairwise
 from math import exp
 
 import pytest
+import whole_machines
 from connections import simulated
 
 import hfc_design.api as hfc
+from hfc_design import runtime
+from hfc_design.controllers.controller import PathView
 from hfc_design.core.numbers import SCALARS
+from hfc_design.formats import saving
 from hfc_design.formats.connection import connect
+from hfc_design.formats.laws import recorded_law
 
 K_P, K_I, EVERY = 1.5, 8.1, 0.01  # of jee-koren-2004-pid
 
@@ -110,3 +115,52 @@ def test_a_command_whose_rate_is_limited_begins_at_0():
     assert found == pytest.approx([1.0, 2.0, 3.0])
     one.step(50.0, enable=0.0)
     assert one.step(50.0) == pytest.approx(1.0)
+
+
+class Machine:
+    """A connected controller of two feed drives, a PID on each and one on the contour error."""
+
+    def __init__(self):
+        self.own = connect(whole_machines.DESIGNS["pid"])
+        self.runtime = runtime.Machine(self.own, ("x", "y"))
+
+    def step(self, errors, **told):
+        """``told`` is of the x axis; the path goes along x."""
+        axes = {
+            axis: {"enable": 1.0, "reference": 50.0, "position": 50.0 - error}
+            for axis, error in zip("xy", errors, strict=True)
+        }
+        every = {"x": axes["x"] | told, "y": axes["y"]}
+        view = {axis: dict.fromkeys(self.own.connected.units, 0.0) | x for axis, x in every.items()}
+        return tuple(self.runtime.step(view, PathView((1.0, 0.0), 0.0, 0.0)).values())
+
+
+def test_the_axes_of_a_machine_are_on_together():
+    """P, and I of one sample, of both PIDs by hand; the contour error of a line along x is -e_y."""
+    one = Machine()
+    assert one.step((2.0, 1.0), enable=0.0) == (0.0, 0.0)
+    own, contour = 3.0 + 20.0 * 0.01, 2.0 + 30.0 * 0.01
+    assert one.step((2.0, 1.0)) == pytest.approx((own * 2.0, own * 1.0 + contour * 1.0))
+
+
+def test_an_axis_that_is_too_far_stops_all_of_a_machine():
+    one = Machine()
+    assert one.step((2.0, 1.0), largest_error=3.0) != (0.0, 0.0)
+    assert one.step((4.0, 1.0), largest_error=3.0) == (0.0, 0.0)
+    assert one.step((1.0, 1.0), largest_error=3.0) == (0.0, 0.0)
+    one.step((1.0, 1.0), enable=0.0)
+    assert 0.0 not in one.step((1.0, 1.0), largest_error=3.0)
+
+
+def test_what_connected_code_saved_is_taken():
+    """It saves more than bare code; what is learnt comes first in both."""
+    design = hfc.load_design("jee-koren-2004-aflc")
+    for one in (design, connect(design)):
+        starts = {field.name: field.start for field in recorded_law(one).fields}
+        members, _ = saving.members(one)
+        numbers = [x for member in members for x in starts.get(member.name, [0.0])]
+        numbers[0] = -31.5
+        rules = saving.taken(design, numbers).rules.centroids
+        assert rules[0][0] == -31.5
+    with pytest.raises(ValueError, match=f"holds {len(numbers) + 1} numbers"):
+        saving.taken(design, [*numbers, 0.0])
