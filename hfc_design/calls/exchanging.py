@@ -8,17 +8,24 @@ from hfc_design.core.arguments import path_of, positive, wanted, whole
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.pairing import load_design, made_for
 from hfc_design.formats import FORMATS, check_score, connecting
 from hfc_design.formats.reading import Wish, imported
 
 
 def export(
-    found: AnyDesign, to: str, path: str | Path, anyway: bool = False, bare: bool = False
+    found: AnyDesign,
+    to: str,
+    path: str | Path,
+    anyway: bool = False,
+    bare: bool = False,
+    scenario: AnyScenario | None = None,
 ) -> Path:
     """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
 
-    Code reads what the machine's sensors tell, or ``bare`` what the law itself does.
+    Code reads what the machine's sensors tell, or ``bare`` what the law itself does. ``scenario``
+    has these sensors and the drives; left out, the one that the design was made for.
 
     Raises:
         UserError: no such format, or not for this kind of controller; or the design's score says
@@ -28,6 +35,8 @@ def export(
     if to not in [*FORMATS]:  # which need not be a text
         raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
     place, design = path_of(path), load_design(found)
+    if scenario is not None:
+        design = made_for(design, load_scenario(scenario))
     check_score(design, anyway)
     FORMATS[to].write(design, place, connecting(FORMATS[to], bare))
     return place

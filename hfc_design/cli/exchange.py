@@ -16,10 +16,15 @@ COARSE = (
 )
 
 
+ON_HELP = "Scenario whose sensors and drives it is for [default: the one it was made for]."
+
+
 @click.command()
 @click.argument("design", type=common.DESIGN)
 @common.changing
 @common.named("--to", "target", kind=common.FORMAT, required=True, help="Format: NAMES.")
+@common.named("--scenario", kind=common.SCENARIO, help=ON_HELP)
+@common.setting
 @common.output("--out", folder=True, help="File or folder to write.")
 @common.force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
@@ -30,6 +35,8 @@ def export(
     design: str,
     others: Texts,
     target: str,
+    scenario: str | None,
+    changes: Texts,
     out: Path | None,
     lookup: int | None,
     anyway: bool,
@@ -39,7 +46,8 @@ def export(
     from hfc_design.controllers.rules import identifier
     from hfc_design.core.records import UserError
     from hfc_design.core.wording import one_of
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import load_design, made_for, own_scenario
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.flash.readme import origin
 
@@ -48,6 +56,10 @@ def export(
     if lookup is not None and target != "c":
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
+    if scenario:
+        found = made_for(found, load_scenario(scenario, changes))
+    elif changes:
+        found = made_for(found, own_scenario(found, design, changes))
     check_score(found, anyway)
     if (told := origin(found)["usable"]) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)

@@ -28,10 +28,10 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
 #: What a connected controller is told beside its readings, and what that is.
 SWITCHES = {
-    "enable": "above 0.5 it commands, else the command is 0",
-    "take_over": "above 0.5 when it is enabled, it begins with the preset and goes over to its own",
+    "enable": "while it is on the controller commands, else the command is 0",
+    "take_over": "on when enable comes on: it begins with the preset and goes over to its own",
     "preset": "added to the command, as what holds a vertical axis; or what is taken over",
-    "largest_error": "where the error is larger, the command is 0 until enable is off; at 0 never",
+    "largest_error": "beyond this error the command is 0 until enable goes off; 0 or less: never",
 }
 #: Those that are true or false.
 TRUTHS = ("enable", "take_over")

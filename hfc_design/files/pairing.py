@@ -152,6 +152,12 @@ def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -
     return load_scenario(data, changes)
 
 
+def made_for(design: Design, scenario: Scenario) -> Design:
+    """The design as one that was made for a scenario."""
+    told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
+    return design.model_copy(update={"provenance": design.provenance | told})
+
+
 def axes_of(design: Design) -> tuple[str, ...]:
     """Names of the axes: of its plant, or of the scenario that it was made for.
 

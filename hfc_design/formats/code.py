@@ -139,10 +139,14 @@ def flat(design: Design) -> Flat:
     truths = design.connected.truths if design.connected else []
     if not (axes := machine_axes(design)):
         return Flat(found, ["command"], unit, told, truths)
-    names = [identifier(axis) for axis in axes]
-    inputs = {f"{axis}_{name}": own for axis in names for name, own in found.items()}
-    meanings = {f"{axis}_{name}": told[name] for axis in names for name in told}
-    place = units.get("error", "")
+    names, each = [identifier(axis) for axis in axes], writing.each_axis(design)
+    inputs: dict[str, str] = {}
+    meanings: dict[str, str] = {}
+    for axis, name in zip(axes, names, strict=True):
+        units, told = each.get(axis) or each[""]
+        inputs |= {f"{name}_{x}": units.get(x, "") for x in found}
+        meanings |= {f"{name}_{x}": told[x] for x in (*found, "command") if x in told}
+    place = (each.get(axes[0]) or each[""])[0].get("error", "")
     of_units = dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
     inputs |= {name: of_units[name] for name in of_path(design)}
     meanings |= dict(zip(PATH, OF_PATH, strict=True))

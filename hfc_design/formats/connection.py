@@ -1,6 +1,6 @@
 """A design as it is connected to a machine: its code reads what the machine's sensors tell."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from itertools import chain
 from typing import Any, NamedTuple
@@ -25,13 +25,16 @@ from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import Axis, measured_apart
-from hfc_design.files.pairing import machine, own_scenario, with_converter
+from hfc_design.files.pairing import machine, own_scenario, slower_drives, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import laws, plant_code, writing
 from hfc_design.motion.contour import local_error
 from hfc_design.simulation.sensors import largest_command, observer_gains
 from plants import Drive
 from plants.drive import fed_back
+
+#: Units and meanings of signals.
+Known = tuple[dict[str, str], dict[str, str]]
 
 
 class Connected(NamedTuple):
@@ -41,7 +44,7 @@ class Connected(NamedTuple):
     meanings: dict[str, str]
     around: Callable[[AxisLaw], AxisLaw]
     machine: Controller | None  # of all axes; None: it is of one
-    scenario: str
+    each: dict[str, Known]  # the same of each axis by its name
     fed_back: dict[str, str]  # axis -> the reading of its position
 
     @property
@@ -53,38 +56,36 @@ class Connected(NamedTuple):
 def connect(design: Design, scenario: Scenario | None = None) -> Design:
     """The design with code of raw readings, as the sensors of a scenario have them.
 
-    That is its own where it is left out; the design itself where that cannot run from here, or
-    has not its axes.
+    That is its own where it is left out.
 
     Raises:
-        UserError: one code is for all of its axes, and they are measured in different ways.
+        UserError: it cannot run from here or has not its axes; or one code is for all of its axes,
+            and they are measured in different ways.
     """
+    begin = f"design {design.name}: it is not known what its sensors tell"
     try:
         made = scenario or own_scenario(design, design.name)
         plant = machine(design, made)
         scenario = with_converter(made, design)
-    except UserError:
-        return design
+    except UserError as error:
+        told = f"{begin}, as its scenario cannot run: {error.lines[0]}"
+        raise UserError(f"{told}; exported bare it is code of the law alone") from None
     own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
     whole = laws.machine_axes(design)
     if not own or (whole and tuple(axis.name for axis in own) != whole):
-        return design
+        told = f"the scenario {scenario.name} has no {design.axis or ' '.join(whole)}"
+        raise UserError(f"{begin}, {told}; exported bare it is code of the law alone")
     sensed = [_sensing_of(axis, scenario) for axis in own]
     if not whole and any(one != sensed[0] for one in sensed[1:]):
         told = "its axes are measured in different ways, and one code is for all of them"
         raise UserError(f"design {design.name}: {told}; export it bare")
     drives = {axis.name: _fed_back(axis, scenario) for axis in own}
-    units = _read(drives.values())
-    meanings = dict(FOLLOWED) | SWITCHES
-    for drive in drives.values():
-        of_drive = writing.meanings_of(drive)
-        fields = _readings(drive)
-        meanings |= {name: of_drive.get(name, "as its sensor reads it") for name in fields}
+    each_told = {name: _told(drive) for name, drive in drives.items()}
     found = design.model_copy()
     rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in own}
     read: set[str] = set()
     for _ in range(2):  # the first time it shows which velocities are read
-        found._connected = _connected(design, own, scenario, rated, units, meanings)
+        found._connected = _connected(design, own, scenario, rated, each_told)
         known = used(laws.recorded_law(found))
         heads = [f"{identifier(axis)}_" for axis in drives] if whole else [""]
         each = [{x.removeprefix(head) for x in known if x.startswith(head)} for head in heads]
@@ -95,20 +96,18 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
                 rated[axis.name] = tuple(angle for angle, rate in pairs if rate in its)
         if not any(rated.values()):
             break
-    own_units = {name: unit for name, unit in units.items() if name in read}
-    found._connected = found._connected._replace(units=own_units)
+    units = {name: unit for name, unit in found._connected.units.items() if name in read}
+    found._connected = found._connected._replace(units=units)
     return found
 
 
-def _read(drives: Iterable[Drive]) -> dict[str, str]:
-    """Unit of all that code can read of any of these drives; "" where they differ in it."""
-    units: dict[str, str] = {}
-    for drive in drives:
-        known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
-        known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
-        for name in (*SWITCHES, *FOLLOWED, *_readings(drive)):
-            units[name] = known[name] if units.get(name, known[name]) == known[name] else ""
-    return units
+def _told(drive: Drive) -> Known:
+    """Unit and meaning of all that code can read of a drive, and of its command."""
+    known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
+    known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
+    of_drive = dict.fromkeys(_readings(drive), "as its sensor reads it")
+    of_drive |= writing.meanings_of(drive)
+    return known, of_drive | FOLLOWED | SWITCHES
 
 
 def _readings(drive: Drive) -> dict[str, None]:
@@ -121,8 +120,7 @@ def _connected(
     axes: list[Axis],
     scenario: Scenario,
     rated: dict[str, tuple[str, ...]],
-    units: dict[str, str],
-    meanings: dict[str, str],
+    told: dict[str, Known],
 ) -> Connected:
     """What connects a design to its axes, of which the rates of some angles are formed."""
     each = tuple(_connection(design, axis, scenario, rated[axis.name]) for axis in axes)
@@ -141,7 +139,14 @@ def _connected(
     def around(law: AxisLaw) -> AxisLaw:
         return connected(law._replace(sample_time=every), each[0], begins)
 
-    return Connected(units, meanings, around, controller, scenario.name, fed)
+    names = dict.fromkeys((*SWITCHES, *FOLLOWED, *chain(*(own.sensing.fields for own in each))))
+    units: dict[str, str] = {}
+    meanings: dict[str, str] = {}
+    for known, means in told.values():  # "" where axes differ
+        meanings |= means
+        own = {name: known[name] for name in names if name in known}
+        units |= {name: unit * (units.get(name, unit) == unit) for name, unit in own.items()}
+    return Connected(units, meanings, around, controller, told, fed)
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
@@ -192,7 +197,7 @@ def _connection(
         _plain(lambda read: dict(drive.signals(fixed, record(**of_state(read))))),
     )
     name = axis.name if laws.machine_axes(design) else design.axis
-    change = design.changes([name])[name]
+    change = slower_drives(design, scenario)[axis.name] or design.changes([name])[name]
     step, largest = limits.resolution or None, largest_command(limits)
     bound = design.limits.of(name).command  # it keeps to that already
     return Connection(sensing, change, step, None if not step and largest == bound else largest)

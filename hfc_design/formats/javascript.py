@@ -18,6 +18,7 @@ def module(design: Design) -> str:
     values = {
         "name": code.c_name(design),
         "known": known,
+        "connection": design.connected,
         "meanings": dict(zip(known.meanings, comment(known.meanings.values()), strict=True)),
         "law": program(recorded_law(design), RESERVED["js"]),
     }

@@ -22,6 +22,7 @@ def function(design: Design, name: str = "") -> str:
         named("fis", signal)
     law = program(recorded_law(design, flat=True), [*known.inputs, *RESERVED["fis"]])
     values = {"name": name or code.c_name(design), "known": known, "law": law}
+    values |= {"connection": design.connected}
     return rendered("controller.m.j2", design, **values)
 
 

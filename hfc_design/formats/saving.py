@@ -1,6 +1,7 @@
 """The state of a design's C code as numbers, and what such numbers have learnt."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 from hfc_design.codegen.recorded import STARTED
 from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import laws
 from hfc_design.formats.connection import connect
@@ -71,7 +73,9 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         ValueError: it saves another number of them.
     """
     found = needed(values(design), design, "its C code saves nothing that it would have learnt")
-    count, known = len(numbers), [_count(connect(design)), _count(design)]
+    count, known = len(numbers), [_count(design)]
+    with suppress(UserError):  # it is bare code alone
+        known = [_count(connect(design)), *known]
     if count not in (*known, found["learnt"]):
         saved = " or, bare, ".join(map(str, dict.fromkeys(known)))
         first = f"of which the first {found['learnt']} are learnt"

@@ -80,7 +80,8 @@ class Format(NamedTuple):
             RunError: ``path`` cannot be written.
         """
         parts = {"": design} if self.whole else design.by_axis()
-        own = {f"{axis}{self.suffix}": connect(part) for axis, part in parts.items()}
+        names = {x: identifier(part.name) if self.called else x for x, part in parts.items()}
+        own = {f"{names[axis]}{self.suffix}": connect(part) for axis, part in parts.items()}
         contents = {name: self.content(part) for name, part in own.items()}
         if len(contents) == 1:
             write(path, next(iter(contents.values())))
@@ -157,7 +158,20 @@ def signal_units(design: Design) -> dict[str, str]:
     """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
     drive = _drive(design)
     found = units_of(drive.units) if drive else {}
-    return found | design.connected.units if design.connected else found
+    return found | design.connected.units if design.connected and found else found
+
+
+def each_axis(design: Design) -> dict[str, tuple[dict[str, str], dict[str, str]]]:
+    """Units and meanings of all that each axis of a design tells, and of its command.
+
+    Under "" what is the same of all of them, or not known.
+    """
+    if signal_units(design) or design.plant.name not in ALL_PLANTS.known:
+        return {"": (signal_units(design), signal_meanings(design))}
+    if design.connected:
+        return dict(design.connected.each)
+    axes = PlantSettings(**design.plant.model_dump()).each()
+    return {x.name: (units_of(x.drive.units), MEANINGS | meanings_of(x.drive)) for x in axes}
 
 
 def signals_read(design: Design) -> dict[str, str]:

@@ -136,6 +136,7 @@ LOOPS = {
     ),
     "converter": with_scenario("lin-lee-1999-table-1", "c-axis-sine", *SENSED),
     "slow": load_design("pd-only", {"limits": {"command": 30.0, "command_rate": 200.0}}),
+    "a slow drive": with_scenario("pd-only", "c-axis-step", "limits.command_rate=2e4"),
     "jee-koren-2004-flc": load_design("jee-koren-2004-flc"),
     "huang-cross-coupled": load_design("huang-cross-coupled"),
     "lin-gai-2009-pid": load_design("lin-gai-2009-pid"),

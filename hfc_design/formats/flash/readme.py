@@ -4,18 +4,16 @@ import re
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import kinds
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import saving
 from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.flash.vectors import Vectors, unused
-from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
+from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
 from hfc_design.simulation.in_use import ENOUGH, Told, missed_told, stress_table
 
 
@@ -102,24 +100,20 @@ def _signals(
 ) -> list[Signal]:
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
     idle = {*map(identifier, unused(design, found) if "command" not in names else ())}
-    units = signal_units(design)
-    alike = bool(units or not axes)
-    each = [("", found.axes, units, signal_meanings(design))]
-    if not alike:
-        each = [
-            (x.name, (x.name,), units_of(x.drive.units), MEANINGS | meanings_of(x.drive))
-            for x in PlantSettings(**design.plant.model_dump()).each()
-        ]
+    each = {"": (signal_units(design), signal_meanings(design))}
+    if axes:
+        each = each_axis(design)
     rows: dict[tuple[str, str, str], list[str]] = {}
     largest: dict[tuple[str, str, str], float] = {}
-    for of, own, units, meanings in each:
+    for of, (units, meanings) in each.items():
+        own = (of,) if of else found.axes
         for name in names:
             row = identifier(name), plain(units.get(name, "")), plain(meanings.get(name, ""))
             rows.setdefault(row, []).append(of)
             sizes = (found.largest(axis, name) for axis in own)
             largest[row] = max(largest.get(row, 0.0), *sizes)
     told = {row: NOT_USED if row[0] in idle else f"{x:.3g}" for row, x in largest.items()}
-    order = rows if alike else sorted(rows)
+    order = rows if "" in each else sorted(rows)
     return [Signal(row[0], ", ".join(rows[row]), *row[1:], told[row]) for row in order]
 
 

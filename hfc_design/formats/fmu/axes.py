@@ -10,7 +10,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import Axis, measured_apart
 from hfc_design.files.motions import started
-from hfc_design.files.pairing import check_drives, machine, own_scenario, with_converter
+from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, plant_code
 from hfc_design.formats.connection import connect
@@ -91,7 +91,7 @@ def followed(drive: Drive, head: str, reads: list[str]) -> list[Variable]:
 def moments(drive: Drive, head: str) -> list[Variable]:
     """What a loop tells of the sample that it has just done."""
     what = "that acted on the drive in the sample before"
-    error = "as it was measured at the start of the sample before, not in steps of an encoder"
+    error = "by the machine's own scale at the start of the sample before"
     return [
         Variable(f"{head}command", "output", drive.units["command"], what, discrete=True),
         Variable(f"{head}error", "output", drive.units["error"], error, discrete=True),
@@ -190,10 +190,9 @@ def loop(design: Design) -> Model:
     """The machine under its controller, from the reference to where it is.
 
     Raises:
-        UserError: as ``plant``, as ``code.sources``, or a drive is slower than commands.
+        UserError: as ``plant``, or as ``code.sources``.
     """
     scenario, axes = _machine(design)
-    check_drives(design, scenario)
     states = started(scenario.machine, scenario.start, scenario.places)
     parts, files = _controllers(design, scenario, axes)
     whole = commands_machine(design)

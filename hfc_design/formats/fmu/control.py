@@ -1,6 +1,7 @@
 """The controller of a design as an FMU: that of an axis, or of a whole machine."""
 
-from hfc_design.controllers.controller import units_of
+from itertools import chain
+
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
@@ -8,12 +9,15 @@ from hfc_design.files.pairing import axes_of
 from hfc_design.formats import code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.laws import of_path
-from hfc_design.formats.writing import signal_meanings, signal_units
+from hfc_design.formats.writing import each_axis
 
 #: An importer that says nothing of these wants the controller on.
 STARTS = {"enable": 1.0}
 #: What stays when a sample is faulty.
 FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
+TRIPPED = Variable(
+    "tripped", "output", "", "1 where an error was too large, until enable is off", discrete=True
+)
 #: Names of the path that a controller of a machine sees.
 PATH = ("path.tangent_x", "path.tangent_y", "path.curvature", "path.contour_error")
 
@@ -31,33 +35,29 @@ def controller(design: Design) -> Model:
     """
     sources = code.sources(design)
     whole, called = commands_machine(design), code.c_name(design)
-    read, told = code.signals(design), signal_meanings(design)
-    heads = [f"{identifier(axis)}." for axis in axes_of(design)] if whole else [""]
-    inputs = [[f"{head}{signal}" for signal in read] for head in heads]
-    outputs = [f"{head}command" for head in heads]
-    unit = signal_units(design).get("command", "")
-    meaning = told.get("command", "what the drive is to do")
-    path = path_variables(design)
-    variables = [
-        TIME,
-        *(
-            Variable(
-                f"{head}{signal}", "input", own, told.get(signal, signal), STARTS.get(signal, 0.0)
-            )
-            for head in heads
-            for signal, own in read.items()
-        ),
-        *path,
-        *(Variable(output, "output", unit, meaning, discrete=True) for output in outputs),
-    ]
+    read, each = code.signals(design), each_axis(design)
+    heads = {f"{identifier(x)}.": x for x in axes_of(design)} if whole else {"": ""}
+    inputs: list[list[Variable]] = []
+    outputs: list[Variable] = []
+    for head, axis in heads.items():
+        units, told = each.get(axis) or each[""]
+        inputs.append([])
+        for x in read:
+            start, what = STARTS.get(x, 0.0), told.get(x, x)
+            inputs[-1].append(Variable(f"{head}{x}", "input", units.get(x, ""), what, start))
+        unit, meaning = units.get("command", ""), told.get("command", "what the drive is to do")
+        outputs.append(Variable(f"{head}command", "output", unit, meaning, discrete=True))
+    path, tripped = path_variables(design), [TRIPPED] if design.connected else []
+    variables = [TIME, *chain(*inputs), *path, *outputs, *tripped]
     values = {
         "headers": [f"{called}.h"],
         "state": [f"{called}_state controller"],
         "faulty": FAULTY,
         "controller": called,
         "controllers": [part(design, "controller")],
-        "inputs": inputs,
-        "outputs": outputs,
+        "inputs": [[x.name for x in own] for own in inputs],
+        "outputs": [x.name for x in outputs],
+        "tripped": [x.name for x in tripped],
         "whole": whole,
         "path": [x.name for x in path],
     }
@@ -76,8 +76,8 @@ def part(design: Design, member: str) -> Json:
 
 def path_variables(design: Design) -> list[Variable]:
     """What a controller sees of the path, if anything."""
-    units = signal_units(design)
-    unit = units_of(units)["error"] if units else ""
+    units, _ = next(iter(each_axis(design).values()))
+    unit = units.get("error", "")
     every = [
         Variable(PATH[0], "input", "1", "along X, of the unit vector along the path", 1.0),
         Variable(PATH[1], "input", "1", "along Y, of the unit vector along the path"),

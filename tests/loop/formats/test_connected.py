@@ -9,7 +9,8 @@ from connections import simulated
 
 import hfc_design.api as hfc
 from hfc_design import runtime
-from hfc_design.controllers.controller import PathView
+from hfc_design.controllers.connected import Begins, Connection, Sensing, connected
+from hfc_design.controllers.controller import AxisLaw, PathView
 from hfc_design.core.numbers import SCALARS
 from hfc_design.formats import saving
 from hfc_design.formats.connection import connect
@@ -109,10 +110,10 @@ def test_an_error_that_is_too_large_stops_it_until_it_is_switched_off():
 def test_a_command_whose_rate_is_limited_begins_at_0():
     design = hfc.load_design("jee-koren-2004-pid", {"limits": {"command_rate": 100.0}})
     one = Stepped()
-    connected = connect(design)
-    one.law = connected.connected.around(design.kind.law(design.controller, None))
-    found = [one.step(50.0) for _ in range(3)]
-    assert found == pytest.approx([1.0, 2.0, 3.0])
+    found = connect(design)
+    one.law = found.connected.around(design.kind.law(design.controller, None))
+    commanded = [one.step(50.0) for _ in range(3)]
+    assert commanded == pytest.approx([1.0, 2.0, 3.0])
     one.step(50.0, enable=0.0)
     assert one.step(50.0) == pytest.approx(1.0)
 
@@ -164,3 +165,44 @@ def test_what_connected_code_saved_is_taken():
         assert rules[0][0] == -31.5
     with pytest.raises(ValueError, match=f"holds {len(numbers) + 1} numbers"):
         saving.taken(design, [*numbers, 0.0])
+
+
+@pytest.mark.parametrize("scenario", ["gone", {"name": "x", "plant": {"name": "gone"}}])
+def test_of_a_scenario_that_cannot_run_there_is_bare_code_alone(scenario, tmp_path):
+    design = hfc.load_design("pd-only")
+    own = design.model_copy(update={"provenance": {"scenario": scenario}})
+    with pytest.raises(hfc.UserError, match=r"^design pd-only: it is not known what its sensors"):
+        hfc.export(own, "c", tmp_path / "c")
+    hfc.export(own, "c", tmp_path / "c", bare=True)
+
+
+def test_sensors_of_another_scenario(tmp_path):
+    hfc.export("pd-only", "c", tmp_path / "c", scenario="c-axis-practical")
+    assert "observer" in (tmp_path / "c" / "README.md").read_text()
+
+
+def test_a_signal_that_no_encoder_forms_is_read_by_its_name():
+    """In steps of its own sensor, whatever the model would make it of."""
+    fields = ("place", "speed", "warmth")
+    sensing = Sensing(
+        position="place",
+        velocity="speed",
+        encoders={"place": "speed"},
+        rated=(),
+        resolution=None,
+        source="tachometer",
+        samples=1,
+        observer=(0.0, 0.0),
+        turn=0.0,
+        apart={"warmth": 0.5},
+        fields=fields,
+        measured=lambda read: read,
+        told=lambda read: {"warmth": 99.0},
+    )
+    asked = AxisLaw(lambda xp, law, gains, memory, x: (x["warmth"], memory, None), lambda *_: (), 1)
+    begins = Begins(lambda xp, fresh, memory: memory, lambda xp, fresh, memory, first: memory)
+    law = connected(asked, Connection(sensing, None, None, None), begins)
+    memory = law.initial_memory(0.0)
+    for told, read in ((7.4, 7.5), (7.7, 7.5), (7.8, 8.0)):
+        command, memory, _ = law.sample(SCALARS, law, (), memory, {"warmth": told})
+        assert command == read

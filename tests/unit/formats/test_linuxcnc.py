@@ -48,7 +48,7 @@ def test_reference_is_all_of_the_scenario():
     assert "setp machine.limit 120.0\n" in found["loop.hal"]
     assert "halsampler -n 3000 " in found["loop.hal"]
     assert found["loop.hal"].count(" depth=3001 ") == 2  # a queue of HAL leaves one place empty
-    assert "3000 samples of the scenario c-axis-sine, all of it" in found["README.md"]
+    assert "3000 samples of the scenario c-axis-sine, to its end" in found["README.md"]
     assert "takes 3 s" in found["README.md"]
 
 
