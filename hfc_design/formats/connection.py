@@ -64,7 +64,8 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
     """
     begin = f"design {design.name}: it is not known what its sensors tell"
     try:
-        made = scenario or own_scenario(design, design.name)
+        every = f"simulation.sample_time_s={design.controller.sample_time_s!r}"
+        made = scenario or own_scenario(design, design.name, [every])
         plant = machine(design, made)
         scenario = with_converter(made, design)
     except UserError as error:
