@@ -93,7 +93,8 @@ def test_a_connected_controller_commands_what_the_simulation_has(name, tmp_path)
     wanted = np.asarray(axis.motion.command)
     fmus = sorted((tmp_path / "fmu").iterdir())
     for commands in simulated([(fmu, table, every, "") for fmu in fmus]):
-        accepted = [float(axis.drive.accepted(fixed, command)) for command in commands[:, 0].tolist()]
+        each = commands[:, 0].tolist()
+        accepted = [float(axis.drive.accepted(fixed, command)) for command in each]
         size = np.abs(wanted).max()
         np.testing.assert_allclose(accepted, wanted[:COUNT], rtol=0, atol=2e-12 * size)
 
