@@ -89,7 +89,7 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
         "signals": {name: drive.units[name] for name in signals(drive)},
         "functions": functions,
         "library": [*library],
-        "helpers": [C((), {}).helper(name) for name in helpers],
+        "helpers": [C.helpers_of[name] for name in helpers],
     }
     files = {f"{values['name']}{end}": f"plants/plant{end}.j2" for end in (".h", ".c")}
     return {name: rendered(template, design, **values) for name, template in files.items()}
@@ -136,7 +136,7 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
         "machine": machine.name,
         "drives": [name_of(drive) for drive in machine.drives],
         "function": found,
-        "helpers": [C((), {}).helper(one) for one in found.helpers],
+        "helpers": [C.helpers_of[one] for one in found.helpers],
     }
     files = {f"{name}{end}": f"plants/coupled{end}.j2" for end in (".h", ".c")}
     return {file: rendered(template, design, **values) for file, template in files.items()}
