@@ -49,7 +49,7 @@ def export(
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import load_design, made_for, own_scenario
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
-    from hfc_design.formats.flash.readme import origin
+    from hfc_design.formats.deployment.readme import origin
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; {one_of(target, FORMATS)}")

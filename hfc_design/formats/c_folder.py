@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from hfc_design.files.design import Design
 from hfc_design.formats import code
-from hfc_design.formats.flash.folder import of_axes, with_check
-from hfc_design.formats.flash.vectors import Vectors, deviation, vectors
+from hfc_design.formats.deployment.folder import of_axes, with_check
+from hfc_design.formats.deployment.vectors import Vectors, deviation, vectors
 from hfc_design.formats.writing import Content, Format, signal_units
 
 #: Tabulated terms that are off by such a share change what the loop does: Lin and Lee's Table I on

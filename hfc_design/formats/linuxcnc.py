@@ -17,8 +17,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
-from hfc_design.formats.flash import folder as flash
-from hfc_design.formats.flash.sensing import scene
+from hfc_design.formats.deployment import folder as deployment
+from hfc_design.formats.deployment.signal_conditioning import scene
 from hfc_design.formats.writing import Content, Format, meanings_of, rendered
 from plants import Drive
 from plants.drive import fed_back
@@ -57,10 +57,10 @@ def components(design: Design) -> dict[str, Content]:
         values |= {"machine": loop, "axes": list(loop["axes"])}
         templates |= {"loop.hal": "loop.hal", f"{values['plant']}.comp": "plant.comp"}
         files |= plant_code.sources(values["drive"], design)
-    values["flash"] = found = flash.values(design, sources)
+    values["deployment"] = found = deployment.values(design, sources)
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
-    return files | flash.checked(design, found)
+    return files | deployment.checked(design, found)
 
 
 def component_name(design: Design) -> str:
@@ -232,7 +232,7 @@ FORMATS = (
         "linuxcnc",
         "a folder with a HAL component and a simulated machine",
         components,
-        beside=flash.of_axes,
+        beside=deployment.of_axes,
         connects=True,
     ),
 )

@@ -17,7 +17,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import compiling
-from hfc_design.formats.flash import readme
+from hfc_design.formats.deployment import readme
 from hfc_design.formats.fmu.control import commands_machine
 from hfc_design.formats.fmu.description import Model, Variable, described
 from hfc_design.formats.writing import rendered

@@ -11,8 +11,8 @@ from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import saving
-from hfc_design.formats.flash.sensing import scene
-from hfc_design.formats.flash.vectors import Vectors, unused
+from hfc_design.formats.deployment.signal_conditioning import scene
+from hfc_design.formats.deployment.vectors import Vectors, unused
 from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
 from hfc_design.simulation.in_use import ENOUGH, Told, missed_told, stress_table
 

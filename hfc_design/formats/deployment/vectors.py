@@ -17,7 +17,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
-from hfc_design.formats.flash import driving, single
+from hfc_design.formats.deployment import single_precision, test_inputs
 from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
 
@@ -38,7 +38,7 @@ class Vectors(NamedTuple):
     resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
     inputs: list[list[float]]  # (samples, axes x signals + path)
     commands: list[list[float]]  # (samples, axes)
-    tolerance: single.Tolerance
+    tolerance: single_precision.Tolerance
 
     @property
     def columns(self) -> list[str]:
@@ -76,12 +76,19 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     views = [_view(row, axes, names) for row in inputs]
     commands = _commands(design, axes, views, law)
 
-    near, far = ([*tried(np.array(inputs))] for tried in (single.rounded, single.disturbed))
+    near, far = (
+        [*tried(np.array(inputs))]
+        for tried in (single_precision.rounded, single_precision.disturbed)
+    )
     rows = np.stack([*near, *far], axis=-1)  # (samples, inputs, tries)
     stepped = _unrated(design) if design.connected else design
-    in_single = single.commands(stepped, axes, rows, lambda row: _view([*row], axes, names), law)
-    found = single.tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
-    resets = tuple(k in driving.RESETS for k in range(len(inputs)))
+    in_single = single_precision.commands(
+        stepped, axes, rows, lambda row: _view([*row], axes, names), law
+    )
+    found = single_precision.tolerance(
+        np.array(commands), in_single[: len(near)], in_single[len(near) :]
+    )
+    resets = tuple(k in test_inputs.RESETS for k in range(len(inputs)))
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
 
 
@@ -160,7 +167,7 @@ def _stepped(
 ) -> list[list[float]]:
     found = []
     for k, view in enumerate(views):
-        if k in driving.RESETS:
+        if k in test_inputs.RESETS:
             reset()
         found.append(step(view))
     return found
@@ -169,7 +176,7 @@ def _stepped(
 def _inputs(
     design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: int
 ) -> list[list[float]]:
-    sizes = driving.reach(design.controller, axes, design.limits.commands(axes))
+    sizes = test_inputs.reach(design.controller, axes, design.limits.commands(axes))
     for axis, name, most in _moved(design):
         own = sizes[axis if axis in axes else axes[0]]
         own[name] = max(own.get(name, 0.0), most)
@@ -177,12 +184,12 @@ def _inputs(
     for k, (axis, own) in enumerate(sizes.items()):
         if design.connected:
             own["reference"] = 3.0 * own.get("error", 1.0)
-        rows = driving.driven(names, own, str(k))
+        rows = test_inputs.driven(names, own, str(k))
         if told := design.connected:
             fed_back = told.fed_back.get(axis) or next(iter(told.fed_back.values()))
-            rows = driving.connected(rows, names, fed_back, own)
+            rows = test_inputs.connected(rows, names, fed_back, own)
         parts.append(rows)
-    parts += [driving.path(sizes[axes[0]], path)] if path else []
+    parts += [test_inputs.path(sizes[axes[0]], path)] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
 
 
