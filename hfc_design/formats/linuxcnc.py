@@ -96,8 +96,8 @@ def _values(design: Design) -> Json:
         "coefficients": plant_code.coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "turn": max((one.sensors.turn for one in scene(design, ()).each), default=0.0),
-        "saved": (saved := saving.values(design)),
-        "digits": len(str(saved["learnt"] - 1)) if saved else 0,
+        "saved": (saved := saving.learning(design)),
+        "digits": len(str(saved.learnt - 1)) if saved else 0,
         "plant": f"hfc_{identifier(drive.name)}",
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
