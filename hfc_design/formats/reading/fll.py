@@ -198,7 +198,7 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
     system.add(rule, (first, second), singletons[conclusion.text])
 
 
-ANY = ALLOWED["fll-sampled"]
+ANY = {kind: keys | ALLOWED["fll-sampled"].get(kind, {}) for kind, keys in KEYS.items()}
 #: What integrates over terms with a shape, in so many places; fuzzylite's own number of these.
 INTEGRALS = [name for name in inference.DEFUZZIFIERS if name[0].isupper()]
 PLACES, MOST_PLACES = 1000, 10_000

@@ -160,9 +160,9 @@ def test_no_last_bit_of_an_output_moves_a_term(file, monkeypatch):
             return outputs * (1.0 + size * rng.uniform(-1.0, 1.0, outputs.shape))
 
         monkeypatch.setattr(sampling, "_on", off)
-        one = sampling.sampled(base, (6, 5))
-        terms = [[shape.low for shape in side.terms] for side in one.system.inputs]
-        found.append((terms, one.told["at"]))
+        system, told = sampling.sampled(base, (6, 5))
+        terms = [[shape.low for shape in side.terms] for side in system.inputs]
+        found.append((terms, told["at"]))
     assert all(one == found[0] for one in found)
 
 
