@@ -131,9 +131,8 @@ def flat(design: Design) -> Flat:
     """Inputs and commands of a design; of a machine they begin with the name of their axis.
 
     Raises:
-        UserError: what it reads is not known, or a number of it is too large for code.
+        UserError: what it reads is not known.
     """
-    checked_numbers(design)
     read, unit = writing.signals_read(design), writing.signal_units(design).get("command", "")
     truths = design.connected.truths if design.connected else []
     if not (axes := machine_axes(design)):

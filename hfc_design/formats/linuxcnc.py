@@ -123,13 +123,13 @@ def _followed(design: Design, drive: Drive) -> Drive:
 def _plant(drive: Drive) -> Json:
     """What the template of the plant's component reads, and which of its pins is where it is."""
     states, counts = plant_code.state_units(drive), plant_code.counts(drive)
-    told = {name: drive.units[name] for name in plant_code.signals(drive) if name not in states}
+    others = [name for name in plant_code.signals(drive) if name not in states]
     return {
         "drive": drive,
         "plant_code": plant_code.name_of(drive),
         "plant_what": f"the drive {drive.name}",
         "plant_states": states,
-        "plant_told": told,
+        "plant_told": {name: drive.units[name] for name in others},
         "plant_position": drive.position,
         "plant_counts": counts,
         "true_position": "true_position" if counts else drive.position,
@@ -138,16 +138,16 @@ def _plant(drive: Drive) -> Json:
 
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
+    read, units = code.signals(design), units_of(plant.units)
     if own := design.connected:
-        switches = {name: unit for name, unit in own.units.items() if name in SWITCHES}
+        switches = [name for name in read if name in SWITCHES and name != "enable"]
         return {
             "position": plant.seen[0],
-            "switches": {name: unit for name, unit in switches.items() if name != "enable"},
-            "inputs": {name: f"{name}_" for name in own.units},
-            "pins": {name: unit for name, unit in own.units.items() if name not in switches},
+            "switches": {name: read[name] for name in switches},
+            "inputs": {name: f"{name}_" for name in read},
+            "pins": {name: unit for name, unit in read.items() if name not in SWITCHES},
             "meanings": own.meanings,
         }
-    read, units = code.signals(design), units_of(plant.units)
     for name in read:
         if name not in units:
             told = f"reads {name}, which is no signal of the {plant.name}"
@@ -185,14 +185,11 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     plant = machine(design, scenario)
     if not design.connected:
         check_drives(design, scenario)
-    pairs = [
-        (axis, told)
-        for axis, told in zip(plant.each(), scenario.samples().axes, strict=True)
-        if design.axis in ("", axis.name)  # the others have controllers and folders of their own
-    ]
     ahead = ACCELERATION in code.signals(design)
     columns, axes = [], {}
-    for axis, told in pairs:
+    for axis, told in zip(plant.each(), scenario.samples().axes, strict=True):
+        if design.axis not in ("", axis.name):
+            continue  # it has a controller and a folder of its own
         columns += [told.reference, told.reference_rate, _mean(told.loads)]
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))

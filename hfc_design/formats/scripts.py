@@ -16,6 +16,7 @@ def function(design: Design, name: str = "") -> str:
     Raises:
         UserError: what it reads is not known, or a name is none of a field.
     """
+    code.checked_numbers(design)
     known = code.flat(design)
     for signal in known.inputs:
         named("fis", signal)
@@ -37,6 +38,7 @@ def module(design: Design) -> str:
     Raises:
         UserError: what it reads is not known, or a law does what no code can be made of.
     """
+    code.checked_numbers(design)
     known = code.flat(design)
     values = {
         "name": code.c_name(design),

@@ -41,6 +41,7 @@ def block_of(design: Design) -> FunctionBlock:
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     known = code.flat(design)
     check_names("st", [name, "reset", *known.outputs, "fault", *known.inputs], CLASH)
+    code.checked_numbers(design)
     law = recorded_law(design, flat=True)
     return FunctionBlock(name, known, program(law, known.outputs, [name, *RESERVED["st"]]))
 

@@ -17,7 +17,7 @@ FUNCTIONS = ("exp", "tanh", "sqrt")
 def with_check(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> dict[str, Content]:
-    """The sources with all one needs to flash them, and a ``note`` on them.
+    """The sources with all that is shipped with them, and a ``note`` on them.
 
     ``same`` are vectors of what they do, where it is not exactly that of the design's kind.
     """

@@ -6,8 +6,8 @@ from html import unescape
 import made_up
 import numpy as np
 import pytest
+from deployment_folders import page, vectors
 from exported import texts
-from flash_folders import page, vectors
 from markdown_it import MarkdownIt
 from run_folders import hfc
 
