@@ -9,7 +9,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from imported_files import CHANGE, MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SIGNALS, MAMDANI_SUM, TEXTS
+from imported_files import (
+    CHANGE,
+    MAMDANI_FIS,
+    MAMDANI_FLL,
+    MAMDANI_SIGNALS,
+    MAMDANI_SUM,
+    TEXTS,
+    output,
+)
 from places import ROOT
 from scipy.integrate import quad
 from wording import refused, refused_command
@@ -25,11 +33,6 @@ from hfc_design.runtime import Controller
 
 def taken(file, **wish):
     return imported(file, Wish(signals=MAMDANI_SIGNALS[file.suffix], **wish))
-
-
-def output(runtime, error, change):
-    runtime.remember({"error": error - change})
-    return runtime.step({"error": error})
 
 
 def test_a_centroid_is_that_of_quadrature():
