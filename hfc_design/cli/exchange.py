@@ -61,7 +61,7 @@ def export(
     elif changes:
         found = made_for(found, own_scenario(found, design, changes))
     check_score(found, anyway)
-    if (told := origin(found)["usable"]) and not told.startswith("usable"):
+    if (told := origin(found).usable) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
     name = identifier(found.name) if form.called else found.name

@@ -38,8 +38,8 @@ def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """The page that names the folders of axes."""
-    own = {"axes": axes, **readme.origin(design)}
-    return {"README.md": rendered("deployment/axes.md.j2", design, name=code.c_name(design), **own)}
+    values = {"name": code.c_name(design), "axes": axes, "about": readme.origin(design)}
+    return {"README.md": rendered("deployment/axes.md.j2", design, **values)}
 
 
 def checked(design: Design, found: Json) -> dict[str, Content]:
