@@ -17,10 +17,10 @@ from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.certainty import BOUND, Kept, certainty, kept
 from hfc_design.identify.fit import bandwidths, by_command
-from hfc_design.identify.free import free
-from hfc_design.identify.replay import Recording
+from hfc_design.identify.identifiability import BOUND, Kept, certainty, kept
+from hfc_design.identify.parameters import free
+from hfc_design.identify.recording import Recording
 from hfc_design.simulation.machines import drawn
 from plants.c_axis import C_AXIS, CAxisParameters
 

@@ -9,9 +9,9 @@ from experiments.identified_c_axis.logs import log
 from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.identify.free import Task
 from hfc_design.identify.identified import identify
-from hfc_design.identify.result import HEADS, advice_line, parameter_rows
+from hfc_design.identify.request import Task
+from hfc_design.identify.tables import HEADS, advice_line, parameter_rows
 
 DESIGN, SCENARIO = "lin-lee-1999-table-1", "c-axis-ramp"
 SENSORS = {"sensors.encoder_resolution": 1.7e-6, "sensors.noise": 1e-6}

@@ -64,8 +64,8 @@ def identify(
     and scenario.toml, which hfc design takes.
     """
     from hfc_design.core.records import UserError
-    from hfc_design.identify import identified, page, replay, result
-    from hfc_design.identify.free import task_of
+    from hfc_design.identify import identified, page, recording, scenario
+    from hfc_design.identify.request import task_of
 
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
@@ -73,8 +73,8 @@ def identify(
     free_ones = [name.strip() for name in names.split(",")] if names else None
     hz = 0.0 if open_loop else bandwidth
     task = task_of(free=free_ones, bandwidth=hz, **given)
-    logs = replay.sources(task, log, columns, check_log, checks)
-    path = common.free(out or Path(result.called(replay.called(log))), folder=True)
+    logs = recording.sources(task, log, columns, check_log, checks)
+    path = common.free(out or Path(scenario.called(recording.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()
@@ -82,7 +82,7 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.identify(*replay.recordings(task, logs, sample_time), tell)
+    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
     if as_json:
         click.echo(json.dumps(found.numbers(), indent=1))
@@ -93,16 +93,16 @@ def identify(
 
 def _show(found: "Identified") -> None:
     from hfc_design.core.console import show_rows
-    from hfc_design.identify import result
+    from hfc_design.identify import tables
 
-    parameters = result.HEADS, result.parameter_rows(found), result.interval_line(found)
-    checks = result.CHECKED, result.check_rows(found), ""
+    parameters = tables.HEADS, tables.parameter_rows(found), tables.interval_line(found)
+    checks = tables.CHECKED, tables.check_rows(found), ""
     for heads, rows, below in (parameters, checks):
         show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
-    for line in (result.agreeing_line(found), *result.untold_lines(found), *found.notes):
+    for line in (tables.agreeing_line(found), *tables.untold_lines(found), *found.notes):
         click.echo(line)
-    if line := result.advice_line(found):
+    if line := tables.advice_line(found):
         click.echo(f"record next: {_plain(line)}")
 
 

@@ -15,9 +15,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits, within
-from hfc_design.identify.certainty import CONFIDENCE, Certainty, errors_of, root_of
 from hfc_design.identify.fit import VAGUE, Fit, Found, offs, refined, side_by_side, slopes
-from hfc_design.identify.replay import Recording, replay
+from hfc_design.identify.identifiability import CONFIDENCE, Certainty, errors_of, root_of
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
 
 #: How long each is [s], in at most so many samples.
 LASTS, SAMPLES = 5.0, 10_000

@@ -16,8 +16,9 @@ from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
-from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.replay import DAMPED, Recording, Replay, Residual, replay
+from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, Free
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10

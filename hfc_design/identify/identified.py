@@ -9,12 +9,16 @@ from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
 from hfc_design.identify.advice import advice, profiles
-from hfc_design.identify.certainty import Certainty, certainty, fault, halved, kept
 from hfc_design.identify.fit import Fit, Found, Tell, bandwidths, by_command, by_starts, offs
-from hfc_design.identify.free import LATE, Free, Task, looked_for
-from hfc_design.identify.replay import Recording, Residual, loop, replay
+from hfc_design.identify.identifiability import Certainty, certainty, fault, halved, kept
+from hfc_design.identify.outcome import Check
+from hfc_design.identify.parameters import LATE, Free
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import Residual, loop, replay
+from hfc_design.identify.request import Task, looked_for
 from hfc_design.identify.response import response
-from hfc_design.identify.result import Check, Identified, response_lines
+from hfc_design.identify.result import Identified
+from hfc_design.identify.tables import response_lines
 
 #: A residual above this share of the motion is no replay of it.
 LOST = 0.2

@@ -13,10 +13,11 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
-from hfc_design.identify import result
+from hfc_design.identify import tables
 from hfc_design.identify.advice import LIMIT, Profile
-from hfc_design.identify.certainty import CONFIDENCE, GIVEN
+from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
 from hfc_design.identify.result import Identified
+from hfc_design.identify.scenario import scenario_text
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
 from hfc_design.pictures.files import small_address
@@ -40,7 +41,7 @@ def write(found: Identified, path: Path, command: str) -> None:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
     texts = {
-        "scenario.toml": result.scenario_text(found).encode(),
+        "scenario.toml": scenario_text(found).encode(),
         "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
         REPORT: page(found, command).html,
     }
@@ -59,18 +60,18 @@ def page(found: Identified, command: str) -> Page:
         small_address,
         found=found,
         plant=found.free.drive.name,
-        heads=result.HEADS,
-        rows=result.parameter_rows(found),
+        heads=tables.HEADS,
+        rows=tables.parameter_rows(found),
         confidence=100 * CONFIDENCE,
-        intervals=result.interval_line(found),
-        agreeing=result.agreeing_line(found),
+        intervals=tables.interval_line(found),
+        agreeing=tables.agreeing_line(found),
         doubts=doubts,
         notes=[note for note in found.notes if note not in doubts],
-        untold=result.untold_lines(found),
+        untold=tables.untold_lines(found),
         given=GIVEN in found.states,
-        advice=result.advice_line(found),
-        checks=result.check_rows(found),
-        verdict=result.verdict(found),
+        advice=tables.advice_line(found),
+        checks=tables.check_rows(found),
+        verdict=tables.verdict(found),
         replayed=replayed(found),
         closely=closely(found),
         checked=checked(found),

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.signal import cont2discrete, dlsim
 
 from hfc_design.identify.fit import Found, Problem, fitted, settled
-from hfc_design.identify.free import free
-from hfc_design.identify.replay import Recording, replay
+from hfc_design.identify.parameters import free
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
 from plants import Drive
 from plants.drive import only_positive
 

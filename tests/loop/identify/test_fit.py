@@ -5,7 +5,7 @@ import pytest
 from carts import Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import curve_fit
 
-from hfc_design.identify.certainty import certainty
+from hfc_design.identify.identifiability import certainty
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NAMES, HELD = ["mass", "viscous_friction"], {"force_gain": 1.3, "pull": -0.4}

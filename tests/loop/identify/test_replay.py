@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from carts import CART, EVERY, Cart, driven, forced, recorded
 
-from hfc_design.identify.free import free
+from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import later, replay, rigid
 from plants import PLANTS
 

@@ -5,11 +5,11 @@ import pytest
 from carts import CART, EVERY, Cart, driven, noisy, recorded
 from scipy.signal import butter, cont2discrete, dlsim, sosfilt, sosfreqz
 
-from hfc_design.identify.certainty import certainty, halved
 from hfc_design.identify.fit import by_command
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty, halved
+from hfc_design.identify.parameters import free
 from hfc_design.identify.response import KNOWN, response
-from hfc_design.identify.result import response_lines
+from hfc_design.identify.tables import response_lines
 
 STEPS, NOISE = 4000, 1e-8  # [m]
 NAMES = ("mass", "viscous_friction", "pull")

@@ -7,10 +7,10 @@ import pytest
 from carts import CART, EVERY, Cart, cart_fit, driven, forced, recorded
 
 from hfc_design.identify import fit
-from hfc_design.identify.certainty import certainty
 from hfc_design.identify.fit import Fit, Found, Problem, by_command, refined
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty
 from hfc_design.identify.identified import beyond, unseen_gap
+from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import replay
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE

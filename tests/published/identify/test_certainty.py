@@ -7,11 +7,11 @@ from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 
 from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
-from hfc_design.identify.certainty import certainty, kept
-from hfc_design.identify.fit import Fit, Problem, fitted
-from hfc_design.identify.free import free
+from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted
+from hfc_design.identify.identifiability import certainty, kept
+from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import replay
-from hfc_design.identify.result import NOTHING, _untold
+from hfc_design.identify.tables import _untold
 from plants import PLANTS
 
 

@@ -7,7 +7,7 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
-from hfc_design.identify.certainty import BOUND, bounded, certainty, kept
+from hfc_design.identify.identifiability import BOUND, bounded, certainty, kept
 
 STEPS = 800
 NOISE = 2e-4  # [m]

@@ -6,9 +6,9 @@ from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 from scipy.optimize import minimize_scalar
 
 from hfc_design.identify.advice import LIMIT, profiles
-from hfc_design.identify.certainty import certainty
 from hfc_design.identify.fit import by_command
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty
+from hfc_design.identify.parameters import free
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NOISE = 2e-4  # [m]

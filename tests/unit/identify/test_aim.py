@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from carts import EVERY, recorded
 
-from hfc_design.identify.result import differences
+from hfc_design.identify.scenario import differences
 
 PLACE = 1e-6 * np.round(2e4 * np.sin(0.02 * np.arange(2000)))
 

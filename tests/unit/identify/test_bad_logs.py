@@ -12,7 +12,7 @@ from run_folders import hfc
 from scipy.io import savemat
 from wording import refused_command
 
-from hfc_design.identify.replay import called
+from hfc_design.identify.recording import called
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(400) * 1e-3

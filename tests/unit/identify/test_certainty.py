@@ -5,7 +5,7 @@ import pytest
 from carts import CART
 
 from hfc_design.identify.fit import VAGUE, Fit, covariance_of
-from hfc_design.identify.free import free
+from hfc_design.identify.parameters import free
 
 STEPS, LEFT = 4000, 0.9  # samples; what is left of a disturbance after a sample
 

@@ -5,10 +5,10 @@ import pytest
 from carts import CART
 from wording import refused
 
-from hfc_design.identify.certainty import certainty, errors_of, root_of, unseen
 from hfc_design.identify.fit import VAGUE, Fit, covariance_of
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty, errors_of, root_of, unseen
 from hfc_design.identify.identified import _check_slopes
+from hfc_design.identify.parameters import free
 from plants import PLANTS
 
 STEPS = 800

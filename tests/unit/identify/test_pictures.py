@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from hfc_design.identify import page
 from hfc_design.identify.advice import Profile
-from hfc_design.identify.result import Check
+from hfc_design.identify.outcome import Check
 from hfc_design.pictures.files import image
 
 STEPS, BEGUN, WORST = 1000, 100, 700

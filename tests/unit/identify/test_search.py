@@ -11,8 +11,8 @@ from wording import refused
 from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.fit import bandwidths
 from hfc_design.identify.identified import strangers
-from hfc_design.identify.replay import recording
-from hfc_design.identify.result import Check
+from hfc_design.identify.outcome import Check
+from hfc_design.identify.recording import recording
 from hfc_design.logs.signals import Even
 from plants.positioning_stage import POSITIONING_STAGE
 

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hfc_design.identify.free import looked_for, task_of
-from hfc_design.identify.motions_like import motions_like
-from hfc_design.identify.result import _linear
+from hfc_design.identify.request import looked_for, task_of
+from hfc_design.identify.scenario import _linear, motions_like
 
 
 def wanted(plant, changes, free=None):

@@ -38,7 +38,7 @@ from hfc_design.identify.fit import (
     rows_of,
     side_by_side,
 )
-from hfc_design.identify.free import LOAD, Free
+from hfc_design.identify.parameters import LOAD, Free
 from hfc_design.identify.replay import Replay
 
 #: The share of repeats in which an interval holds the true value.
