@@ -18,6 +18,7 @@ parameters in another motion: each half of a log is fitted for itself, and what 
 model lacks, or what changed.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,21 +31,22 @@ from hfc_design.identify.fit import (
     TIGHT,
     VAGUE,
     Fit,
-    Found,
     covariance_of,
     fitted,
-    held,
+    offs,
     refined,
+    refitted,
     rows_of,
     side_by_side,
 )
 from hfc_design.identify.parameters import LOAD, Free
-from hfc_design.identify.replay import Replay
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import Replay, replay
 
 #: The share of repeats in which an interval holds the true value.
 CONFIDENCE = 0.95
 #: A parameter whose standard error is more than this share of it is not told by the log.
-TOLD = 0.25
+KNOWN = 0.25
 #: What may change by this much, relative, is nothing that a log of this kind tells.
 TOGETHER = 1.0
 #: A parameter that takes at least this share of what one takes that changes most is named with it.
@@ -59,12 +61,17 @@ WIDER, SEEN = 0.5, 1e-4
 NEARLY = 0.8
 #: What is tried until it fits: of each combination that may change by so much, relative, one
 #: parameter is held; and whether what is left untold then is put where it began.
-TRIED = ((TOGETHER, True), (TOLD, True), (TOGETHER, False))
+TRIED = ((TOGETHER, True), (KNOWN, True), (TOGETHER, False))
 #: What is not told stays where it began, unless the fit grows worse than chance makes it but once
 #: in so many times.
 CHANCE = 1e-3
-#: What is said of a parameter instead of an interval.
+#: Of a parameter: the log tells it, or does not; or what is said of it instead of an interval;
+#: its interval is right if what is held is.
+TOLD, NOT_TOLD = "yes", "no"
 BOUND, HELD, GIVEN = "at its bound", "held", "given"
+#: A parameter that only shows where flanks change, for longer than this share of a log on either.
+GAP, RARE = "backlash", 0.01
+HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
 
 
 class Combination(NamedTuple):
@@ -78,24 +85,19 @@ class Certainty(NamedTuple):
     """Of each parameter of a fit, in the order of ``free``."""
 
     value: Floats
-    low: Floats  # ends of the interval
+    low: Floats  # ends of the interval; nan: none, the parameter is at its bound
     high: Floats
     error: Floats  # standard error as a share of the value, see ``Free.shares``
-    told: tuple[bool, ...]  # whether the log tells it
-    untold: tuple[Combination, ...]  # combinations that it does not tell, the worst first
+    state: tuple[str, ...]  # ``TOLD``, ``NOT_TOLD``, ``GIVEN``, ``HELD`` or ``BOUND``
+    untold: tuple[Combination, ...]  # combinations that the log does not tell, the worst first
     late: tuple[float, float]  # ends of the interval of the delay [samples]
     covariance: Floats  # (names + 2, names + 2) of the numbers
     inflated: Floats  # (names + 2,) variance of each number over that under white noise
 
-
-def both(one: Certainty, other: Certainty) -> Certainty:
-    """What is sure by both: where slopes change much, those of one place tell half the truth."""
-    low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
-    inside = (low <= other.value) & (other.value <= high)
-    told = tuple((np.array(one.told) & other.told & inside).tolist())
-    low, high = np.minimum(low, other.value), np.maximum(high, other.value)
-    error = np.maximum(one.error, other.error)
-    return one._replace(value=other.value, low=low, high=high, error=error, told=told)
+    @property
+    def told(self) -> Mask:
+        """(names,) whether the log tells it."""
+        return np.isin(self.state, (TOLD, GIVEN))
 
 
 def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
@@ -104,19 +106,36 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     ``free`` (names,) are those that are not taken for known; None: all of them.
     """
     free = np.ones(len(fit.free.names), bool) if free is None else free
-    fit = fit._replace(jacobian=fit.jacobian * np.append(free, [True, True]))
+    counts = np.append(free, [True, True])
+    fit = fit._replace(jacobian=fit.jacobian * counts)
     covariance, inflated = covariance_of(fit)
-    covariance = covariance * np.outer(*2 * [np.append(free, [True, True])])
+    covariance = covariance * np.outer(counts, counts)
     error = np.sqrt(np.diag(covariance))
     far = norm.ppf(0.5 + 0.5 * CONFIDENCE)
     low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
-    value = fit.free.values(fit.numbers)
     relative = error[:-2] * fit.free.shares(fit.numbers)
-    told = tuple(((relative < TOLD) & free).tolist())
+    state = _yes_or_no((relative < KNOWN) & free)
     far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # else not looked for
     late = fit.late - far_off, fit.late + far_off
     untold = _untold(fit, covariance[:-2, :-2])
-    return Certainty(value, low, high, relative, told, untold, late, covariance, inflated)
+    return Certainty(fit.values, low, high, relative, state, untold, late, covariance, inflated)
+
+
+def _yes_or_no(told: Mask) -> tuple[str, ...]:
+    return tuple(np.where(told, TOLD, NOT_TOLD).tolist())
+
+
+def both(one: Certainty, other: Certainty) -> Certainty:
+    """What is sure by both: where slopes change much, those of one place tell half the truth."""
+    low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
+    inside = (low <= other.value) & (other.value <= high)
+    return one._replace(
+        value=other.value,
+        low=np.minimum(low, other.value),
+        high=np.maximum(high, other.value),
+        error=np.maximum(one.error, other.error),
+        state=_yes_or_no(one.told & other.told & inside),
+    )
 
 
 def unseen(fit: Fit) -> Mask:
@@ -143,210 +162,211 @@ def errors_of(*roots: Floats) -> Floats:
 
 def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
     """Principal directions of the relative errors that are too long."""
-    positive, own = fit.free.positive > 0, fit.numbers[:-2]
-    shares = fit.free.shares(fit.numbers) * np.where(positive | (own >= 0.0), 1.0, -1.0)
+    rising = (fit.free.positive > 0) | (fit.numbers[:-2] >= 0.0)
+    shares = fit.free.shares(fit.numbers) * np.where(rising, 1.0, -1.0)
     lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
-    found = []
+    combinations = []
     for length, direction in zip(np.sqrt(np.maximum(lengths, 0.0)), directions.T, strict=True):
         most = digits(np.abs(direction)).argmax()  # of two that change alike the first
-        if length * abs(direction[most]) < TOLD:
+        change = float(length * abs(direction[most]))
+        if change < KNOWN:
             continue
-        own = direction / direction[most]
-        named = {n: float(x) for n, x in zip(fit.free.names, own, strict=True) if abs(x) > NAMED}
-        found.append(Combination(float(length * abs(direction[most])), named))
-    return tuple(sorted(found, key=lambda one: -one.change))
+        relative = zip(fit.free.names, (direction / direction[most]).tolist(), strict=True)
+        combinations.append(Combination(change, {k: x for k, x in relative if abs(x) > NAMED}))
+    return tuple(sorted(combinations, key=lambda one: -one.change))
 
 
-class Kept(NamedTuple):
-    """The fit, and of each parameter how far it is told."""
+def kept(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
+    """The fit with what the log does not tell where it began, and what has a bound there.
 
-    found: Found
-    known: Certainty  # ends that are nan: none, the parameter is at its bound
-    state: tuple[str, ...]  # "yes"; ``GIVEN``, if those held are right; "no"; ``HELD``, ``BOUND``
-    note: str  # for the user; "" where the log tells everything
-
-
-def kept(found: Found, known: Certainty) -> Kept:
-    """The fit with what the log does not tell where it began, and what has a bound there."""
-    found, edge = bounded(found, known)
-    found, zero = vanished(found, known)
+    Also how far each parameter is told then, and a note for the user: "" where the log tells all.
+    """
+    fit, edge = bounded(fit, known)
+    fit, zero = vanished(fit, known)
     if (bound := edge | zero).any():
-        known = certainty(found.fit, ~bound)
-    if all(known.told):
-        return Kept(found, known, ("yes",) * len(known.told), "")
-    nowhere = unseen(found.fit) & ~bound
-    fits = dict[bytes, Found]()  # by what moved: several ways meet
+        known = certainty(fit, ~bound)
+    if known.told.all():
+        return fit, known, ""
+    nowhere = unseen(fit) & ~bound
+    fits = dict[bytes, Fit]()  # by what moved: several ways meet
     for limit, back in TRIED:
-        free = _one_of_each(found, ~bound & ~nowhere, limit)
-        again, sure = _again(found, known, free, bound, back, fits)
-        untold = int((free & ~np.array(sure.told)).sum()) if back else 0
-        if same := _same(found, again, known, untold):
+        free = _one_of_each(fit, ~bound & ~nowhere, limit)
+        again, sure = _again(fit, known, free, bound, back, fits)
+        untold = int((free & ~sure.told).sum()) if back else 0
+        if same := _same(fit, again, known, untold):
             break
     else:
-        again, sure, free = found, known, np.ones(len(bound), bool)
-    then = np.array(sure.told)
-    where = [bound, ~(free | nowhere), ~then, np.array(known.told)]
-    states = tuple(np.select(where, [BOUND, HELD, "no", "yes"], GIVEN).tolist())
-    one = then | free
+        again, sure, free = fit, known, np.ones(len(bound), bool)
+    where = [bound, ~(free | nowhere), ~sure.told, known.told]
+    states = tuple(np.select(where, [BOUND, HELD, NOT_TOLD, TOLD], GIVEN).tolist())
     ends = {
-        name: np.where(one, getattr(sure, name), getattr(known, name))
+        name: np.where(sure.told | free, getattr(sure, name), getattr(known, name))
         for name in ("low", "high", "error")
     }
     for name in ("low", "high"):
         ends[name] = np.where(bound, np.nan, ends[name])
-    told = tuple(state in ("yes", GIVEN) for state in states)
-    value = np.where(zero, 0.0, again.fit.free.values(again.fit.numbers))
-    whole = known._replace(value=value, told=told, **ends)
-    return Kept(again, whole, states, _note(found, states, same and back))
+    value = np.where(zero, 0.0, again.values)
+    note = _note(fit.free.names, states, same and back)
+    return again, known._replace(value=value, state=states, **ends), note
 
 
 def _again(
-    found: Found, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Found]
-) -> tuple[Found, Certainty]:
+    fit: Fit, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Fit]
+) -> tuple[Fit, Certainty]:
     """Fitted with what is not ``free`` where it began or at its bound.
 
     ``back``: with what is not told where it began too, until that is no longer the same machine.
     """
 
-    def only(keep: Mask) -> tuple[Found, Certainty]:
-        here = np.append(keep | bound, [True, True])
-        numbers = np.where(here, found.fit.numbers, found.fit.free.begun)
-        again = fits.get(keep.tobytes()) or held(found, numbers, keep)
-        fits[keep.tobytes()] = again
-        every = again.problem._replace(held=np.append(np.ones(len(keep)), again.problem.held[-2:]))
-        return again, certainty(fitted(every, again.fit.numbers, 0), free)
+    def only(moving: Mask) -> tuple[Fit, Certainty]:
+        here = np.append(moving | bound, [True, True])
+        numbers = np.where(here, fit.numbers, fit.free.begun)
+        again = fits.get(moving.tobytes()) or refitted(fit, numbers, moving)
+        fits[moving.tobytes()] = again
+        moves = np.append(np.ones(len(moving)), again.problem.moves[-2:])
+        return again, certainty(fitted(again.problem._replace(moves=moves), again.numbers), free)
 
     again, sure = only(free)  # intervals if those that are held are right
-    while back and not np.array(sure.told)[free].all() and _same(found, again, known, free.sum()):
-        again, there = only(free & np.array(sure.told))
+    while back and not sure.told[free].all() and _same(fit, again, known, int(free.sum())):
+        again, there = only(free & sure.told)
         sure, before = both(sure, there), sure
-        if sure.told == before.told:
+        if sure.state == before.state:
             break
     return again, sure
 
 
-def _same(found: Found, again: Found, known: Certainty, untold: int) -> bool:
+def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
     """Whether it still is a machine, and the fit is not worse than by chance.
 
     ``untold`` parameters are where they began, beside those that are held, which cost nothing.
     """
-    if fault(again.fit.free, again.fit.numbers):
+    if fault(again.free, again.numbers):
         return False
-    least = np.maximum(found.fit.rms, found.fit.scale)  # of a log without noise nothing is left
-    worse = np.sum((again.fit.rms**2 - found.fit.rms**2) / least**2) * len(found.fit.residual)
+    least = np.maximum(fit.rms, fit.scale)  # of a log without noise nothing is left
+    worse = np.sum((again.rms**2 - fit.rms**2) / least**2) * len(fit.residual)
     limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
 
 
-def _one_of_each(found: Found, free: Mask, limit: float) -> Mask:
+def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
     """(names,) what is not held: one is of each combination that may change by the ``limit``."""
-    free, now = free.copy(), certainty(found.fit, free)
+    free, now = free.copy(), certainty(fit, free)
     while now.untold and now.untold[0].change > limit:
         near = np.flatnonzero(now.error >= NEARLY * now.error.max())
         free[near[-1]] = False
-        now = certainty(found.fit, free)
+        now = certainty(fit, free)
     return free
 
 
-def _note(found: Found, states: tuple[str, ...], back: bool) -> str:
-    names = found.fit.free.names
-    one, other, last = (
-        ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
-        for state in (HELD, "no", BOUND)
-    )
-    parts = []
-    if one:
-        parts.append(f"held where it began: {one}; the log tells others only beside it")
-    if other:
-        where = "left where it began" if back else "as it was found, for where it began fits worse"
-        parts.append(f"the log does not tell {other}: {where}")
-    if last:
-        parts.append(f"{last}: at the least or most that a machine can have, no interval is told")
-    return "; ".join(parts)
+def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
+    where = "left where it began" if back else "as it was found, for where it began fits worse"
+    lines = {
+        HELD: "held where it began: {}; the log tells others only beside it",
+        NOT_TOLD: f"the log does not tell {{}}: {where}",
+        BOUND: "{}: at the least or most that a machine can have, no interval is told",
+    }
+    each = {
+        line: ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
+        for state, line in lines.items()
+    }
+    return "; ".join(line.format(some) for line, some in each.items() if some)
 
 
-def bounded(found: Found, known: Certainty) -> tuple[Found, Mask]:
+def bounded(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     """A fit that is a machine, and (names,) which parameter is at a bound for that.
 
     That is the one that is known least of those that can be blamed. A fit stays impossible if no
     single parameter can.
     """
-    fit, bound = found.fit, np.zeros(len(known.error), bool)
+    bound = np.zeros(len(known.error), bool)
 
     def placed(k: int, number: float) -> Floats:
-        numbers = fit.numbers.copy()
-        numbers[k] = number
-        return numbers
+        return np.where(np.arange(len(fit.numbers)) == k, number, fit.numbers)
 
     if fault(fit.free, fit.numbers) is None:
-        return found, bound
+        return fit, bound
     order = np.argsort(-digits(known.error), kind="stable").tolist()
     blamed = (k for k in order if fault(fit.free, placed(k, fit.free.begun[k])) is None)
     if (k := next(blamed, None)) is None:
-        return found, bound
+        return fit, bound
     inside, outside = float(fit.free.begun[k]), float(fit.numbers[k])
-    best: Found | None = None
+    best: Fit | None = None
     for _ in range(HALVED):
         middle = 0.5 * (inside + outside)
-        again = held(found, placed(k, middle), np.arange(len(bound)) != k)
-        if fault(again.fit.free, again.fit.numbers) is None:
+        again = refitted(fit, placed(k, middle), np.arange(len(bound)) != k)
+        if fault(again.free, again.numbers) is None:
             inside, best = middle, again
         else:
             outside = middle
     bound[k] = best is not None
-    return best or found, bound
+    return best or fit, bound
 
 
-def vanished(found: Found, known: Certainty) -> tuple[Found, Mask]:
+def vanished(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
 
     So near that the logarithm tells no more: it would run away for ever.
     """
-    free, numbers = found.fit.free, found.fit.numbers.copy()
-    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~np.array(known.told)
+    free, numbers = fit.free, fit.numbers.copy()
+    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.told
     may = [name != LOAD and not fault(free, numbers, **{name: 0.0}) for name in free.names]
     if (zero := near & np.array(may)).any():
         numbers[:-2][zero] = GONE
-        found = held(found, numbers, ~zero)
-    return found, zero
+        fit = refitted(fit, numbers, ~zero)
+    return fit, zero
 
 
 def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
     """Why no machine has these parameters; None: one may."""
-    told = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
-    whole = {name: float(x) for name, x in free.start._asdict().items()}
-    every = whole | told | changes
-    return free.drive.fault({name: every[name] for name in whole})
+    fitted = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
+    values = free.starts | fitted | changes
+    return free.drive.fault({name: values[name] for name in free.start._fields})
 
 
-def halved(found: Found, known: Certainty, states: tuple[str, ...]) -> tuple[Certainty, str]:
+def halved(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
     """What is known, its intervals wide enough for what either half of the log tells; a note.
 
     A half that does not tell a parameter says nothing of it.
     """
-    replay = found.problem.residual
-    moves = np.array([state in ("yes", GIVEN) for state in states])
-    if not isinstance(replay, Replay) or not moves.any():
+    replay, told = fit.problem.residual, known.told
+    if not isinstance(replay, Replay) or not told.any():
         return known, ""
     counted = np.flatnonzero(replay.rows.usable)
-    middle = np.arange(len(replay.rows.usable)) < counted[len(counted) // 2]
-    held = np.append(moves, found.problem.held[-2:]).astype(float)
+    first = np.arange(len(replay.rows.usable)) < counted[len(counted) // 2]
+    moves = np.append(told, fit.problem.moves[-2:]).astype(float)
 
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
-        own = found.problem._replace(residual=replace(replay, rows=rows), held=held)
-        numbers, _ = refined(own, found.fit.numbers, TIGHT, FEW)
-        return certainty(fitted(own, numbers, 0), moves)
+        problem = fit.problem._replace(residual=replace(replay, rows=rows), moves=moves)
+        numbers, _ = refined(problem, fit.numbers, TIGHT, FEW)
+        return certainty(fitted(problem, numbers), told)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late
-    for own in side_by_side(half, (middle, ~middle)):
-        tells = moves & (own.error < TOLD) & np.isfinite(own.value)
-        low[tells] = np.minimum(low, own.value)[tells]
-        high[tells] = np.maximum(high, own.value)[tells]
-        mid = 0.5 * (own.late[0] + own.late[1])
-        late = min(late[0], mid), max(late[1], mid)
+    for part in side_by_side(half, (first, ~first)):
+        tells = told & (part.error < KNOWN) & np.isfinite(part.value)
+        low[tells] = np.minimum(low, part.value)[tells]
+        high[tells] = np.maximum(high, part.value)[tells]
+        middle = 0.5 * (part.late[0] + part.late[1])
+        late = min(late[0], middle), max(late[1], middle)
     least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
     grown = (high - low) > (1.0 + WIDER) * least
-    names = ", ".join(np.array(found.fit.free.names)[grown & moves])
-    told = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
-    return known._replace(low=low, high=high, late=late), told if names else ""
+    names = ", ".join(np.array(fit.free.names)[grown & told])
+    note = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
+    return known._replace(low=low, high=high, late=late), note if names else ""
+
+
+def unseen_gap(fit: Fit, known: Certainty, log: Recording, substeps: int) -> tuple[Certainty, str]:
+    """What is known but a backlash from flank to flank of which the log never goes, and a line."""
+    position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
+    others = [name for name in fit.free.drive.encoders if name != position]
+    if not here.any() or fit.bandwidth is None or not others:
+        return known, ""
+    pair = log._replace(outputs={position: log.place, others[0]: log.place})
+    residual = replay(fit.free, pair, fit.bandwidth, substeps)
+    off = offs(fit.problem._replace(residual=residual, scale=np.ones(2)), fit.numbers)
+    bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
+    if np.ptp(bent) >= 0.5 * known.value[here]:
+        return known, ""
+    value, low = (np.where(here, 0.0, x) for x in (known.value, known.low))
+    state = tuple(np.where(here, NOT_TOLD, known.state).tolist())
+    return known._replace(value=value, low=low, state=state), HIDDEN

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from hfc_design.core.numbers import Floats
 from hfc_design.files.machine import Axis
 from hfc_design.identify.advice import Advice, Profile
-from hfc_design.identify.fit import Found
+from hfc_design.identify.fit import Fit
 from hfc_design.identify.identifiability import Certainty
 from hfc_design.identify.parameters import Free
 from hfc_design.identify.recording import Recording
@@ -28,14 +28,13 @@ class Outcome(NamedTuple):
 
     log: str  # its name
     task: Task
-    found: Found
+    fit: Fit
     known: Certainty
-    states: tuple[str, ...]  # of each parameter, see ``Kept``
     profiles: tuple[Profile, ...]
     checks: tuple[Check, ...]
     advice: Advice | None
     response: Response | None
-    told: Recording
+    recording: Recording
     notes: tuple[str, ...]
 
     @property
@@ -46,7 +45,7 @@ class Outcome(NamedTuple):
     @property
     def free(self) -> Free:
         """The parameters that were looked for."""
-        return self.found.fit.free
+        return self.fit.free
 
     @property
     def position_unit(self) -> str:

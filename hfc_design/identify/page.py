@@ -68,7 +68,7 @@ def page(found: Identified, command: str) -> Page:
         doubts=doubts,
         notes=[note for note in found.notes if note not in doubts],
         untold=tables.untold_lines(found),
-        given=GIVEN in found.states,
+        given=GIVEN in found.known.state,
         advice=tables.advice_line(found),
         checks=tables.check_rows(found),
         verdict=tables.verdict(found),
@@ -91,7 +91,7 @@ def counted(residual: Floats) -> Floats:
 
 def replayed(found: Identified) -> Figure:
     """The recorded motion beside the replayed one, its command, and what the replay is off."""
-    told, unit = found.told, found.position_unit
+    told, unit = found.recording, found.position_unit
     time, panels = _time(found), 2 + (told.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
     first, *others = figure.subplots(panels, sharex=True)
@@ -115,7 +115,7 @@ def closely(found: Identified) -> Figure:
     worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
     near = slice(max(worst - width, 0), worst + width + 1)
     time = _time(found)[near]
-    place, replay = found.told.place[near], (found.told.place - off)[near]
+    place, replay = found.recording.place[near], (found.recording.place - off)[near]
     middle = time - time.mean()
     cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
     factor, small = readable(unit, float(np.abs(place - cubic).max()))
@@ -147,7 +147,7 @@ def spectrum(found: Identified) -> Figure:
     """At which frequencies the replay is off."""
     figure = framed(2.8 + 0.2 * len(found.checks), top=0.2 + 0.2 * len(found.checks))
     axes = figure.subplots()
-    unit, every = found.position_unit, found.told.sample_time
+    unit, every = found.position_unit, found.recording.sample_time
     styles = ((OWN, "-"), (OTHER, "-"), (OWN, "--"), (OTHER, "--"))
     for check, (colour, style) in zip(found.checks, styles, strict=False):
         length = min(SEGMENT, -(-len(check.residual) // PARTS))
@@ -211,7 +211,7 @@ def _draw_off(
 ) -> float:
     """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
     factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
-    time = found.told.sample_time * np.arange(len(residual), dtype=float)
+    time = found.recording.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
     axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
     finish(axes, f"off by [{unit}]", x)
@@ -220,4 +220,4 @@ def _draw_off(
 
 def _time(found: Identified) -> Floats:
     """(steps,) of the log [s]."""
-    return found.told.sample_time * np.arange(len(found.told.place), dtype=float)
+    return found.recording.sample_time * np.arange(len(found.recording.place), dtype=float)

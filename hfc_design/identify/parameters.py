@@ -1,7 +1,8 @@
-"""What is asked of a log: of which machine, in which loop, and which parameters are looked for."""
+"""The parameters of a machine that are looked for, as the numbers that a fit moves."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -41,16 +42,22 @@ class Free:
     scale: Floats  # (names,) size of each, in its unit
     positive: Floats  # (names,) 1 where it is more than zero, whatever it is
     begun: Floats  # (names + 2,) the numbers of the start
-    near: Floats  # (names + 2,) the same where a search begins
     sought: Floats  # (2,) 1 where one of ``LATE`` may be looked for, 0 where it is known
+
+    def values(self, numbers: Scalar, xp: Any = np) -> Scalar:
+        """(names,) in units of the drive; of traced ``numbers`` with ``jnp``."""
+        numbers = numbers[:-2]
+        with np.errstate(over="ignore"):
+            size = xp.where(self.positive > 0, xp.exp(numbers), numbers)
+            return self.scale * size
 
     def parts(self, numbers: Scalar) -> tuple[Parameters, Scalar, Scalar, Scalar]:
         """The record with ``numbers`` (names + 2,) in it, late, lag and load; traced ones too."""
-        own = numbers[:-2]
-        values = jnp.where(self.positive > 0, self.scale * jnp.exp(own), self.scale * own)
-        found = {name: values[k] for k, name in enumerate(self.names)}
-        load = found.pop(LOAD, self.load) if LOAD not in self.start._fields else self.load
-        return self.start._replace(**found), numbers[-2], jnp.abs(numbers[-1]), load
+        values = self.values(numbers, jnp)
+        changes = {name: values[k] for k, name in enumerate(self.names)}
+        known = LOAD in self.start._fields
+        load = self.load if known else changes.pop(LOAD, self.load)
+        return self.start._replace(**changes), numbers[-2], jnp.abs(numbers[-1]), load
 
     @property
     def starts(self) -> dict[str, float]:
@@ -59,22 +66,15 @@ class Free:
 
     def unit(self, name: str) -> str:
         """What a parameter counts in; "" where the drive does not say it."""
-        told = self.drive.parameter_units
-        return told.get(name, self.drive.units["load"] if name == LOAD else "")
-
-    def values(self, numbers: Floats) -> Floats:
-        """(names,) in units of the drive."""
-        own = np.asarray(numbers)[:-2]
-        with np.errstate(over="ignore"):
-            return np.where(self.positive > 0, self.scale * np.exp(own), self.scale * own)
+        default = self.drive.units["load"] if name == LOAD else ""
+        return self.drive.parameter_units.get(name, default)
 
     def shares(self, numbers: Floats) -> Floats:
         """(names,) by which share of itself each value changes with its number.
 
         What may have either sign, and ended near 0, by which share of where it began.
         """
-        size = np.maximum(np.abs(np.asarray(numbers)[:-2]), 1.0)
-        return np.where(self.positive > 0, 1.0, 1.0 / size)
+        return np.where(self.positive > 0, 1.0, 1.0 / np.maximum(np.abs(numbers[:-2]), 1.0))
 
     def rest(self) -> str:
         """What is not looked for and taken as it is, in a line; "" if there is nothing."""
@@ -82,29 +82,30 @@ class Free:
         usual = {LOAD, *self.drive.exact}  # not worth a word where they are as they always are
         left = {k: x for k, x in self.starts.items() if k not in self.names}
         left = {k: x for k, x in left.items() if k not in usual or x != nominal[k]}
-        known = "; set plant.parameters.NAME if you know better"
-        return f"not looked for: {self._listed(left)}{known}" if left else ""
+        hint = "; set plant.parameters.NAME if you know better"
+        return f"not looked for: {self._listed(left)}{hint}" if left else ""
 
     def wanted(self) -> str:
         """What is looked for, with where it begins, in a line."""
-        each = {name: self.starts[name] for name in self.names}
-        late = zip(LATE, self.begun[-2:], self.sought, strict=True)
-        return f"looked for, from: {self._listed(each)}" + "".join(
-            f"; {name} {'from ' if open_ else 'known to be '}{x:.4g} samples"
-            for name, x, open_ in late
-            if open_ or x
-        )
+        line = f"looked for, from: {self._listed({x: self.starts[x] for x in self.names})}"
+        for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
+            if open_ or samples:
+                line += f"; {name} {'from ' if open_ else 'known to be '}{samples:.4g} samples"
+        return line
 
     def _listed(self, values: Mapping[str, float]) -> str:
         units = {name: self.unit(name) for name in values}
-        told = (f"{k} {x:.6g} {units[k] if units[k] != '1' else ''}" for k, x in values.items())
-        return ", ".join(map(str.strip, told))
+        return ", ".join(
+            f"{k} {x:.6g} {units[k] if units[k] != '1' else ''}".strip() for k, x in values.items()
+        )
 
     def away(self, numbers: Floats) -> dict[str, float]:
         """By which factor each parameter has left its start, of those that units may explain."""
-        each = zip(self.names, self.values(numbers), self.positive, strict=True)
-        factors = {name: float(x) / self.starts[name] for name, x, signed in each if x and signed}
-        return {k: x for k, x in factors.items() if np.abs(abs(np.log(x)) - UNITS).min() < 0.1}
+        rows = zip(self.names, self.values(numbers), self.positive, strict=True)
+        factors = {name: float(x) / self.starts[name] for name, x, positive in rows if positive}
+        return {
+            k: x for k, x in factors.items() if x and np.abs(abs(np.log(x)) - UNITS).min() < 0.1
+        }
 
 
 def free(
@@ -127,28 +128,29 @@ def free(
     Raises:
         ValueError: one is unknown, or has no value to start from.
     """
-    there = (*drive.parameters._fields, LOAD)
-    if unknown := [name for name in (*changes, *(names or ())) if name not in there]:
-        told = f"{drive.name} has no such parameter; {one_of(unknown[0], there)}"
-        raise ValueError(f"{unknown[0][:60]}: {told}")
-    start, fixed = drive.parameters(**changes), {*drive.exact, *known}
+    parameters = drive.parameters._fields
+    if unknown := [x for x in (*changes, *(names or ())) if x not in (*parameters, LOAD)]:
+        there = one_of(unknown[0], (*parameters, LOAD))
+        raise ValueError(f"{unknown[0][:60]}: {drive.name} has no such parameter; {there}")
+    start = drive.parameters(**changes)
+    values = {LOAD: around[0]} | start._asdict()
     if names is None:
-        names = [x for x in start._fields if x not in fixed and getattr(start, x) != 0]
-        if LOAD not in (*known, *start._fields) and OFFSETS.isdisjoint((*names, *known)):
+        fixed = {*drive.exact, *known}
+        names = [x for x in parameters if x not in fixed and values[x] != 0]
+        if LOAD not in (*known, *parameters) and OFFSETS.isdisjoint((*names, *known)):
             names.append(LOAD)
-    sizes, signs, begun = [], [], []
+    if not names:
+        raise ValueError(f"names no parameter; {drive.name} has {', '.join(parameters)}")
+    sizes, positive, begun = [], [], []
     for name in (names := [*dict.fromkeys(names)]):
-        own = name in start._fields
-        value = float(getattr(start, name)) if own else around[0]
-        signed = not own or drive.fault({**changes, name: -(value or SMALL)}) is None
+        value = float(values[name])
+        negative = {**changes, name: -(value or SMALL)}
+        signed = name not in parameters or drive.fault(negative) is None
         if value == 0.0 and not signed:
             raise ValueError(f"{name}: is 0; give it a value to start from: --free {name}=0.1")
         sizes.append(abs(value) or SMALL)
-        signs.append(0.0 if signed else 1.0)
+        positive.append(float(not signed))
         begun.append(value / sizes[-1] if signed else 0.0)
-    if not sizes:
-        raise ValueError(f"names no parameter; {drive.name} has {', '.join(start._fields)}")
     sought = [float(name not in known) for name in LATE]
-    begun += around[1:]
-    numbers = (np.array(own) for own in (around[0], sizes, signs, begun, begun, sought))
+    numbers = map(np.array, (around[0], sizes, positive, [*begun, *around[1:]], sought))
     return Free(drive, tuple(names), start, *numbers)

@@ -16,10 +16,9 @@ from hfc_design.logs.reading import read_log
 from hfc_design.logs.signals import Even, signals
 from plants import Drive
 
-#: The velocity at the start is that of a cubic through so many samples.
-BEGINNING = 20
-#: In so many standard errors.
-CLEAR = 4.0
+#: The velocity at the start is that of a cubic through so many samples, and is one if it is so
+#: many standard errors large.
+BEGINNING, CLEAR = 20, 4.0
 #: Where the system shows what is piped into a program.
 PIPES = "/dev/", "/proc/"
 
@@ -56,29 +55,29 @@ class Recording(NamedTuple):
         return self.sample_time * len(self.load)
 
 
-def recording(found: Even, drive: Drive) -> Recording:
+def recording(log: Even, drive: Drive) -> Recording:
     """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
-    seen = drive.seen[0]
-    place = found.values[seen]
-    time = found.sample_time * np.arange(len(place[:BEGINNING]))
+    position, values = drive.seen[0], log.values
+    place = values[position]
+    time = log.sample_time * np.arange(len(place[:BEGINNING]))
     (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
     noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
     if abs(rate) < noise:  # it begins at rest
         rate = 0.0
     shown = drive.signals(drive.coefficients(drive.parameters()), drive.initial_state(0.0))
-    rates = rates_of(drive)
-    measured = dict.fromkeys([seen, *rates, *rates.values(), *shown])
+    rates, still = rates_of(drive), np.zeros_like(place)
+    measured = dict.fromkeys([position, *rates, *rates.values(), *shown])
     return Recording(
-        {name: found.values[name] for name in measured if name in found.values},
-        found.values.get("command"),
-        found.values.get("reference"),
-        found.values.get("load", np.zeros_like(place)),
-        found.values.get("added", np.zeros_like(place)),
-        found.usable.astype(float),
-        found.sample_time,
-        float(rate),
-        tuple(found.notes),
-        found.step,
+        outputs={name: values[name] for name in measured if name in values},
+        command=values.get("command"),
+        reference=values.get("reference"),
+        load=values.get("load", still),
+        added=values.get("added", still),
+        usable=log.usable.astype(float),
+        sample_time=log.sample_time,
+        rate=float(rate),
+        notes=tuple(log.notes),
+        step=log.step,
     )
 
 
@@ -102,14 +101,14 @@ def sources(
     if others and check_log is None:
         raise UserError("--check-column: needs --check-log")
     with about(log):
-        found = {called(log): Source(log, asked(columns, drive))}
+        logs = {called(log): Source(log, asked(columns, drive))}
     if check_log is not None:
-        name = called(check_log)
         with about(check_log):
-            both = {one.name: one for one in (*asked(columns, drive), *asked(others, drive))}
-        own = Source(check_log, [*both.values()])
-        found[name if name not in found else f"{name} (check)"] = own
-    return found
+            both = {x.name: x for x in (*asked(columns, drive), *asked(others, drive))}
+        name = called(check_log)
+        name = name if name not in logs else f"{name} (check)"
+        logs[name] = Source(check_log, [*both.values()])
+    return logs
 
 
 def recordings(
@@ -120,23 +119,21 @@ def recordings(
     Raises:
         UserError: one cannot be read or has not what is needed; the line says which and why.
     """
-    found, scenario = dict[str, Recording](), task.scenario
-    axis = task.one
+    recorded, axis, simulation = dict[str, Recording](), task.one, task.scenario.simulation
     for name, source in logs.items():
-        read = read_log(source.path)
+        columns = read_log(source.path)
         with about(source.path):
-            seen = signals(read, axis.drive, source.columns, sample_time)
-            found[name] = recording(seen, axis.drive)
-    every = next(iter(found.values())).sample_time
-    for name, one in found.items():
-        if abs(one.sample_time / every - 1.0) > 1e-3:
-            raise UserError(f"{name}: is sampled every {one.sample_time:g} s, not {every:g} s")
+            even = signals(columns, axis.drive, source.columns, sample_time)
+            recorded[name] = recording(even, axis.drive)
+    every = next(iter(recorded.values())).sample_time
+    for name, log in recorded.items():
+        if abs(log.sample_time / every - 1.0) > 1e-3:
+            raise UserError(f"{name}: is sampled every {log.sample_time:g} s, not {every:g} s")
     # The largest speed over ten samples: noise is none.
-    each = (abs(one.place[10:] - one.place[:-10]).max() for one in found.values())
-    speed, substeps = float(max(each)) / (10 * every), scenario.simulation.substeps
+    moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
+    speed, substeps = float(max(moves)) / (10 * every), simulation.substeps
     while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
         substeps *= 2
-    changes = {"sample_time_s": every, "substeps": substeps}
-    simulation = scenario.simulation.model_copy(update=changes)
-    scenario = scenario.model_copy(update={"simulation": simulation})
-    return task._replace(scenario=scenario), found
+    simulation = simulation.model_copy(update={"sample_time_s": every, "substeps": substeps})
+    scenario = task.scenario.model_copy(update={"simulation": simulation})
+    return task._replace(scenario=scenario), recorded

@@ -1,4 +1,4 @@
-"""A motion of one axis that was recorded, and a plant under its command, held near the motion.
+"""A plant under the command that was recorded, held near the motion that was recorded.
 
 In open loop whatever the model lacks adds up, and after some seconds the simulated axis is
 anywhere. So it is an observer: in each sample its positions and velocities are set right by a
@@ -10,7 +10,7 @@ Trans. Control Systems Technology 21, 2013). With none it is the plain open loop
 The closed loop that recorded a log is replayed under the reference and the load that it recorded.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple, TypeAlias
@@ -43,8 +43,6 @@ RESTED, FORGOTTEN = 1.0, 3.0
 #: and a load that is always there -> by how much it is off each recorded output (steps, outputs).
 #: JAX takes it as an argument: what was recorded is data.
 Residual: TypeAlias = Callable[..., Scalar]
-
-
 #: Of each angle of a drive its rate, and how far it goes where the axis goes by 1.
 Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
@@ -72,7 +70,7 @@ class Replay:
     begun: tuple[Scalar, Scalar]  # place and rate of the axis before the first sample
     sample_time: Scalar  # [s]
     gains: tuple[Scalar, Scalar]  # of the observer, for the place and for the rate [1/s]
-    unknown: Scalar  # (outputs,) see ``zeros``
+    unknown: Scalar  # (outputs,) see ``centred``
 
     def __call__(
         self, parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
@@ -100,44 +98,53 @@ class Replay:
         rows = self.rows._replace(command=later(self.rows.command, late - lag))
         first = rows.command[0]
         begun = shifted(self.body, drive.initial_state(0.0 * first), *self.begun), first
-        return unzeroed(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
+        return centred(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
 
 
-def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Replay:
+def replay(free: Free, log: Recording, bandwidth: float, substeps: int) -> Replay:
     """How far a machine is off what was recorded, where that counts.
 
     Args:
         free: whose drive is replayed; by its start the gears are known.
-        told: under which commands and loads, and where it was.
+        log: under which commands and loads, and where it was.
         bandwidth: of the observer [Hz]; 0: open loop.
         substeps: integration steps in a sample.
     """
-    assert told.command is not None
-    drive, every = free.drive, told.sample_time
-    body, names = rigid(drive, free.start), tuple(told.outputs)
-    angular = 2.0 * np.pi * bandwidth
-    unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
+    assert log.command is not None
+    drive, every = free.drive, log.sample_time
+    body, angular = rigid(drive, free.start), 2.0 * np.pi * bandwidth
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
-    periods = bandwidth * every * np.arange(len(told.usable)) * (1.0 + SAME)
-    waits = FORGOTTEN if told.rate else RESTED
-    counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
-    outputs = np.stack([*told.outputs.values()], axis=-1)
-    loads = between(told.load, substeps)
-    rows = Rows(told.command, told.place, loads, outputs, counted)
-    gains = every * 2.0 * DAMPED * angular, every * angular**2
-    begun = float(told.place[0]), told.rate
-    return Replay(drive, body, names, substeps, rows, begun, every, gains, unknown)
+    periods = bandwidth * every * np.arange(len(log.usable)) * (1.0 + SAME)
+    waits = FORGOTTEN if log.rate else RESTED
+    counted = np.where(periods < waits, 0.0, log.usable) if bandwidth else log.usable
+    rows = Rows(log.command, log.place, between(log.load, substeps), stacked(log), counted)
+    return Replay(
+        drive,
+        body,
+        tuple(log.outputs),
+        substeps,
+        rows,
+        begun=(float(log.place[0]), log.rate),
+        sample_time=every,
+        gains=(every * 2.0 * DAMPED * angular, every * angular**2),
+        unknown=zeros(body, log, [drive.seen[0]] if bandwidth else []),
+    )
 
 
-def zeros(body: Iterable[str], outputs: Iterable[str], known: Iterable[str]) -> Floats:
+def stacked(log: Recording) -> Floats:
+    """(steps, outputs) what was measured."""
+    return np.stack([*log.outputs.values()], axis=-1)
+
+
+def zeros(body: Body, log: Recording, known: Collection[str]) -> Floats:
     """(outputs,) 1 for an encoder of whose zero nothing is known, else 0.
 
     In open loop that is the axis' own too: its first sample has noise as every other.
     """
-    return np.array([float(name in body and name not in known) for name in outputs])
+    return np.array([float(name in dict(body) and name not in known) for name in log.outputs])
 
 
-def unzeroed(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
+def centred(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
     """(steps, outputs) without the mean of those whose zero is ``unknown``."""
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
@@ -163,16 +170,15 @@ def later(command: Scalar, late: Scalar) -> Scalar:
 
 def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) -> Scalar:
     """(outputs,) what a machine shows, without the steps of its encoders."""
-    signals = drive.signals(fixed, state)
-    found = [signals[name] if name in signals else getattr(state, name) for name in outputs]
-    return jnp.stack(found)
+    shown = state._asdict() | drive.signals(fixed, state)
+    return jnp.stack([shown[name] for name in outputs])
 
 
 def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
     """The state with the whole axis further and faster by so much."""
-    moved = {name: getattr(state, name) + share * place for name, (_, share) in body}
-    moved |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
-    return state._replace(**moved)
+    changes = {name: getattr(state, name) + share * place for name, (_, share) in body}
+    changes |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
+    return state._replace(**changes)
 
 
 @cache  # a replay inside of compiled code finds it here
@@ -189,17 +195,17 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     def after(places: Scalar) -> Scalar:
         zero = drive.initial_state(0.0 * places[0])
         state = zero._replace(**dict(zip(names, places, strict=True)))
-        moved = drive.step(fixed, state, 0.0, (0.0, 0.0, 0.0), 1e-3)
-        return jnp.stack([getattr(moved, name) for name in (*names, *pairs.values())])
+        stepped = drive.step(fixed, state, 0.0, (0.0, 0.0, 0.0), 1e-3)
+        return jnp.stack([getattr(stepped, name) for name in (*names, *pairs.values())])
 
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
         change = np.asarray(jax.jacfwd(after)(jnp.zeros(len(names))))
     change = change - np.eye(*change.shape)
     _, sizes, directions = np.linalg.svd(change)
-    free = directions[sizes <= 1e-9 * max(sizes.max(), 1.0)]
-    found = free.T @ (free @ np.ones(len(names))) if len(free) else np.ones(len(names))
-    first = found[names.index(drive.seen[0])]
-    shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
+    still = directions[sizes <= 1e-9 * max(sizes.max(), 1.0)]
+    moves = still.T @ (still @ np.ones(len(names))) if len(still) else np.ones(len(names))
+    first = moves[names.index(drive.seen[0])]
+    shares = moves / first if abs(first) > 1e-6 else np.ones(len(names))
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
 
 
@@ -208,61 +214,56 @@ class Pushed(Louder):
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of the axis, and what to remember."""
-        more, own = gains
-        commands, memory = self.inner.step(xp, own, memory, view)
-        return tuple(command + more for command in commands), memory
+        added, inner = gains
+        commands, memory = self.inner.step(xp, inner, memory, view)
+        return tuple(command + added for command in commands), memory
 
 
-def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
+def loop(scenario: Scenario, design: Design, log: Recording) -> Residual:
     """How far the loop of a machine is off what was recorded, where that counts.
 
     Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
     """
-    controller, gains = controller_of(design, scenario)
-    one = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
-    own: object = jax.tree.map(lambda leaf: leaf[..., 0], gains)
-    drive, every = one.machine.drives[0], told.sample_time
-    believed = scenario.plant.values()
-    body = rigid(drive, believed[0])
+    controller, wide = controller_of(design, scenario)
+    smooth = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
+    gains: Gains = jax.tree.map(lambda leaf: leaf[..., 0], wide)
+    drive, every, nominal = smooth.machine.drives[0], log.sample_time, scenario.plant.values()
+    body = rigid(drive, nominal[0])
     readings = scenario.sensors.of(scenario.plant.machine.axes[0]).readings
-    rows = _rows(told, one.substeps, len(drive.encoders) + len(readings))
-    outputs = np.stack([*told.outputs.values()], axis=-1)
-    usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
+    samples = _samples(log, smooth.substeps, len(drive.encoders) + len(readings))
+    outputs, unknown = stacked(log), zeros(body, log, [drive.seen[0]])
 
     def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
-        fixed = one.coefficients((parameters,))
+        fixed = smooth.coefficients((parameters,))
         zero = 0.0 * late
-        put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
-        before = start(one, fixed, zero, (put,))
+        put = shifted(body, drive.initial_state(zero), log.place[0], log.rate)
 
         def sample(
             before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
         ) -> tuple[Moving, Scalar]:
-            happens, shown, counts, more = row
-            happens = happens._replace(loads=tuple(each + load for each in happens.loads))
-            missing = shown - read(drive, fixed[0], before.states[0], told.outputs)
+            happens, shown, counts, added = row
+            happens = happens._replace(loads=tuple(x + load for x in happens.loads))
+            missing = shown - read(drive, fixed[0], before.states[0], log.outputs)
             sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
-            after = moved(one, believed, fixed, every, (more, own), before, sampled)
+            after = moved(smooth, nominal, fixed, every, (added, gains), before, sampled)
             return after, missing * counts
 
-        off = jax.lax.scan(sample, before, (rows, outputs, usable, told.added))[1]
-        return unzeroed(off, usable, unknown)
+        rows = samples, outputs, log.usable, log.added
+        missing = jax.lax.scan(sample, start(smooth, fixed, zero, (put,)), rows)[1]
+        return centred(missing, log.usable, unknown)
 
     return jax.tree_util.Partial(off)
 
 
-def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
+def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
     """What happens to the axis, a leaf (steps,) each."""
-    assert told.reference is not None
-    steps, every = len(told.load), told.sample_time
-    reference = told.reference
+    assert log.reference is not None
+    reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
     faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
-    rate = np.gradient(reference, every)  # where it is, not half a sample later
-    still = np.zeros(steps)
     return AxisSamples(
         reference=reference,
-        reference_rate=rate,
-        loads=tuple(between(told.load, substeps).T),
+        reference_rate=np.gradient(reference, every),  # where it is, not half a sample later
+        loads=tuple(between(log.load, substeps).T),
         noise=(still,) * noises,
         target=reference,
         reference_acceleration=faster / every**2,

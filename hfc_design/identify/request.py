@@ -29,16 +29,15 @@ class Task(NamedTuple):
     @property
     def one(self) -> Axis:
         """The axis, with the encoder that its sensors feed back."""
-        found = self.scenario.plant.each()[self.axis]
-        return found._replace(drive=self.scenario.machine.drives[self.axis])
+        axis = self.scenario.plant.each()[self.axis]
+        return axis._replace(drive=self.scenario.machine.drives[self.axis])
 
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
     """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
-    told = changed({}, changes)
-
-    plant, load, limits = (told.get(table, {}) for table in ("plant", "load", "limits"))
-    axes = [part.get("axes", {}).get(axis, {}) for part in (plant, load, limits)]
+    tables = changed({}, changes)
+    plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
+    axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
     names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}
     return frozenset(names | ({LOAD} if "constant" in (*load, *axes[1]) else set()))
 
@@ -49,30 +48,28 @@ def looked_for(task: Task) -> Free:
     Raises:
         UserError: one is unknown, is known already, or has no value to start from.
     """
-    start = task.one
-    nominal = start.drive.parameters()._asdict()
-    own = {k: x for k, x in start.parameters._asdict().items() if x != nominal[k]}
-    named = [name.partition("=") for name in task.names or ()]
-    names = [name.strip() for name, *_ in named]
-    limits, load = task.scenario.limits.of(start.name), task.scenario.load.of(start.name).constant
+    axis = task.one
+    drive, nominal = axis.drive, axis.drive.parameters()._asdict()
+    changes = {k: x for k, x in axis.parameters._asdict().items() if x != nominal[k]}
+    named = [[x.strip() for x in text.partition("=")] for text in task.names or ()]
+    names = [name for name, *_ in named]
+    limits, load = task.scenario.limits.of(axis.name), task.scenario.load.of(axis.name).constant
     lag = limits.lag_s / task.scenario.simulation.sample_time_s  # [samples]
     try:
-        begun = {name.strip(): _number(name.strip(), x) for name, told, x in named if told}
-        if both := task.known & {*names}:
-            one = min(both, key=names.index)
-            raise ValueError(f"{one}: is known by --set; leave out one of them")
+        begun = {name: _number(name, text) for name, equals, text in named if equals}
+        if both := [name for name in names if name in task.known]:
+            raise ValueError(f"{both[0]}: is known by --set; leave out one of them")
         around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
-        if begun.keys() <= nominal.keys() and (fault := start.drive.fault(own | begun)):
+        if begun.keys() <= nominal.keys() and (fault := drive.fault(changes | begun)):
             raise ValueError(fault.removeprefix("parameters."))
-        return free(start.drive, own | begun, names or None, task.known, around)
+        return free(drive, changes | begun, names or None, task.known, around)
     except ValueError as error:
         raise UserError(f"--free {error}") from None
 
 
 def _number(name: str, text: str) -> float:
-    if not NUMBER.fullmatch(text.strip()):
-        told = f"has to begin at a number, as in {name}=0.1 (got {text[:40]!r})"
-        raise ValueError(f"{name}: {told}")
+    if not NUMBER.fullmatch(text):
+        raise ValueError(f"{name}: has to begin at a number, as in {name}=0.1 (got {text[:40]!r})")
     return float(text)
 
 
@@ -91,32 +88,38 @@ def task_of(
     Raises:
         UserError: there is no such machine, axis or parameter.
     """
-    design = load_design(controller) if controller is not None else None
+    design = None if controller is None else load_design(controller)
     name = ALL_PLANTS.resolve(plant).name if plant else None
-    made = scenario is None and design is None
     if scenario is not None:
-        found = load_scenario(scenario, changes)
+        loaded = load_scenario(scenario, changes)
     elif design is not None:
-        told = design.name if controller is design else str(controller)
-        found = own_scenario(design, told, changes)
+        source = design.name if controller is design else str(controller)
+        loaded = own_scenario(design, source, changes)
     elif name is not None:
         # Of these only the plant counts.
         still = {"kind": "step", "height": 0.0}
-        log = {"name": "log", "plant": {"name": name}, "reference": still}
-        found = load_scenario(log, changes)
+        loaded = load_scenario(
+            {"name": "log", "plant": {"name": name}, "reference": still}, changes
+        )
     else:
         raise UserError("which machine is it? say --plant, --scenario or --controller")
-    if name is not None and found.plant.name != name:
-        raise UserError(f"--plant {plant}: the scenario is for the plant {found.plant.name}")
-    axes = found.plant.machine.axes
-    if len(axes) > 1 and (axis not in axes or made):
-        told = f"{found.plant.name} has the axes {', '.join(axes)}"
-        why = "; say --scenario too" if axis in axes else ""
-        raise UserError(f"--axis {axis}: {told}{why}" if axis else f"--axis: which one? {told}")
-    if len(axes) == 1 and axis is not None:
-        raise UserError(f"--axis {axis}: {found.plant.name} has only one")
-    number = axes.index(axis) if axis else 0
-    own = known(changes, axes[number])
-    task = Task(found, number, design, free, bandwidth, seed, made, own)
+    if name is not None and loaded.plant.name != name:
+        raise UserError(f"--plant {plant}: the scenario is for the plant {loaded.plant.name}")
+    made = scenario is None and design is None
+    number = _axis(loaded, axis, made)
+    fixed = known(changes, loaded.plant.machine.axes[number])
+    task = Task(loaded, number, design, free, bandwidth, seed, made, fixed)
     looked_for(task)
     return task
+
+
+def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
+    """The place of the axis that is meant; UserError: there is none, or no scenario is said."""
+    plant, axes = scenario.plant.name, scenario.plant.machine.axes
+    if len(axes) == 1 and axis is not None:
+        raise UserError(f"--axis {axis}: {plant} has only one")
+    if len(axes) > 1 and (axis not in axes or made):
+        there = f"{plant} has the axes {', '.join(axes)}"
+        why = "; say --scenario too" if axis in axes else ""
+        raise UserError(f"--axis {axis}: {there}{why}" if axis else f"--axis: which one? {there}")
+    return axes.index(axis) if axis else 0

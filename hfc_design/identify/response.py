@@ -15,7 +15,7 @@ from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
 from hfc_design.files.stress import Mode
-from hfc_design.identify.fit import NOTHING, Found
+from hfc_design.identify.fit import NOTHING, Fit
 from hfc_design.identify.replay import DAMPED, Replay
 
 #: Segments have at most so many samples, are so many at least, and have so many samples at least;
@@ -48,13 +48,13 @@ class Response(NamedTuple):
         return float(f"{self.top or self.frequency[0]:.2g}")
 
 
-def response(found: Found) -> Response | None:
+def response(fit: Fit) -> Response | None:
     """What the log of a fit says of frequencies; None: it has no command, or is too short."""
-    replay = found.problem.residual
+    replay = fit.problem.residual
     if not isinstance(replay, Replay):
         return None
     every, part = float(replay.sample_time), _longest(np.asarray(replay.rows.usable))
-    off, place, command = found.fit.residual[part, 0], replay.rows.place[part], replay.rows.command
+    off, place, command = fit.residual[part, 0], replay.rows.place[part], replay.rows.command
     length = min(SEGMENT, len(off) // PARTS)
     if length < LEAST:
         return None
@@ -67,7 +67,7 @@ def response(found: Found) -> Response | None:
     frequency = np.arange(2.0, length // 2 + 1) / (length * every)
     missing, own, power = (density(bends[2], x) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
-    w = 2.0 * np.pi * (found.bandwidth or 0.0) * every
+    w = 2.0 * np.pi * (fit.bandwidth or 0.0) * every
     slow = (2.0 * DAMPED * w + w**2) * turn + w**2
     model = own - missing * (turn**2 + slow) / turn**2
     noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
@@ -79,7 +79,7 @@ def response(found: Found) -> Response | None:
     excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
     excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # a sine alone
     top = float(frequency[excited[-1]]) if excited.size else None
-    counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
+    counts = (error < KNOWN) & (frequency >= 0.5 * (fit.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, own / model, error, counts, 0.5 / every)
     if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):

@@ -17,8 +17,8 @@ def test_a_delay_of_two_samples_is_found(bandwidth):
     force = forced(STEPS)
     late = driven(TRUE, np.r_[force[0], force[0], force[:-2]])
     one = cart_fit(NAMES, late, force, HELD, late=True, bandwidth=bandwidth)
-    np.testing.assert_allclose(one.fit.free.values(one.fit.numbers), [2.6, 6.0], rtol=1e-3)
-    assert one.fit.late == pytest.approx(2.0, abs=0.01)
+    np.testing.assert_allclose(one.values, [2.6, 6.0], rtol=1e-3)
+    assert one.late == pytest.approx(2.0, abs=0.01)
 
 
 def test_mass_and_friction_are_those_of_scipy():
@@ -30,7 +30,7 @@ def test_mass_and_friction_are_those_of_scipy():
         return zero + driven(TRUE._replace(mass=mass, viscous_friction=friction), force)
 
     values, covariance = curve_fit(model, np.arange(STEPS), place, p0=(2.0, 8.0, 0.0))
-    fit = cart_fit(NAMES, place, force, HELD).fit
+    fit = cart_fit(NAMES, place, force, HELD)
     np.testing.assert_allclose(fit.free.values(fit.numbers), values[:2], rtol=1e-6)
     known = certainty(fit)
     white = known.error * known.value / np.sqrt(known.inflated[:-2])

@@ -44,7 +44,7 @@ def swinging(force, hz, damping=0.02, share=0.25):
 def fitted(place, force, names=NAMES, **changes):
     told = recorded(place, force)
     wanted = free(CART, changes, names)
-    return by_command(wanted, told, 1, [20.0], 0, lambda line: None, near=True)
+    return by_command(wanted, told, 1, [20.0], 0, near=True)
 
 
 @pytest.mark.parametrize(("hz", "far"), [(60.0, 0.06), (130.0, 0.15)])
@@ -88,10 +88,10 @@ def test_a_lag_is_told_from_a_delay_where_there_is_one():
     rates = np.array([[0.0, 1.0, 0.0], [0.0, -8.0 / mass, 1.0 / mass], [0.0, 0.0, -1.0 / 3e-3]])
     later = np.r_[0.0, force[:-1]]
     lagged = held(rates, np.array([[0.0], [0.0], [1.0 / 3e-3]]), later)
-    one = fitted(noisy(lagged, NOISE, 0), force, pull=-1e-9).fit
+    one = fitted(noisy(lagged, NOISE, 0), force, pull=-1e-9)
     assert (one.lag, one.late) == pytest.approx((3.0, 4.0), abs=0.05)
     late = driven(Cart(pull=0.0), np.r_[[0.0] * 4, force[:-4]])
-    other = fitted(noisy(late, NOISE, 0), force, pull=-1e-9).fit
+    other = fitted(noisy(late, NOISE, 0), force, pull=-1e-9)
     assert (other.lag, other.late) == pytest.approx((0.0, 4.0), abs=0.02)
 
 
@@ -99,7 +99,7 @@ def test_a_load_is_found_in_its_unit():
     force = shaken_to(30.0)
     place = noisy(driven(Cart(pull=0.5 + 7.3), force), NOISE, 0)
     found = fitted(place, force, ("mass", "viscous_friction", "load"))
-    assert found.fit.free.values(found.fit.numbers)[2] == pytest.approx(7.3, rel=1e-3)
+    assert found.values[2] == pytest.approx(7.3, rel=1e-3)
 
 
 def test_halves_that_differ_widen_the_intervals():
@@ -115,8 +115,8 @@ def test_halves_that_differ_widen_the_intervals():
         second.append(state[0])
     for place, wider in ((first, False), (np.r_[first[:half], second], True)):
         found = fitted(noisy(place, 1e-6, 0), force)
-        known = certainty(found.fit)
-        own, told = halved(found, known, ("yes",) * 3)
+        known = certainty(found)
+        own, told = halved(found, known._replace(state=("yes",) * 3))
         assert bool(told) == wider
         if wider:
             assert "viscous_friction" in told

@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from carts import CART, EVERY, Cart, cart_fit, driven, forced, recorded
+from carts import CART, EVERY, Cart, cart_fit, driven, fit_with, forced, recorded
 
 from hfc_design.identify import fit
-from hfc_design.identify.fit import Fit, Found, Problem, by_command, refined
-from hfc_design.identify.identifiability import certainty
-from hfc_design.identify.identified import beyond, unseen_gap
+from hfc_design.identify.fit import by_command, refined
+from hfc_design.identify.identifiability import certainty, unseen_gap
+from hfc_design.identify.identified import beyond
 from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import replay
 from plants.milling_table import MILLING_TABLE
@@ -26,10 +26,10 @@ def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
     for size in (0.0, 1e-15, 1e-12):
         told = recorded(place * (1.0 + size * rng.uniform(-1.0, 1.0, place.shape)), force)
         tried = [50.0, 20.0, 5.0]
-        found.append(by_command(wanted, told, 1, tried, 0, lambda line: None, near=True))
+        found.append(by_command(wanted, told, 1, tried, 0, near=True))
     assert [one.bandwidth for one in found] == [50.0] * 3
     for one in found:
-        np.testing.assert_allclose(wanted.values(one.fit.numbers), [2.4, 7.0, 0.6], rtol=1e-6)
+        np.testing.assert_allclose(one.values, [2.4, 7.0, 0.6], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -44,12 +44,11 @@ def test_slower_observers_are_tried_where_a_fast_one_leaves_nearly_all(monkeypat
         asked.append(hz)
         w, s = 2.0 * np.pi * hz, 1j * angle
         alone = abs(s**2 / (s**2 + 1.4 * w * s + w**2)) / np.sqrt(2.0)
-        residual = np.full((8000, 1), shares[len(asked) - 1] * alone)
-        one = Fit(wanted, wanted.begun, residual, np.zeros((8000, 1, 3)), np.ones(1), 1)
-        return Found(one, Problem(wanted, residual, np.ones(1), np.ones(3)), hz)
+        residual = np.full(8000, shares[len(asked) - 1] * alone)
+        return fit_with(wanted, residual, np.zeros((8000, 3)), bandwidth=hz)
 
     monkeypatch.setattr(fit, "by_starts", starts)
-    monkeypatch.setattr(fit, "_lagged", lambda found: found)
+    monkeypatch.setattr(fit, "_lagged", lambda one: one)
     assert by_command(wanted, told, 1, [50.0], 0, print).bandwidth == 50.0  # it was asked for
     del asked[:]
     far = np.full((8000, 1), 1e9)
@@ -62,13 +61,13 @@ def test_slopes_too_steep_to_be_squared_end_a_fit(monkeypatch):
     one = cart_fit(("mass",), WAVE, WAVE)
     steep = np.full((len(WAVE), 1, 3), 1e200)
     monkeypatch.setattr(fit, "slopes", lambda problem, numbers: (0.0 * steep[..., 0], steep))
-    assert refined(one.problem, one.fit.numbers, 1e-3, 5)[0].tolist() == one.fit.numbers.tolist()
+    assert refined(one.problem, one.numbers, 1e-3, 5)[0].tolist() == one.numbers.tolist()
 
 
 def test_commands_that_the_drive_does_not_take_are_told():
     """Two of five are beyond the amplifier's 2 V, too many for any model; one at it is not."""
     wanted = free(POSITIONING_STAGE, {"highest_voltage": 2.0}, ("mass",))
-    fit = Fit(wanted, wanted.begun, *[WAVE] * 3, 1)
+    fit = fit_with(wanted, WAVE, np.zeros((len(WAVE), 3)))
     (line,) = beyond(fit, np.array([-2.5, -2.0, 0.0, 1.0, 7.0]))
     told = (
         "NOT USABLE: the model cannot drive its own log: 40 % of the commands are beyond the -2 to"
@@ -92,12 +91,12 @@ def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen
     with jax.enable_x64(True):
         begun = MILLING_TABLE.initial_state(jnp.zeros(()))
         place = np.asarray(jax.lax.scan(sample, begun, jnp.asarray(wave))[1])
-    told, still = recorded(place, wave), np.zeros((len(place), 1))
-    fit = Fit(wanted, wanted.begun, still, np.zeros((len(place), 1, 4)), np.ones(1), 1)
-    problem = Problem(wanted, replay(wanted, told, 20.0, 1), np.ones(1), np.ones(4))
-    known = certainty(fit)._replace(told=(True, True))
-    after, states, line = unseen_gap(Found(fit, problem, 20.0), known, ("yes",) * 2, told, 1)
-    assert (states, after.told) == (("yes" if seen else "no", "yes"), (seen, True))
+    told, still = recorded(place, wave), np.zeros((len(place), 4))
+    replayed = replay(wanted, told, 20.0, 1)
+    one = fit_with(wanted, still[:, 0], still, replayed=replayed, bandwidth=20.0)
+    known = certainty(one)._replace(state=("yes", "yes"))
+    after, line = unseen_gap(one, known, told, 1)
+    assert after.state == ("yes" if seen else "no", "yes")
     assert after.value.tolist() == [0.4 if seen else 0.0, weight]
     assert line.startswith("" if seen else "the backlash is not seen in this log")
     assert bool(line) != seen
