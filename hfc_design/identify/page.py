@@ -1,7 +1,9 @@
 """The page of an identification with its pictures, and the folder that it lies in."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -52,8 +54,16 @@ def write(found: Identified, path: Path, command: str) -> None:
 
 
 def page(found: Identified, command: str) -> Page:
-    """One file that needs nothing else."""
+    """One file that needs nothing else; the template calls what a function gives by its name."""
     doubts = [note for note in found.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
+    shown: tuple[Callable[[Identified], Any], ...] = (
+        replayed,
+        closely,
+        checked,
+        spectrum,
+        response,
+        *tables.OF_A_PAGE,
+    )
     return rendered(
         "identified.html.j2",
         f"{found.free.drive.name} from {found.log}",
@@ -61,26 +71,15 @@ def page(found: Identified, command: str) -> Page:
         found=found,
         plant=found.free.drive.name,
         heads=tables.HEADS,
-        rows=tables.parameter_rows(found),
         confidence=100 * CONFIDENCE,
-        intervals=tables.interval_line(found),
-        agreeing=tables.agreeing_line(found),
         doubts=doubts,
         notes=[note for note in found.notes if note not in doubts],
-        untold=tables.untold_lines(found),
         given=GIVEN in found.known.state,
-        advice=tables.advice_line(found),
-        checks=tables.check_rows(found),
-        verdict=tables.verdict(found),
-        replayed=replayed(found),
-        closely=closely(found),
-        checked=checked(found),
-        spectrum=spectrum(found),
-        response=response(found),
         profiles={x.name: profiled(x, found.free.unit(x.name)) for x in found.profiles},
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),
+        **{function.__name__: function(found) for function in shown},
     )
 
 

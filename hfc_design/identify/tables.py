@@ -1,5 +1,8 @@
 """What a log tells of a machine, in tables and sentences."""
 
+from collections.abc import Callable
+from typing import Any
+
 from hfc_design.core.wording import percent
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, HELD, Combination
 from hfc_design.identify.outcome import Outcome
@@ -134,3 +137,9 @@ def agreeing_line(found: Outcome) -> str:
         f"{found.fit.agreeing} of the ten best of a hundred starts end at the same residual; "
         f"replayed under: {found.fit.how}"
     )
+
+
+#: What a page shows of an outcome.
+OF_A_PAGE: tuple[Callable[[Outcome], Any], ...] = (
+    parameter_rows, interval_line, check_rows, untold_lines, advice_line, verdict, agreeing_line,
+)  # fmt: skip

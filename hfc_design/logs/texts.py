@@ -50,9 +50,14 @@ class Form(NamedTuple):
             raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
         return [cell.strip() for cell in cells]
 
+    @property
+    def commas(self) -> bool:
+        """Whether a comma is a decimal one: semicolons or tabs part the columns."""
+        return self.separator in (";", "\t")
+
     def pointed(self, text: str) -> str:
-        """With points for decimal commas, where semicolons or tabs part the columns."""
-        return text.replace(",", ".") if self.separator in (";", "\t") else text
+        """With points for decimal commas."""
+        return text.replace(",", ".") if self.commas else text
 
     def number(self, cell: str) -> float | None:
         """A number, with a decimal comma too."""
@@ -252,56 +257,46 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
         raise ValueError("has no samples")
     lines = [line for _, line in rows]
     pointed = [form.pointed(line) for line in lines]
-    if pointed != lines and any("." in line for line in lines):
-        _check_points(rows, form)
     every = len(form.numeric) == form.columns
-    if not every:
-        _check_texts(rows, form, names)
+    if not every or (pointed != lines and any("." in line for line in lines)):
+        _check(rows, form, names)
     try:
-        found = np.loadtxt(
+        table = np.loadtxt(
             pointed, delimiter=form.separator, ndmin=2, comments=None, quotechar='"',
             usecols=None if every else form.numeric,
         )  # fmt: skip
-        if found.shape[1] == len(form.numeric) and np.isfinite(found).all():
-            return np.asarray(found, float)
+        if table.shape[1] == len(form.numeric) and np.isfinite(table).all():
+            return np.asarray(table, float)
     except ValueError:
         pass
-    for (place, _), line in zip(rows, pointed, strict=True):  # which line it is
-        cells = _whole(line, place, form)
-        for k in form.numeric:
-            _at(place, cells[k])
+    _check(rows, form, names)
     raise ValueError("is no table of numbers")
 
 
-def _whole(line: str, place: int, form: Form) -> list[str]:
-    cells = form.cells(line)
-    if len(cells) != form.columns:
-        raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
-    return cells
+def _check(rows: Rows, form: Form, names: Sequence[str]) -> None:
+    """ValueError: which line is not like the others.
 
-
-def _check_points(rows: Rows, form: Form) -> None:
-    """ValueError: numbers have a decimal comma in one line and a point in another."""
-    first = dict[str, int]()
+    It has another length, no number or another decimal sign where others have numbers, or a number
+    where others have texts or nothing.
+    """
+    signs = dict[str, int]()  # where each stands first
     for place, line in rows:
-        cells = _whole(line, place, form)
-        for sign in ",.":
-            if any(sign in cells[k] for k in form.numeric):
-                first.setdefault(sign, place)
-    if len(first) == 2:
-        told = f"line {first[',']}: has a comma in a number, line {first['.']} a point"
-        raise ValueError(f"{told}; one of them has to be the decimal sign of all")
-
-
-def _check_texts(rows: Rows, form: Form, names: Sequence[str]) -> None:
-    """ValueError: a column with texts or nothing in the middle of the file has a number too."""
-    texts = [k for k in range(form.columns) if k not in form.numeric]
-    for place, line in rows:
-        cells = _whole(line, place, form)
-        for k in texts:
-            if form.number(cells[k]) is not None:
-                told = f"column {names[k][:60] or k + 1} has a number here"
-                raise ValueError(f"line {place}: {told}, and none in other lines")
+        cells = form.cells(line)
+        if len(cells) != form.columns:
+            raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
+        for k, cell in enumerate(cells):
+            if k in form.numeric:
+                signs = {sign: place for sign in ",." if sign in cell} | signs
+            elif form.number(cell) is not None:
+                column = f"column {names[k][:60] or k + 1}"
+                raise ValueError(
+                    f"line {place}: {column} has a number here, and none in other lines"
+                )
+        if len(signs) == 2 and form.commas:
+            both = f"line {signs[',']}: has a comma in a number, line {signs['.']} a point"
+            raise ValueError(f"{both}; one of them has to be the decimal sign of all")
+        for k in form.numeric:
+            _at(place, form.pointed(cells[k]))
 
 
 def _named(
