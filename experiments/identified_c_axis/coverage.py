@@ -18,7 +18,7 @@ from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.fit import Fit, bandwidths, by_command
-from hfc_design.identify.identifiability import BOUND, Certainty, certainty, kept
+from hfc_design.identify.identifiability import BOUND, Certainty, certainty, hold_untold
 from hfc_design.identify.parameters import free
 from hfc_design.identify.recording import Recording
 from hfc_design.simulation.machines import drawn
@@ -48,7 +48,7 @@ def identified(recorded: Recording, near: bool) -> tuple[Fit, Certainty]:
     tried = bandwidths(recorded, None)
     wanted = free(C_AXIS, {}, known=("load",))
     fit = by_command(wanted, recorded, 1, tried, 0, near=near)
-    fit, known, _ = kept(fit, certainty(fit))
+    fit, known, _ = hold_untold(fit, certainty(fit))
     return fit, known
 
 

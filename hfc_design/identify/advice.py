@@ -117,8 +117,8 @@ def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tupl
     alone = fit.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
     shown = -offs(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
     seen = blank._replace(outputs=dict(zip(log.outputs, shown.T, strict=True)))
-    beside = alone._replace(residual=replay(fit.free, seen, fit.bandwidth or 0.0, substeps))
-    return shown[:steps, 0], slopes(beside, fit.numbers)[1][:steps]
+    observed = alone._replace(residual=replay(fit.free, seen, fit.bandwidth or 0.0, substeps))
+    return shown[:steps, 0], slopes(observed, fit.numbers)[1][:steps]
 
 
 class Profile(NamedTuple):

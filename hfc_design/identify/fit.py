@@ -311,10 +311,10 @@ def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
     numbers = len(fit.numbers)
     rows = np.vstack([rows_of(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
     left, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
+    basis, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
     middle = before.T @ before
     for k, scale in enumerate(fit.scale):
-        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
+        middle += _correlated(fit.residual[:, k] / scale, basis[:, k])
     inverse = right.T / sizes  # root of the covariance under white noise
     lengths, directions = np.linalg.eigh(middle)
     root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
@@ -330,8 +330,8 @@ def _correlated(residual: Floats, slopes: Floats) -> Floats:
     """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
     steps = len(residual)
     lags = max(int(CORRELATED * steps), 1)
-    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
-    weighted = own[:lags] * (1.0 - np.arange(lags) / lags)
+    products = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
+    weighted = products[:lags] * (1.0 - np.arange(lags) / lags)
     both = np.r_[weighted[:0:-1], weighted]
     spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
     return np.asarray(slopes.T @ spread)

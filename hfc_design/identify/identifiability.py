@@ -176,7 +176,7 @@ def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
     return tuple(sorted(combinations, key=lambda one: -one.change))
 
 
-def kept(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
+def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
     """The fit with what the log does not tell where it began, and what has a bound there.
 
     Also how far each parameter is told then, and a note for the user: "" where the log tells all.
@@ -265,11 +265,11 @@ def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
         NOT_TOLD: f"the log does not tell {{}}: {where}",
         BOUND: "{}: at the least or most that a machine can have, no interval is told",
     }
-    each = {
+    names_of = {
         line: ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
         for state, line in lines.items()
     }
-    return "; ".join(line.format(some) for line, some in each.items() if some)
+    return "; ".join(line.format(some) for line, some in names_of.items() if some)
 
 
 def bounded(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:

@@ -23,7 +23,7 @@ from hfc_design.identify.identifiability import (
     certainty,
     fault,
     halved,
-    kept,
+    hold_untold,
     unseen_gap,
 )
 from hfc_design.identify.outcome import Check
@@ -67,7 +67,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     tell("what to record next")
     record_next = advice(fit, known, log, substeps)
     tell("fitted again without what the log does not tell")
-    fit, known, note = kept(fit, known)
+    fit, known, note = hold_untold(fit, known)
     tell("what the parameters do on each log")
     answer = response(fit)
     known, apart = halved(fit, known)

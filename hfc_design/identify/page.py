@@ -90,18 +90,18 @@ def counted(residual: Floats) -> Floats:
 
 def replayed(found: Identified) -> Figure:
     """The recorded motion beside the replayed one, its command, and what the replay is off."""
-    told, unit = found.recording, found.position_unit
-    time, panels = _time(found), 2 + (told.command is not None)
+    log, unit = found.recording, found.position_unit
+    time, panels = _time(found), 2 + (log.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
     first, *others = figure.subplots(panels, sharex=True)
-    first.plot(*thinned(time, told.place), color="0.65", lw=2.5, label="recorded")
-    simulated = told.place - counted(found.checks[0].residual)
+    first.plot(*thinned(time, log.place), color="0.65", lw=2.5, label="recorded")
+    simulated = log.place - counted(found.checks[0].residual)
     first.plot(*thinned(time, simulated), color=OWN, lw=1.0, label="replayed")
-    if told.reference is not None:
-        first.plot(*thinned(time, told.reference), ":", color="black", lw=1.0, label="reference")
+    if log.reference is not None:
+        first.plot(*thinned(time, log.reference), ":", color="black", lw=1.0, label="reference")
     finish(first, f"position [{unit}]")
-    if told.command is not None:
-        others[0].plot(*thinned(time, told.command), color="0.3", lw=0.8)
+    if log.command is not None:
+        others[0].plot(*thinned(time, log.command), color="0.3", lw=0.8)
         finish(others[0], f"command [{found.free.drive.units['command']}]")
     _draw_off(others[-1], found, found.checks[0].residual, "time [s]")
     above(figure, first, columns=3)
@@ -135,9 +135,9 @@ def checked(found: Identified) -> Figure | None:
     if not checks:
         return None
     figure = framed(0.9 + 1.5 * len(checks), top=0.3)
-    for own, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
-        _draw_off(own, found, check.residual, "time [s]" if check is checks[-1] else "")
-        own.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
+    for axes, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
+        _draw_off(axes, found, check.residual, "time [s]" if check is checks[-1] else "")
+        axes.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
     figure.subplots_adjust(hspace=0.6)
     return figure
 
@@ -161,19 +161,19 @@ def spectrum(found: Identified) -> Figure:
 
 def response(found: Identified) -> Figure | None:
     """How the log and the model answer the command, and how much of that is the command's."""
-    own = found.response
-    if own is None:
+    answer = found.response
+    if answer is None:
         return None
     figure = framed(4.4, top=0.35)
     upper, lower = figure.subplots(2, sharex=True, height_ratios=(2, 1))
-    upper.loglog(own.frequency, np.abs(own.log), color="0.6", lw=2.0, label="log")
-    upper.loglog(own.frequency, np.abs(own.model), color=OWN, lw=1.0, label="model")
-    lower.plot(own.frequency, own.coherence, color="0.3", lw=0.8)
+    upper.loglog(answer.frequency, np.abs(answer.log), color="0.6", lw=2.0, label="log")
+    upper.loglog(answer.frequency, np.abs(answer.model), color=OWN, lw=1.0, label="model")
+    lower.plot(answer.frequency, answer.coherence, color="0.3", lw=0.8)
     for axes in (upper, lower):
-        axes.axvspan(own.unknown_above, own.frequency[-1], color="0.93", lw=0)
-        if own.mode:
-            axes.axvline(own.mode.hz, color=OTHER, lw=1.0)
-    upper.set_xlim(own.frequency[0], own.frequency[-1])
+        axes.axvspan(answer.unknown_above, answer.frequency[-1], color="0.93", lw=0)
+        if answer.mode:
+            axes.axvline(answer.mode.hz, color=OTHER, lw=1.0)
+    upper.set_xlim(answer.frequency[0], answer.frequency[-1])
     gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
     gridded(lower, "frequency [Hz]", "coherence [1]")
     above(figure, upper)

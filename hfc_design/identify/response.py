@@ -60,19 +60,19 @@ def response(fit: Fit) -> Response | None:
         return None
     bends = np.diff(off, 2), np.diff(place, 2), np.asarray(command)[part][1:-1]
 
-    def density(one: Floats, other: Floats) -> Any:
+    def density(first: Floats, second: Floats) -> Any:
         bent: Any = "linear"  # which the types of SciPy do not know
-        return csd(one, other, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
+        return csd(first, second, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
 
     frequency = np.arange(2.0, length // 2 + 1) / (length * every)
-    missing, own, power = (density(bends[2], x) for x in bends)
+    missing, answer, power = (density(bends[2], x) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
     w = 2.0 * np.pi * (fit.bandwidth or 0.0) * every
     slow = (2.0 * DAMPED * w + w**2) * turn + w**2
-    model = own - missing * (turn**2 + slow) / turn**2
+    model = answer - missing * (turn**2 + slow) / turn**2
     noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
     seen = density(bends[1], bends[1]).real
-    coherence = np.abs(own) ** 2 / (power.real * seen)
+    coherence = np.abs(answer) ** 2 / (power.real * seen)
     count = OVERLAP * (2.0 * len(off) / length - 1.0)
     back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
     error = back + np.sqrt((1.0 - coherence) / (2.0 * coherence * count))
@@ -81,11 +81,11 @@ def response(fit: Fit) -> Response | None:
     top = float(frequency[excited[-1]]) if excited.size else None
     counts = (error < KNOWN) & (frequency >= 0.5 * (fit.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
-    mode = _mode(frequency, own / model, error, counts, 0.5 / every)
+    mode = _mode(frequency, answer / model, error, counts, 0.5 / every)
     if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):
         mode = None  # far below it other errors of the model look alike
     size = turn**2 * power.real
-    curves = frequency, own / size, model / size, coherence
+    curves = frequency, answer / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
 
@@ -98,9 +98,11 @@ def _longest(usable: Floats) -> slice:
 
 
 def _coloured(off: Floats) -> int:
-    own = off - off.mean()
-    each = np.array([own[k:] @ own[:-k] for k in range(1, LAGS + 1)]) / max(own @ own, 1e-300)
-    return int((np.abs(each) > FAR / np.sqrt(len(own))).sum())
+    """How many autocorrelations are none of white noise."""
+    off = off - off.mean()
+    products = np.array([off[k:] @ off[:-k] for k in range(1, LAGS + 1)])
+    shares = products / max(off @ off, 1e-300)
+    return int((np.abs(shares) > FAR / np.sqrt(len(off))).sum())
 
 
 def _mode(
@@ -110,22 +112,22 @@ def _mode(
 
     Seen at the mass that swings, a mode shows below itself already.
     """
-    s, told = 2j * np.pi * frequency, frequency[counts]
+    s, seen = 2j * np.pi * frequency, frequency[counts]
     if counts.sum() < 8:
         return None
 
     def left(*columns: Any) -> tuple[float, Floats]:
-        each = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
-        *rows, wanted = (np.append(x.real, x.imag) for x in each)
+        weighted = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
+        *rows, wanted = (np.append(x.real, x.imag) for x in weighted)
         found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
         return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
 
     least, best = np.inf, None
-    for hz, damping in product(np.geomspace(told[0], highest, MODES), DAMPINGS):
+    for hz, damping in product(np.geomspace(seen[0], highest, MODES), DAMPINGS):
         w = 2.0 * np.pi * hz
         swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
         tried = [(left(1.0 - swing, s * (1.0 - swing))[0], -1.0)]
-        if hz <= told[-1]:
+        if hz <= seen[-1]:
             squares, found = left(1.0 + 0.0 * s, s, swing)
             tried.append((squares, found[2] / found[0]))
         for squares, share in tried:

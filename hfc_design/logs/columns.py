@@ -248,7 +248,7 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
             continue
         names = {name.casefold(), others.get(name, name).casefold()}
         units = {x: _unit_after(x, names, unit, drive) for x in log.columns}
-        columns = [Column(name, x, told) for x, told in units.items() if told]
+        columns = [Column(name, x, end) for x, end in units.items() if end]
         if len(columns) > 1:
             both = " and ".join(one.column for one in columns[:2])
             raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
@@ -270,8 +270,8 @@ def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) ->
 def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
     """The longest ones as columns; ValueError: they have too many numbers."""
     most = max((vector.size for vector in vectors.values()), default=0)
-    kept = {name: vector for name, vector in vectors.items() if vector.size == most}
-    if most * len(kept) > MOST_NUMBERS:
+    columns = {name: vector for name, vector in vectors.items() if vector.size == most}
+    if most * len(columns) > MOST_NUMBERS:
         raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
     with np.errstate(all="ignore"):  # what is no number is told
-        return {name: np.asarray(vector, float).ravel() for name, vector in kept.items()}
+        return {name: np.asarray(vector, float).ravel() for name, vector in columns.items()}

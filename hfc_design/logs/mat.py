@@ -65,12 +65,12 @@ def mat_log(found: bytes) -> Log:
                 other = known is not None and not np.array_equal(known.values, matrix.values)
                 values[f"{variable}.{name}" if other else name] = matrix
     except Exception as error:  # zlib, NumPy, codecs: each has its own
-        told = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no MAT file that can be read: {told}") from None
+        why = str(error)[:200] or "it is damaged"
+        raise ValueError(f"is no MAT file that can be read: {why}") from None
     columns = longest({name: matrix.values for name, matrix in values.items()})
     if not columns:
-        has = ", ".join(f"{name} is {told}" for name, told in others.items())[:120]
-        made = next((name[:20] for name, told in others.items() if told.startswith("an obj")), "")
+        has = ", ".join(f"{name} is {what}" for name, what in others.items())[:120]
+        made = next((name[:20] for name, what in others.items() if what.startswith("an obj")), "")
         how = f"save vectors: {made and f't = {made}.Time; y = {made}.Data; '}save('log.mat', "
         raise ValueError(f"has no vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')")
     return Log(columns, format="MAT", texts=tuple(others))
@@ -88,10 +88,12 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
         if len(value) == 1 and {"time", "signals"} <= record.keys():  # structure with time
             found |= _signals("time", record["time"])
             signals = record["signals"] if isinstance(record["signals"], list) else []
-            for j, one in enumerate(signals):
-                label = one.get("label")
-                told = isinstance(label, Text) and label.strip() and label not in found
-                found |= _split(str(label) if told else f"{name}.signals({j + 1})", one["values"])
+            for j, signal in enumerate(signals):
+                label = signal.get("label")
+                labelled = isinstance(label, Text) and label.strip() and label not in found
+                found |= _split(
+                    str(label) if labelled else f"{name}.signals({j + 1})", signal["values"]
+                )
         elif len(value) == 1 and {"Time", "Data"} <= record.keys():  # a timeseries as a struct
             found |= _signals("time", record["Time"]) | _split(name, record["Data"])
         else:

@@ -44,8 +44,8 @@ def numpy_log(found: bytes) -> Log:
             arrays = _parts(archive.array_of(found))
         return Log(longest({str(x): y for x, y in arrays.items() if _is_signal(y)}), format="NumPy")
     except Exception as error:  # of a damaged file zipfile raises whatever it stumbles over
-        told = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no file of NumPy that can be read: {told}") from None
+        why = str(error)[:200] or "it is damaged"
+        raise ValueError(f"is no file of NumPy that can be read: {why}") from None
 
 
 def _is_signal(array: np.ndarray) -> bool:
@@ -59,8 +59,8 @@ def _parts(array: np.ndarray) -> archive.Arrays:
         return {name: array[name] for name in array.dtype.names}
     table = array[:, None] if array.ndim == 1 else array
     if table.ndim != 2 or table.shape[1] > MOST_COLUMNS:
-        told = f"has to have rows and at most {MOST_COLUMNS} columns (got {array.shape[:4]})"
-        raise ValueError(f"its array {told}")
+        got = f"(got {array.shape[:4]})"
+        raise ValueError(f"its array has to have rows and at most {MOST_COLUMNS} columns {got}")
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
 

@@ -118,8 +118,8 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
             raise ValueError(f"line {place}: {name[:40]} has to be {wanted[:40]}: a value is lost")
     for name in names:
         if counts[name] != steps:
-            told = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
-            raise ValueError(f"{told}: one is lost")
+            counted = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
+            raise ValueError(f"{counted}: one is lost")
     table = np.array([value for _, value, _ in pairs])
     table = table.reshape(steps, count) if by_sample else table.reshape(count, steps).T
     return Log(_named(names, table), sample_time, format="halscope (older)")
@@ -208,23 +208,23 @@ def _names(head: Rows, form: Form) -> list[str]:
 
 def _with_unit(name: str, unit: str) -> str:
     """``name [unit]``, unless the name tells it already."""
-    own = unit.strip("[]()")
-    known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(own)}")
-    return name if known else f"{name} [{own}]"
+    bare = unit.strip("[]()")
+    known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(bare)}")
+    return name if known else f"{name} [{bare}]"
 
 
 def _scope_names(head: Rows, form: Form) -> list[str]:
     """Of TwinCAT's Scope: lines of a key before each group, ``Name a Name b``; time is in ms."""
     every = [form.cells(line) for _, line in head]
-    told = {cells[0]: cells for cells in every if len(cells) >= form.columns}
-    if "Name" not in told:
+    keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
+    if "Name" not in keys:
         raise ValueError(f"line {head[0][0]}: Scope's file has to have a line Name of channels")
-    units = told.get("Unit", [""] * form.columns)
-    if "Name" not in told["Name"][: form.columns]:
+    units = keys.get("Unit", [""] * form.columns)
+    if "Name" not in keys["Name"][: form.columns]:
         raise ValueError("has no time: export it from Scope with timelines")
     return [
         "" if name == "Name" else _with_unit(name, unit if is_unit(unit) else "")
-        for name, unit in zip(told["Name"][: form.columns], units, strict=False)
+        for name, unit in zip(keys["Name"][: form.columns], units, strict=False)
     ]
 
 
@@ -235,12 +235,12 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
         raise ValueError("has no time: export it from Scope with timelines")
     for other in times[1:]:
         if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
-            told = f"its channels have different times from sample {off[0] + 1} on"
-            raise ValueError(f"{told}; export those of one sample time from Scope")
+            why = f"its channels have different times from sample {off[0] + 1} on"
+            raise ValueError(f"{why}; export those of one sample time from Scope")
     full = abs(table[0, times[0]]) > 1e15  # since 1601
     names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
-    kept = [k for k in range(len(form.numeric)) if k not in times[1:]]
-    return form._replace(numeric=[form.numeric[k] for k in kept]), table[:, kept]
+    columns = [k for k in range(len(form.numeric)) if k not in times[1:]]
+    return form._replace(numeric=[form.numeric[k] for k in columns]), table[:, columns]
 
 
 def _at(place: int, text: str) -> float:

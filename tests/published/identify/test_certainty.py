@@ -8,7 +8,7 @@ from carts import CART, Cart, cart_fit, driven, fit_with, forced, noisy, recorde
 from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
 from hfc_design.identify.fit import Problem, fitted
-from hfc_design.identify.identifiability import certainty, kept
+from hfc_design.identify.identifiability import certainty, hold_untold
 from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import replay
 from hfc_design.identify.tables import NOTHING, combination_line
@@ -74,7 +74,7 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
     names = ["mass", "viscous_friction", "force_gain"]
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found([*names, "pull"], true)
-    _, known, note = kept(found, certainty(found))
+    _, known, note = hold_untold(found, certainty(found))
     assert known.state == ("given", "given", "given", "held")
     alone, _ = cart_found(names, true)
     sure = certainty(alone)
@@ -94,7 +94,7 @@ def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_beg
     names = ["mass", "viscous_friction", "force_gain", "pull"]
     start = {"viscous_friction": 40.0}
     found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2)
-    _, known, note = kept(found, certainty(found))
+    _, known, note = hold_untold(found, certainty(found))
     assert known.state == ("given", "no", "held", "held")
     assert known.low[0] < 2.4 / 1.2 < known.high[0]
     assert known.value[1] < 10.0

@@ -7,7 +7,7 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
-from hfc_design.identify.identifiability import BOUND, bounded, certainty, kept
+from hfc_design.identify.identifiability import BOUND, bounded, certainty, hold_untold
 
 STEPS = 800
 NOISE = 2e-4  # [m]
@@ -33,7 +33,7 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
     assert half == pytest.approx(1.96 * error, rel=0.02)
     assert known.told.all()
-    assert kept(one, known)[1].state == ("yes",)
+    assert hold_untold(one, known)[1].state == ("yes",)
 
 
 def test_a_machine_that_cannot_be_is_not_found():
@@ -64,7 +64,7 @@ def test_a_machine_that_cannot_be_is_not_found():
 
     best = minimize_scalar(off, bounds=(1.0, 5.0), method="bounded").fun
     assert inside.rms[0] < 1.5 * best
-    _, known, note = kept(one, known)
+    _, known, note = hold_untold(one, known)
     k = int(np.argmax(edge))
     assert known.state[k] == BOUND
     assert np.isnan([known.low[k], known.high[k]]).all()

@@ -92,26 +92,19 @@ class Owned:
 
 
 def test_arrays_that_are_none_are_refused_and_nothing_is_unpickled():
+    """NumPy and SciPy say why, each version in its words."""
     np.save("object.npy", np.array([Owned()], dtype=object), allow_pickle=True)
     np.savez("object.npz", time_s=np.array([Owned()], dtype=object))
-    files = {
-        "pickle.npy": pickle.dumps(Owned()),
-        "rubbish.npy": np.random.default_rng(0).bytes(9999),
-        "rubbish.mat": np.random.default_rng(0).bytes(9999),
-        "hdf5.mat": b"\x89HDF\r\n\x1a\n" + bytes(999),
-        "v73.mat": b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n",
-    }
-    for name, content in files.items():
-        put(name, content)
-    savemat("nan.mat", {"time": TIME, "position": np.where(TIME == 0.1, np.nan, PLACE)})
-    for name in ("hdf5.mat", "v73.mat", "nan.mat"):
-        assert refused(name) == name
-    for name in ("pickle.npy", "object.npy", "object.npz", "rubbish.npy", "rubbish.mat"):
-        told = hfc("identify", *STAGE, name)  # NumPy and SciPy say why, each version in its words
+    put("pickle.npy", pickle.dumps(Owned()))
+    put("rubbish.mat", np.random.default_rng(0).bytes(9999))
+    for name in ("pickle.npy", "object.npy", "object.npz", "rubbish.mat"):
+        told = hfc("identify", *STAGE, name)
         kind = "MAT file" if name.endswith("mat") else "file of NumPy"
         assert told.stderr.startswith(f"hfc: {name}: is no {kind} that can be read: ")
         assert (told.exit_code, told.output.count("\n")) == (2, 1)
     assert not os.path.exists("owned")
+    savemat("nan.mat", {"time": TIME, "position": np.where(TIME == 0.1, np.nan, PLACE)})
+    assert refused("nan.mat") == "nan.mat"
 
 
 @pytest.mark.parametrize("ending", ["csv", "mat", "npy", "npz"])

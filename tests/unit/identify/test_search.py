@@ -13,6 +13,7 @@ from hfc_design.identify.fit import bandwidths
 from hfc_design.identify.identified import strangers
 from hfc_design.identify.outcome import Check
 from hfc_design.identify.recording import recording
+from hfc_design.identify.replay import between
 from hfc_design.logs.signals import Even
 from plants.positioning_stage import POSITIONING_STAGE
 
@@ -78,3 +79,18 @@ def test_an_axis_that_stands_begins_at_rest(place):
     found = Even(0.001, {"place": values}, WAVE < 2.0, [])
     drive = replace(POSITIONING_STAGE, feedback=("place", "velocity"))
     assert recording(found, drive).rate == 0.0
+
+
+def test_a_load_that_swings_is_not_cut_short():
+    """Four points know its middle to the fourth order; straight lines are off by (w T)^2 / 8."""
+    every, w = 1e-3, 50.0
+    time = every * np.arange(200)
+    load = np.sin(w * time)
+    start, middle, end = between(load, 1).T
+    exact = np.sin(w * (time + 0.5 * every))[1:-2]
+    straight = 0.5 * (load[:-1] + load[1:])[1:-1]
+    middle = middle[1:-2]
+    assert np.abs(straight - exact).max() == pytest.approx((w * every) ** 2 / 8, rel=0.01)
+    assert np.abs(middle - exact).max() < 1e-3 * (w * every) ** 2
+    np.testing.assert_array_equal(start, load)
+    np.testing.assert_allclose(end[:-1], load[1:], atol=1e-15)
