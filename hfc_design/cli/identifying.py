@@ -93,16 +93,16 @@ def identify(
 
 def _show(found: "Identified") -> None:
     from hfc_design.core.console import show_rows
-    from hfc_design.identify import tables
+    from hfc_design.identify.outcome import CHECKED, HEADS
 
-    parameters = tables.HEADS, tables.parameter_rows(found), tables.interval_line(found)
-    checks = tables.CHECKED, tables.check_rows(found), ""
+    parameters = HEADS, found.parameter_rows(), found.interval_line()
+    checks = CHECKED, found.check_rows(), ""
     for heads, rows, below in (parameters, checks):
         show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
-    for line in (tables.agreeing_line(found), *tables.untold_lines(found), *found.notes):
+    for line in (found.agreeing_line(), *found.untold_lines(), *found.notes):
         click.echo(line)
-    if line := tables.advice_line(found):
+    if line := found.advice_line():
         click.echo(f"record next: {_plain(line)}")
 
 

@@ -64,12 +64,12 @@ def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice 
     pairs = _shapes(float(np.abs(log.command).max()), every, steps)
     if not pairs:  # samples too slow for the slowest sine
         return None
-    time, before = every * np.arange(steps), root_of(fit.jacobian, fit.scale)
+    time, before = every * np.arange(steps), root_of(fit.jacobian, fit.problem.scale)
 
     def tried(pair: tuple[float, float]) -> tuple[float, float, Floats]:
         command = pair[0] * np.sin(2.0 * np.pi * pair[1] * time)
         place, slopes = _simulated(fit, log, command, substeps)
-        error = errors_of(before, root_of(np.nan_to_num(slopes), fit.scale))
+        error = errors_of(before, root_of(np.nan_to_num(slopes), fit.problem.scale))
         after = (error * np.sqrt(known.inflated))[:-2] * fit.free.shares(fit.numbers)
         return *_travel_and_speed(place, every), after
 
@@ -117,7 +117,9 @@ def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tupl
     alone = fit.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
     shown = -offs(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
     seen = blank._replace(outputs=dict(zip(log.outputs, shown.T, strict=True)))
-    observed = alone._replace(residual=replay(fit.free, seen, fit.bandwidth or 0.0, substeps))
+    observed = alone._replace(
+        residual=replay(fit.free, seen, fit.problem.bandwidth or 0.0, substeps)
+    )
     return shown[:steps, 0], slopes(observed, fit.numbers)[1][:steps]
 
 
@@ -139,7 +141,7 @@ def profiles(fit: Fit, known: Certainty) -> tuple[Profile, ...]:
 def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
     """Of one, from where the others would be by their slopes."""
     problem, error = fit.problem, np.sqrt(known.covariance[k, k])
-    root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
+    root = np.vstack([root_of(fit.jacobian, fit.problem.scale), np.eye(len(fit.numbers)) / VAGUE])
     others = np.arange(len(fit.numbers)) != k
     along = np.ones(len(fit.numbers))
     along[others] = -np.linalg.lstsq(root[:, others], root[:, k])[0]

@@ -111,20 +111,10 @@ class Fit(NamedTuple):
         return self.problem.free
 
     @property
-    def bandwidth(self) -> float | None:
-        """Of the observer [Hz]; 0: open loop; None: the closed loop."""
-        return self.problem.bandwidth
-
-    @property
     def how(self) -> str:
         """How a log is replayed, in words."""
-        command = "" if self.bandwidth is None else "recorded command, "
+        command = "" if self.problem.bandwidth is None else "recorded command, "
         return command + self.problem.observer
-
-    @property
-    def scale(self) -> Floats:
-        """(outputs,) rms of the residual, which weighs each."""
-        return np.asarray(self.problem.scale)
 
     @property
     def rms(self) -> Floats:
@@ -189,7 +179,7 @@ def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tup
     It has ended when a step makes the squares less by a share of ``enough`` only, or would.
     Damped as Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
-    moving = np.flatnonzero(np.asarray(problem.moves))
+    moving = np.flatnonzero(problem.moves)
     begun = np.asarray(problem.free.begun)[moving]
 
     def all_of(off: Floats, numbers: Floats) -> float:
@@ -259,14 +249,14 @@ def searched(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
     drawn = 2.0 * qmc.Sobol(len(free.names), rng=random).random(128)[: STARTS - 1] - 1.0
     away = np.where(free.positive > 0, np.log(AWAY), AWAY) * drawn
     starts = near + np.pad(away, [(1, 0), (0, 2)])
-    starts = np.where(np.asarray(problem.moves) > 0, starts, starts[0])
+    starts = np.where(problem.moves > 0, starts, starts[0])
     count = offs(problem, starts[0]).size
     first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
-    scale = np.sqrt(first.min() / count) * np.asarray(problem.scale)
+    scale = np.sqrt(first.min() / count) * problem.scale
     close = problem._replace(scale=scale)  # in which what began is not forgotten
     ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
@@ -278,9 +268,9 @@ def searched(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
 def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = silent) -> Fit:
     """The fit that ``numbers`` end at, each output in the scale of its residual."""
     tell(f"{problem.observer}: the best one refined")
-    scale = np.asarray(problem.scale)
+    scale = problem.scale
     for k in range(ROUNDS):
-        now = np.maximum(rms(offs(problem, numbers)), 1e-9 * np.asarray(problem.scale))
+        now = np.maximum(rms(offs(problem, numbers)), 1e-9 * problem.scale)
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
@@ -309,11 +299,11 @@ def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
     the normal matrix, and what comes out is a square.
     """
     numbers = len(fit.numbers)
-    rows = np.vstack([rows_of(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
+    rows = np.vstack([rows_of(fit.jacobian, fit.problem.scale), np.eye(numbers) / VAGUE])
     left, sizes, right = np.linalg.svd(rows, full_matrices=False)
     basis, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
     middle = before.T @ before
-    for k, scale in enumerate(fit.scale):
+    for k, scale in enumerate(fit.problem.scale):
         middle += _correlated(fit.residual[:, k] / scale, basis[:, k])
     inverse = right.T / sizes  # root of the covariance under white noise
     lengths, directions = np.linalg.eigh(middle)
@@ -393,7 +383,7 @@ def by_command(
 
 def left(fit: Fit, log: Recording) -> float:
     """What a fit leaves of the position, as a share of what its observer does without a machine."""
-    w = 2.0 * np.pi * (fit.bandwidth or 0.0) * log.sample_time
+    w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * log.sample_time
     poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
     alone = lfilter([1.0, -2.0, 1.0], poles, log.place - log.place[0])
     return float(fit.rms[0] / max(np.sqrt(np.mean(alone**2)), 1e-300))

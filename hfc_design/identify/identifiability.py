@@ -26,6 +26,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from hfc_design.core.numbers import Floats, Mask, digits
+from hfc_design.core.wording import percent
 from hfc_design.identify.fit import (
     FEW,
     TIGHT,
@@ -72,6 +73,8 @@ BOUND, HELD, GIVEN = "at its bound", "held", "given"
 #: A parameter that only shows where flanks change, for longer than this share of a log on either.
 GAP, RARE = "backlash", 0.01
 HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
+#: Of so many others it is said how they change with one.
+OTHERS = 3
 
 
 class Combination(NamedTuple):
@@ -79,6 +82,16 @@ class Combination(NamedTuple):
 
     change: float  # relative, of the one that changes most, within which the log tells nothing
     shares: dict[str, float]  # of each parameter, the largest is 1 or -1
+
+    def line(self) -> str:
+        """How parameters may change together without the log telling it."""
+        change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
+        (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
+        if not others:
+            return f"{first} is only known to {change}"
+        rest = f" and {len(others) - OTHERS} more" if len(others) > OTHERS else ""
+        shown = (f"{name} ({100 * self.change * x:+.3g} %)" for name, x in others[:OTHERS])
+        return f"{first} may change by {change} if others do too: {', '.join(shown)}{rest}"
 
 
 class Certainty(NamedTuple):
@@ -140,7 +153,7 @@ def both(one: Certainty, other: Certainty) -> Certainty:
 
 def unseen(fit: Fit) -> Mask:
     """(names,) what the log does not tell even if all others are known."""
-    rows = rows_of(fit.jacobian, fit.scale)[:, :-2]
+    rows = rows_of(fit.jacobian, fit.problem.scale)[:, :-2]
     alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
     return np.asarray(alone > TOGETHER)
 
@@ -242,7 +255,7 @@ def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
     """
     if fault(again.free, again.numbers):
         return False
-    least = np.maximum(fit.rms, fit.scale)  # of a log without noise nothing is left
+    least = np.maximum(fit.rms, fit.problem.scale)  # of a log without noise nothing is left
     worse = np.sum((again.rms**2 - fit.rms**2) / least**2) * len(fit.residual)
     limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
@@ -359,10 +372,10 @@ def unseen_gap(fit: Fit, known: Certainty, log: Recording, substeps: int) -> tup
     """What is known but a backlash from flank to flank of which the log never goes, and a line."""
     position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
     others = [name for name in fit.free.drive.encoders if name != position]
-    if not here.any() or fit.bandwidth is None or not others:
+    if not here.any() or fit.problem.bandwidth is None or not others:
         return known, ""
     pair = log._replace(outputs={position: log.place, others[0]: log.place})
-    residual = replay(fit.free, pair, fit.bandwidth, substeps)
+    residual = replay(fit.free, pair, fit.problem.bandwidth, substeps)
     off = offs(fit.problem._replace(residual=residual, scale=np.ones(2)), fit.numbers)
     bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
     if np.ptp(bent) >= 0.5 * known.value[here]:

@@ -33,7 +33,6 @@ from hfc_design.identify.replay import Residual, loop, replay
 from hfc_design.identify.request import Task, looked_for
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
-from hfc_design.identify.tables import response_lines
 
 #: A residual above this share of the motion is no replay of it.
 LOST = 0.2
@@ -77,7 +76,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
         raise UserError(f"{name}: {why}; look for fewer with --free")
     checks = checked(task, fit, logs)
     pushed = task.scenario.machine.forces is not None
-    notes = [note, apart, hidden, *response_lines(answer)]
+    notes = [note, apart, hidden, *(answer.lines() if answer else [])]
     notes += [*doubts(name, fit, known, log, pushed), *strangers(checks, logs)]
     notes = [line for line in (*notes, *log.notes, wanted.rest()) if line]
     parts = known, worst, checks, record_next, answer, log, tuple(notes)
@@ -114,9 +113,9 @@ def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ..
     """Every log replayed in every way that there is."""
 
     def ways(log: Recording) -> Iterator[tuple[str, Residual]]:
-        if log.command is not None and fit.bandwidth is not None:
+        if log.command is not None and fit.problem.bandwidth is not None:
             substeps = task.scenario.simulation.substeps
-            yield fit.how, replay(fit.free, log, fit.bandwidth, substeps)
+            yield fit.how, replay(fit.free, log, fit.problem.bandwidth, substeps)
         if task.design is not None and log.reference is not None:
             yield "closed loop", loop(task.scenario, task.design, log)
 

@@ -1,9 +1,7 @@
 """The page of an identification with its pictures, and the folder that it lies in."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +13,9 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
-from hfc_design.identify import tables
 from hfc_design.identify.advice import LIMIT, Profile
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
+from hfc_design.identify.outcome import HEADS
 from hfc_design.identify.result import Identified
 from hfc_design.identify.scenario import scenario_text
 from hfc_design.pictures.curves import thinned
@@ -54,23 +52,15 @@ def write(found: Identified, path: Path, command: str) -> None:
 
 
 def page(found: Identified, command: str) -> Page:
-    """One file that needs nothing else; the template calls what a function gives by its name."""
+    """One file that needs nothing else."""
     doubts = [note for note in found.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
-    shown: tuple[Callable[[Identified], Any], ...] = (
-        replayed,
-        closely,
-        checked,
-        spectrum,
-        response,
-        *tables.OF_A_PAGE,
-    )
     return rendered(
         "identified.html.j2",
         f"{found.free.drive.name} from {found.log}",
         small_address,
         found=found,
         plant=found.free.drive.name,
-        heads=tables.HEADS,
+        heads=HEADS,
         confidence=100 * CONFIDENCE,
         doubts=doubts,
         notes=[note for note in found.notes if note not in doubts],
@@ -79,7 +69,11 @@ def page(found: Identified, command: str) -> Page:
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),
-        **{function.__name__: function(found) for function in shown},
+        replayed=replayed(found),
+        closely=closely(found),
+        checked=checked(found),
+        spectrum=spectrum(found),
+        response=response(found),
     )
 
 

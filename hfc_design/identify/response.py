@@ -30,6 +30,14 @@ CLEAR, CHANGES = 30.0, 0.15
 #: Autocorrelations of the residual that are looked at, in so many standard errors.
 LAGS, FAR = 40, 1.96
 
+UNEXCITED = (
+    "DOUBTFUL: the log has no excitation: at no frequency the position answers the command above "
+    "its noise; record reversals and faster motions"
+)
+#: Above this share of the highest frequency of a log there is nothing; of white noise so many
+#: autocorrelations may be off.
+ALL, WHITE = 0.8, 0.15
+
 
 class Response(NamedTuple):
     """Frequencies (lines,) of a log and of the model, and what follows."""
@@ -46,6 +54,22 @@ class Response(NamedTuple):
     def unknown_above(self) -> float:
         """Above this nobody knows whether there is a mode [Hz]."""
         return float(f"{self.top or self.frequency[0]:.2g}")
+
+    def lines(self) -> list[str]:
+        """What the frequencies of the log say against the model."""
+        if self.top is None:
+            return [UNEXCITED]
+        lines = []
+        if self.top <= ALL * self.frequency[-1]:
+            lines.append(
+                f"nothing above {self.unknown_above:g} Hz was excited; a mode there cannot be "
+                "excluded: design for one, or record faster motions"
+            )
+        if self.mode:
+            lines.append(f"there is a mode near {self.mode.hz:g} Hz that this model has not")
+        white = "is white" if self.coloured <= WHITE * LAGS else "is not white, the model lacks it"
+        count = f"{self.coloured} of {LAGS} autocorrelations are none of white noise"
+        return [*lines, f"what is left {white}: {count}"]
 
 
 def response(fit: Fit) -> Response | None:
@@ -67,7 +91,7 @@ def response(fit: Fit) -> Response | None:
     frequency = np.arange(2.0, length // 2 + 1) / (length * every)
     missing, answer, power = (density(bends[2], x) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
-    w = 2.0 * np.pi * (fit.bandwidth or 0.0) * every
+    w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * every
     slow = (2.0 * DAMPED * w + w**2) * turn + w**2
     model = answer - missing * (turn**2 + slow) / turn**2
     noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
@@ -79,7 +103,7 @@ def response(fit: Fit) -> Response | None:
     excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
     excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # a sine alone
     top = float(frequency[excited[-1]]) if excited.size else None
-    counts = (error < KNOWN) & (frequency >= 0.5 * (fit.bandwidth or 0.0))
+    counts = (error < KNOWN) & (frequency >= 0.5 * (fit.problem.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, answer / model, error, counts, 0.5 / every)
     if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):

@@ -13,7 +13,6 @@ from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, TOLD
 from hfc_design.identify.outcome import Outcome
 from hfc_design.identify.response import LAGS
 from hfc_design.identify.scenario import scenario_text, tolerances
-from hfc_design.identify.tables import advice_line, check_rows, parameter_rows, untold_lines
 
 
 class Identified(Outcome):
@@ -26,10 +25,10 @@ class Identified(Outcome):
 
     def _repr_html_(self) -> str:
         rows: dict[str, object] = {}
-        for name, unit, _, value, low, high, state in parameter_rows(self):
+        for name, unit, _, value, low, high, state in self.parameter_rows():
             how = f"{low} to {high}" if state in (TOLD, GIVEN) else state
             rows[f"{name} [{unit or 1}]"] = f"{value} ({how})"
-        for log, how, before, after in check_rows(self):
+        for log, how, before, after in self.check_rows():
             rows[f"{log}, {how}"] = f"{after} off (rms), {before} before"
         return table(f"{self.free.drive.name} by {self.log}", rows)
 
@@ -76,8 +75,8 @@ class Identified(Outcome):
                 "coloured": response.coloured / LAGS,
                 "coherence": np.stack([response.frequency, response.coherence], axis=1).tolist(),
             },
-            "untold": untold_lines(self),
-            "record_next": advice_line(self),
+            "untold": self.untold_lines(),
+            "record_next": self.advice_line(),
             "notes": list(self.notes),
         }
         finite: Json = json.loads(json.dumps(data), parse_constant=lambda _: None)

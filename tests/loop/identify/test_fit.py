@@ -56,7 +56,7 @@ def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
         told = recorded(place * (1.0 + size * rng.uniform(-1.0, 1.0, place.shape)), force)
         tried = [50.0, 20.0, 5.0]
         found.append(by_command(wanted, told, 1, tried, 0, near=True))
-    assert [one.bandwidth for one in found] == [50.0] * 3
+    assert [one.problem.bandwidth for one in found] == [50.0] * 3
     for one in found:
         np.testing.assert_allclose(one.values, [2.4, 7.0, 0.6], rtol=1e-6)
 
@@ -78,12 +78,14 @@ def test_slower_observers_are_tried_where_a_fast_one_leaves_nearly_all(monkeypat
 
     monkeypatch.setattr(fit, "by_starts", starts)
     monkeypatch.setattr(fit, "_lagged", lambda one: one)
-    assert by_command(wanted, told, 1, [50.0], 0, print).bandwidth == 50.0  # it was asked for
+    assert (
+        by_command(wanted, told, 1, [50.0], 0, print).problem.bandwidth == 50.0
+    )  # it was asked for
     del asked[:]
     far = np.full((8000, 1), 1e9)
     monkeypatch.setattr(fit, "offs", lambda problem, numbers: far)
     found = by_command(wanted, told, 1, [50.0, 49.0], 0, print)
-    assert (found.bandwidth, len(asked)) == (best, len(shares))
+    assert (found.problem.bandwidth, len(asked)) == (best, len(shares))
 
 
 def test_slopes_too_steep_to_be_squared_end_a_fit(monkeypatch):

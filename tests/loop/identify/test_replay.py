@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from carts import CART, EVERY, Cart, driven, forced, recorded
 
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.identify.parameters import free
-from hfc_design.identify.replay import later, replay, rigid
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import later, loop, replay, rigid
+from hfc_design.simulation.evaluating import evaluate
 from plants import PLANTS
 
 
@@ -58,3 +61,21 @@ def test_an_observer_counts_when_it_has_forgotten_how_it_began():
     time = EVERY * np.arange(first)
     exact = 0.1 / (w * damped) * np.exp(-0.7 * w * time) * np.sin(w * damped * time)
     np.testing.assert_allclose(before[:first], exact, atol=0.05 * largest)
+
+
+def test_the_loop_that_recorded_a_log_replays_it():
+    """With its own parameters less than a millionth of its way is left; with more mass far more."""
+    design = load_design("emps-cascade")
+    scenario = own_scenario(design, "emps-cascade", {"simulation.duration_s": 0.5})
+    done = evaluate(design, scenario)
+    (axis,), still = done.axes, np.zeros(len(done.time))
+    place, target = (np.asarray(x) for x in (axis.motion.state.position, axis.happens.reference))
+    every = scenario.simulation.sample_time_s
+    told = Recording({"position": place}, None, target, still, still, still + 1.0, every, 0.0)
+    replayed, (true,) = loop(scenario, design, told), scenario.plant.values()
+    with jax.enable_x64(True):
+        off, heavier = (
+            np.asarray(replayed(true._replace(mass=share * true.mass), 0.0)) for share in (1.0, 1.2)
+        )
+    assert np.abs(off).max() < 1e-6 * np.ptp(place)
+    assert np.abs(heavier).max() > 1e-4 * np.ptp(place)

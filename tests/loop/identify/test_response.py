@@ -9,7 +9,6 @@ from hfc_design.identify.fit import by_command
 from hfc_design.identify.identifiability import certainty, halved
 from hfc_design.identify.parameters import free
 from hfc_design.identify.response import KNOWN, response
-from hfc_design.identify.tables import response_lines
 
 STEPS, NOISE = 4000, 1e-8  # [m]
 NAMES = ("mass", "viscous_friction", "pull")
@@ -61,7 +60,7 @@ def test_no_mode_is_told_of_what_was_not_excited(hz):
     force = shaken_to(80.0)
     own = response(fitted(noisy(swinging(force, hz), NOISE, 0), force))
     assert (own.mode, own.top < hz) == (None, True)
-    assert not any("there is a mode" in line for line in response_lines(own))
+    assert not any("there is a mode" in line for line in own.lines())
 
 
 @pytest.mark.parametrize("top", [30.0, 90.0])
@@ -131,5 +130,5 @@ def test_a_log_without_excitation_is_told_in_a_line():
     place = noisy(0.1 * EVERY * np.arange(STEPS), 1e-5, 0)
     own = response(fitted(place, force, ("pull",)))
     assert own.top is None
-    (line,) = response_lines(own)
+    (line,) = own.lines()
     assert line.startswith("DOUBTFUL: the log has no excitation")

@@ -9,9 +9,9 @@ from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
 from hfc_design.identify.fit import Problem, fitted
 from hfc_design.identify.identifiability import certainty, hold_untold
+from hfc_design.identify.outcome import NOTHING
 from hfc_design.identify.parameters import free
 from hfc_design.identify.replay import replay
-from hfc_design.identify.tables import NOTHING, combination_line
 from plants import PLANTS
 
 
@@ -31,7 +31,7 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     assert not any(known.told)
     worst = known.untold[0]
     assert worst.shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
-    assert "may change by" in combination_line(worst)
+    assert "may change by" in worst.line()
     assert len(known.untold) == 1
     assert advice(found, known, told, 1) is None
     assert "measure other signals" in NOTHING
@@ -114,5 +114,5 @@ def test_no_last_bit_decides_which_of_two_is_named_first():
         known = certainty(fit_with(wanted, residual, off, scale=1e-9))
         (one,) = known.untold
         assert one.shares == pytest.approx(dict.fromkeys(names, 1.0))
-        told.add((combination_line(one), *np.argsort(-digits(known.error), kind="stable").tolist()))
+        told.add((one.line(), *np.argsort(-digits(known.error), kind="stable").tolist()))
     assert len(told) == 1

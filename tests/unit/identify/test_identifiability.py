@@ -76,7 +76,9 @@ def test_what_is_not_told_is_seen_beside_what_is_told_very_well():
     errors = [expected, expected, VAGUE, VAGUE]
     assert np.sqrt(np.diag(covariance)) == pytest.approx(errors, rel=1e-6)
     assert inflated == pytest.approx(1.0, rel=1e-6)
-    assert errors_of(root_of(fit.jacobian, fit.scale))[:2] == pytest.approx(expected, rel=1e-6)
+    assert errors_of(root_of(fit.jacobian, fit.problem.scale))[:2] == pytest.approx(
+        expected, rel=1e-6
+    )
     known = certainty(fit)
     assert known.state == ("no", "no")
     assert known.untold[0].shares == pytest.approx({"mass": 1.0, "viscous_friction": -1.0})
