@@ -19,7 +19,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.fit import Fit, bandwidths, by_command
 from hfc_design.identify.identifiability import BOUND, Certainty, certainty, hold_untold
-from hfc_design.identify.parameters import free
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.recording import Recording
 from hfc_design.simulation.machines import drawn
 from plants.c_axis import C_AXIS, CAxisParameters
@@ -46,7 +46,7 @@ class Row(NamedTuple):
 def identified(recorded: Recording, near: bool) -> tuple[Fit, Certainty]:
     """What ``hfc identify --plant c-axis --set load.constant=0`` finds; ``near``: by one start."""
     tried = bandwidths(recorded, None)
-    wanted = free(C_AXIS, {}, known=("load",))
+    wanted = free_parameters(C_AXIS, {}, known=("load",))
     fit = by_command(wanted, recorded, 1, tried, 0, near=near)
     fit, known, _ = hold_untold(fit, certainty(fit))
     return fit, known

@@ -74,7 +74,7 @@ def identify(
     hz = 0.0 if open_loop else bandwidth
     task = task_of(free=free_ones, bandwidth=hz, **given)
     logs = recording.sources(task, log, columns, check_log, checks)
-    path = common.free(out or Path(scenario.called(recording.called(log))), folder=True)
+    path = common.free(out or Path(scenario.scenario_name(recording.log_name(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()

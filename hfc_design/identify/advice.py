@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits, within
-from hfc_design.identify.fit import VAGUE, Fit, offs, refined, side_by_side, slopes
+from hfc_design.identify.fit import VAGUE, Fit, levenberg_marquardt, residuals, side_by_side, slopes
 from hfc_design.identify.identifiability import CONFIDENCE, Certainty, errors_of, root_of
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
@@ -115,7 +115,7 @@ def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tupl
         rate=0.0,
     )
     alone = fit.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
-    shown = -offs(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
+    shown = -residuals(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
     seen = blank._replace(outputs=dict(zip(log.outputs, shown.T, strict=True)))
     observed = alone._replace(
         residual=replay(fit.free, seen, fit.problem.bandwidth or 0.0, substeps)
@@ -152,8 +152,8 @@ def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
     alone = problem._replace(moves=others * problem.moves)
 
     def again(numbers: Floats) -> float:
-        ended, _ = refined(alone, numbers, TOLERANCE, STEPS)
-        return alone.squares(offs(alone, ended))
+        ended, _ = levenberg_marquardt(alone, numbers, TOLERANCE, STEPS)
+        return alone.squares(residuals(alone, ended))
 
     def values(numbers: Floats) -> Floats:
         """(places,) the parameter in its unit where its number is one of ``numbers``."""

@@ -16,7 +16,7 @@ from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
-from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, Free
+from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 
@@ -73,7 +73,7 @@ def silent(line: str) -> None:
 class Problem(NamedTuple):
     """A residual and what its outputs weigh; one program does for all of a kind and a length."""
 
-    free: Free
+    free: FreeParameters
     residual: Residual
     scale: Floats  # (outputs,)
     moves: Floats  # (names + 2,) 0 where a number stays as it is, else 1
@@ -106,7 +106,7 @@ class Fit(NamedTuple):
     agreeing: int  # refined starts that ended with the same residual
 
     @property
-    def free(self) -> Free:
+    def free(self) -> FreeParameters:
         """The parameters that were looked for."""
         return self.problem.free
 
@@ -154,7 +154,7 @@ def _both(problem: Problem, numbers: Scalar) -> Scalar:
     return jax.jacfwd(twice, has_aux=True)(numbers)
 
 
-def offs(problem: Problem, numbers: Floats) -> Floats:
+def residuals(problem: Problem, numbers: Floats) -> Floats:
     """``Problem.off``."""
     with jax.enable_x64(True):
         return np.asarray(_off(problem, numbers))
@@ -173,7 +173,9 @@ def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
         return [*pool.map(one, many)]
 
 
-def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tuple[Floats, float]:
+def levenberg_marquardt(
+    problem: Problem, numbers: Floats, enough: float, steps: int
+) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
     It has ended when a step makes the squares less by a share of ``enough`` only, or would.
@@ -213,7 +215,7 @@ def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tup
     return numbers, least
 
 
-def weighed(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
+def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
     """The problem with a constant load in the size of what a ``command`` (steps,) moves.
 
     What holds the mean of it is near the load: at these numbers (names + 2,) a search begins.
@@ -222,13 +224,13 @@ def weighed(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
     k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
     if k is None or free.positive[k] or command is None or not isinstance(problem.residual, Replay):
         return problem, begun
-    size, off = float(np.sqrt(np.mean(command**2))), offs(problem, begun)
+    size, off = float(np.sqrt(np.mean(command**2))), residuals(problem, begun)
     rows, at = problem.residual.rows, np.arange(len(begun)) == k
     more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
-    pushed = offs(problem._replace(residual=more), begun) - off
+    pushed = residuals(problem._replace(residual=more), begun) - off
     load, sign = size, 1.0
     for _ in range(PUSHED):
-        pulled = offs(problem, begun + at * load / free.scale[k]) - off
+        pulled = residuals(problem, begun + at * load / free.scale[k]) - off
         both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
             return problem, begun
@@ -240,7 +242,7 @@ def weighed(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
     return problem._replace(free=replace(free, scale=scale, begun=begun)), near
 
 
-def searched(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
+def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
     """Numbers of the best of many starts, and how many of those refined ended like it.
 
     The first start is ``near``; the others are drawn around it by a Sobol sequence.
@@ -250,15 +252,15 @@ def searched(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
     away = np.where(free.positive > 0, np.log(AWAY), AWAY) * drawn
     starts = near + np.pad(away, [(1, 0), (0, 2)])
     starts = np.where(problem.moves > 0, starts, starts[0])
-    count = offs(problem, starts[0]).size
-    first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
+    count = residuals(problem, starts[0]).size
+    first = np.array(side_by_side(lambda one: problem.squares(residuals(problem, one)), starts))
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
     scale = np.sqrt(first.min() / count) * problem.scale
     close = problem._replace(scale=scale)  # in which what began is not forgotten
-    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW), best)
+    ended = side_by_side(lambda one: levenberg_marquardt(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
     root = np.sqrt(squares / count)
     agree = root <= max((1.0 + SAME) * root.min(), NOTHING)
@@ -270,11 +272,11 @@ def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = s
     tell(f"{problem.observer}: the best one refined")
     scale = problem.scale
     for k in range(ROUNDS):
-        now = np.maximum(rms(offs(problem, numbers)), 1e-9 * problem.scale)
+        now = np.maximum(rms(residuals(problem, numbers)), 1e-9 * problem.scale)
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY)
+        numbers, _ = levenberg_marquardt(problem._replace(scale=now), numbers, TIGHT, MANY)
     return fitted(problem._replace(scale=scale), numbers, agreeing)
 
 
@@ -328,7 +330,7 @@ def _correlated(residual: Floats, slopes: Floats) -> Floats:
 
 
 def by_starts(
-    free: Free,
+    free: FreeParameters,
     log: Recording,
     residual: Residual,
     bandwidth: float | None,
@@ -340,15 +342,15 @@ def by_starts(
     size = np.array([max(np.std(values), 1e-300) for values in log.outputs.values()])
     late = free.sought[0] if bandwidth is not None else 0.0
     moves = np.append(np.ones(len(free.names)), [late, 0.0])
-    problem, numbers = weighed(Problem(free, residual, size, moves, bandwidth), log.command)
+    problem, numbers = with_load_scale(Problem(free, residual, size, moves, bandwidth), log.command)
     if near:
         return settled(problem, numbers, 0, tell)
     tell(f"{problem.observer}: a hundred starts side by side, the best ten refined")
-    return settled(problem, *searched(problem, numbers, seed), tell)
+    return settled(problem, *multistart(problem, numbers, seed), tell)
 
 
 def by_command(
-    free: Free,
+    free: FreeParameters,
     log: Recording,
     substeps: int,
     tried: Sequence[float],
@@ -366,7 +368,7 @@ def by_command(
     for hz in others:
         residual = replay(best.free, log, hz, substeps)
         problem = best.problem._replace(residual=residual, bandwidth=hz)
-        off = offs(problem, best.numbers)
+        off = residuals(problem, best.numbers)
         if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.rms[0]:
             break
         if best.rms[0] <= NOTHING * np.std(log.place):
@@ -375,13 +377,13 @@ def by_command(
         if again.rms[0] < best.rms[0]:  # by the position
             best = again
     for hz in SLOWER if others else ():
-        if left(best, log) > SPOILT and hz * log.duration >= PERIODS:
+        if unexplained(best, log) > SPOILT and hz * log.duration >= PERIODS:
             slow = by_starts(free, log, replay(free, log, hz, substeps), hz, seed, tell)
-            best = min(best, slow, key=partial(left, log=log))
-    return _lagged(best)
+            best = min(best, slow, key=partial(unexplained, log=log))
+    return _with_lag(best)
 
 
-def left(fit: Fit, log: Recording) -> float:
+def unexplained(fit: Fit, log: Recording) -> float:
     """What a fit leaves of the position, as a share of what its observer does without a machine."""
     w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * log.sample_time
     poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
@@ -389,7 +391,7 @@ def left(fit: Fit, log: Recording) -> float:
     return float(fit.rms[0] / max(np.sqrt(np.mean(alone**2)), 1e-300))
 
 
-def _lagged(fit: Fit) -> Fit:
+def _with_lag(fit: Fit) -> Fit:
     """The fit with a part of the lateness as a lag, where the log tells one from the other."""
     moves = fit.problem.moves.copy()
     if not (fit.free.sought[1] and moves[-2]) or fit.lag:

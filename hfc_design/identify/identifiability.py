@@ -34,13 +34,13 @@ from hfc_design.identify.fit import (
     Fit,
     covariance_of,
     fitted,
-    offs,
-    refined,
+    levenberg_marquardt,
     refitted,
+    residuals,
     rows_of,
     side_by_side,
 )
-from hfc_design.identify.parameters import LOAD, Free
+from hfc_design.identify.parameters import LOAD, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Replay, replay
 
@@ -100,7 +100,7 @@ class Certainty(NamedTuple):
     value: Floats
     low: Floats  # ends of the interval; nan: none, the parameter is at its bound
     high: Floats
-    error: Floats  # standard error as a share of the value, see ``Free.shares``
+    error: Floats  # standard error as a share of the value, see ``FreeParameters.shares``
     state: tuple[str, ...]  # ``TOLD``, ``NOT_TOLD``, ``GIVEN``, ``HELD`` or ``BOUND``
     untold: tuple[Combination, ...]  # combinations that the log does not tell, the worst first
     late: tuple[float, float]  # ends of the interval of the delay [samples]
@@ -138,7 +138,7 @@ def _yes_or_no(told: Mask) -> tuple[str, ...]:
     return tuple(np.where(told, TOLD, NOT_TOLD).tolist())
 
 
-def both(one: Certainty, other: Certainty) -> Certainty:
+def combined(one: Certainty, other: Certainty) -> Certainty:
     """What is sure by both: where slopes change much, those of one place tell half the truth."""
     low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
     inside = (low <= other.value) & (other.value <= high)
@@ -194,8 +194,8 @@ def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
 
     Also how far each parameter is told then, and a note for the user: "" where the log tells all.
     """
-    fit, edge = bounded(fit, known)
-    fit, zero = vanished(fit, known)
+    fit, edge = at_bound(fit, known)
+    fit, zero = at_zero(fit, known)
     if (bound := edge | zero).any():
         known = certainty(fit, ~bound)
     if known.told.all():
@@ -242,7 +242,7 @@ def _again(
     again, sure = only(free)  # intervals if those that are held are right
     while back and not sure.told[free].all() and _same(fit, again, known, int(free.sum())):
         again, there = only(free & sure.told)
-        sure, before = both(sure, there), sure
+        sure, before = combined(sure, there), sure
         if sure.state == before.state:
             break
     return again, sure
@@ -285,7 +285,7 @@ def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
     return "; ".join(line.format(some) for line, some in names_of.items() if some)
 
 
-def bounded(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
+def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     """A fit that is a machine, and (names,) which parameter is at a bound for that.
 
     That is the one that is known least of those that can be blamed. A fit stays impossible if no
@@ -315,7 +315,7 @@ def bounded(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     return best or fit, bound
 
 
-def vanished(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
+def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
 
     So near that the logarithm tells no more: it would run away for ever.
@@ -329,14 +329,14 @@ def vanished(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     return fit, zero
 
 
-def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
+def fault(free: FreeParameters, numbers: Floats, **changes: float) -> str | None:
     """Why no machine has these parameters; None: one may."""
     fitted = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
     values = free.starts | fitted | changes
     return free.drive.fault({name: values[name] for name in free.start._fields})
 
 
-def halved(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
+def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
     """What is known, its intervals wide enough for what either half of the log tells; a note.
 
     A half that does not tell a parameter says nothing of it.
@@ -351,7 +351,7 @@ def halved(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
         problem = fit.problem._replace(residual=replace(replay, rows=rows), moves=moves)
-        numbers, _ = refined(problem, fit.numbers, TIGHT, FEW)
+        numbers, _ = levenberg_marquardt(problem, fit.numbers, TIGHT, FEW)
         return certainty(fitted(problem, numbers), told)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late
@@ -368,7 +368,9 @@ def halved(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
     return known._replace(low=low, high=high, late=late), note if names else ""
 
 
-def unseen_gap(fit: Fit, known: Certainty, log: Recording, substeps: int) -> tuple[Certainty, str]:
+def unseen_backlash(
+    fit: Fit, known: Certainty, log: Recording, substeps: int
+) -> tuple[Certainty, str]:
     """What is known but a backlash from flank to flank of which the log never goes, and a line."""
     position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
     others = [name for name in fit.free.drive.encoders if name != position]
@@ -376,7 +378,7 @@ def unseen_gap(fit: Fit, known: Certainty, log: Recording, substeps: int) -> tup
         return known, ""
     pair = log._replace(outputs={position: log.place, others[0]: log.place})
     residual = replay(fit.free, pair, fit.problem.bandwidth, substeps)
-    off = offs(fit.problem._replace(residual=residual, scale=np.ones(2)), fit.numbers)
+    off = residuals(fit.problem._replace(residual=residual, scale=np.ones(2)), fit.numbers)
     bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
     if np.ptp(bent) >= 0.5 * known.value[here]:
         return known, ""

@@ -15,22 +15,22 @@ from hfc_design.identify.fit import (
     bandwidths,
     by_command,
     by_starts,
-    offs,
+    residuals,
     silent,
 )
 from hfc_design.identify.identifiability import (
     Certainty,
     certainty,
     fault,
-    halved,
     hold_untold,
-    unseen_gap,
+    unseen_backlash,
+    widened_by_halves,
 )
 from hfc_design.identify.outcome import Check
-from hfc_design.identify.parameters import LATE, Free
+from hfc_design.identify.parameters import LATE, FreeParameters
 from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import Residual, loop, replay
-from hfc_design.identify.request import Task, looked_for
+from hfc_design.identify.replay import Residual, closed_loop_residual, replay
+from hfc_design.identify.request import Task, parameters_of
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
 
@@ -50,7 +50,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
             of it stays finite.
     """
     (name, log), *_ = logs.items()
-    wanted, substeps = looked_for(task), task.scenario.simulation.substeps
+    wanted, substeps = parameters_of(task), task.scenario.simulation.substeps
     for other, recorded in logs.items():
         if recorded.command is None and (task.design is None or recorded.reference is None):
             why = "has no command; with the reference and --controller DESIGN its loop is replayed"
@@ -69,21 +69,21 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     fit, known, note = hold_untold(fit, known)
     tell("what the parameters do on each log")
     answer = response(fit)
-    known, apart = halved(fit, known)
-    known, hidden = unseen_gap(fit, known, log, substeps)
+    known, apart = widened_by_halves(fit, known)
+    known, hidden = unseen_backlash(fit, known, log, substeps)
     if fault_found := fault(fit.free, fit.numbers):
         why = f"is only replayed with what no machine has: {fault_found}"
         raise UserError(f"{name}: {why}; look for fewer with --free")
     checks = checked(task, fit, logs)
     pushed = task.scenario.machine.forces is not None
     notes = [note, apart, hidden, *(answer.lines() if answer else [])]
-    notes += [*doubts(name, fit, known, log, pushed), *strangers(checks, logs)]
+    notes += [*warnings_of(name, fit, known, log, pushed), *mismatched_logs(checks, logs)]
     notes = [line for line in (*notes, *log.notes, wanted.rest()) if line]
     parts = known, worst, checks, record_next, answer, log, tuple(notes)
     return Identified(name, task, fit, *parts)
 
 
-def _fit(task: Task, wanted: Free, name: str, log: Recording, tell: Tell) -> Fit:
+def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Tell) -> Fit:
     with about(name):
         tried = [] if log.command is None else bandwidths(log, task.bandwidth)
     for line in filter(None, [wanted.wanted(), wanted.rest()]):
@@ -92,7 +92,7 @@ def _fit(task: Task, wanted: Free, name: str, log: Recording, tell: Tell) -> Fit
         substeps = task.scenario.simulation.substeps
         return by_command(wanted, log, substeps, tried, task.seed, tell)
     assert task.design is not None
-    residual = loop(task.scenario, task.design, log)
+    residual = closed_loop_residual(task.scenario, task.design, log)
     return by_starts(wanted, log, residual, None, task.seed, tell)
 
 
@@ -117,18 +117,18 @@ def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ..
             substeps = task.scenario.simulation.substeps
             yield fit.how, replay(fit.free, log, fit.problem.bandwidth, substeps)
         if task.design is not None and log.reference is not None:
-            yield "closed loop", loop(task.scenario, task.design, log)
+            yield "closed loop", closed_loop_residual(task.scenario, task.design, log)
 
     checks = []
     for name, log in logs.items():
         for how, residual in ways(log):
             problem = fit.problem._replace(residual=residual)
-            before, after = (offs(problem, x)[:, 0] for x in (fit.free.begun, fit.numbers))
+            before, after = (residuals(problem, x)[:, 0] for x in (fit.free.begun, fit.numbers))
             checks.append(Check(name, how, rms(before), rms(after), after))  # of the position
     return tuple(checks)
 
 
-def doubts(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) -> list[str]:
+def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) -> list[str]:
     """What a user has to know before he uses the parameters.
 
     ``pushed``: other axes act on this one.
@@ -141,7 +141,7 @@ def doubts(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) 
             "this machine, and are the columns and units right?"
         )
     if log.command is not None:
-        notes += beyond(fit, log.command)
+        notes += saturation_warning(fit, log.command)
     if pushed:
         notes.append(
             "DOUBTFUL: the axes of this machine push one another, and one is replayed alone: what "
@@ -168,7 +168,7 @@ def doubts(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) 
     return notes
 
 
-def beyond(fit: Fit, command: Floats) -> list[str]:
+def saturation_warning(fit: Fit, command: Floats) -> list[str]:
     """What to say where the drive does not take all of a recorded command."""
     drive = fit.free.drive
     low, high = drive.largest_commands(fit.free.parts(fit.numbers)[0])
@@ -183,7 +183,7 @@ def beyond(fit: Fit, command: Floats) -> list[str]:
     ]
 
 
-def strangers(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:
+def mismatched_logs(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:
     """Which logs are not of the machine that the first one was identified by."""
     first = {check.how: check for check in checks if check.log == next(iter(logs))}
     notes = []

@@ -8,7 +8,7 @@ from hfc_design.files.machine import Axis
 from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, HELD, Certainty
-from hfc_design.identify.parameters import Free
+from hfc_design.identify.parameters import FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.request import Task
 from hfc_design.identify.response import Response
@@ -58,10 +58,10 @@ class Outcome(NamedTuple):
     @property
     def axis(self) -> Axis:
         """The one of the machine, as the fit began."""
-        return self.task.one
+        return self.task.drive_axis
 
     @property
-    def free(self) -> Free:
+    def free(self) -> FreeParameters:
         """The parameters that were looked for."""
         return self.fit.free
 

@@ -28,7 +28,7 @@ LATE = ("delay_samples", "lag_s")
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
-class Free:
+class FreeParameters:
     """The parameters that are looked for, and the ``LOAD``.
 
     Their numbers are logarithms where a sign is known, and shares of their sizes elsewhere; those
@@ -108,13 +108,13 @@ class Free:
         }
 
 
-def free(
+def free_parameters(
     drive: Drive,
     changes: Mapping[str, float],
     names: Sequence[str] | None = None,
     known: Collection[str] = (),
     around: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> Free:
+) -> FreeParameters:
     """The parameters ``names`` of a drive, of which ``LOAD`` may be one.
 
     Args:
@@ -153,4 +153,4 @@ def free(
         begun.append(value / sizes[-1] if signed else 0.0)
     sought = [float(name not in known) for name in LATE]
     numbers = map(np.array, (around[0], sizes, positive, [*begun, *around[1:]], sought))
-    return Free(drive, tuple(names), start, *numbers)
+    return FreeParameters(drive, tuple(names), start, *numbers)

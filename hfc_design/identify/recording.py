@@ -11,9 +11,9 @@ from hfc_design.core.numbers import SAME, Floats
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
 from hfc_design.identify.request import Task
-from hfc_design.logs.columns import Column, asked, rates_of
+from hfc_design.logs.columns import Column, parse_columns, rates_of
 from hfc_design.logs.reading import read_log
-from hfc_design.logs.signals import Even, signals
+from hfc_design.logs.signals import EvenLog, signals
 from plants import Drive
 
 #: The velocity at the start is that of a cubic through so many samples, and is one if it is so
@@ -55,7 +55,7 @@ class Recording(NamedTuple):
         return self.sample_time * len(self.load)
 
 
-def recording(log: Even, drive: Drive) -> Recording:
+def recording(log: EvenLog, drive: Drive) -> Recording:
     """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
     position, values = drive.seen[0], log.values
     place = values[position]
@@ -81,7 +81,7 @@ def recording(log: Even, drive: Drive) -> Recording:
     )
 
 
-def called(log: Path) -> str:
+def log_name(log: Path) -> str:
     """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
     if not os.path.abspath(log).startswith(PIPES):
         return log.name
@@ -97,15 +97,17 @@ def sources(
     Raises:
         UserError: that cannot be understood, or is not of the drive.
     """
-    drive = task.one.drive
+    drive = task.drive_axis.drive
     if others and check_log is None:
         raise UserError("--check-column: needs --check-log")
     with about(log):
-        logs = {called(log): Source(log, asked(columns, drive))}
+        logs = {log_name(log): Source(log, parse_columns(columns, drive))}
     if check_log is not None:
         with about(check_log):
-            both = {x.name: x for x in (*asked(columns, drive), *asked(others, drive))}
-        name = called(check_log)
+            both = {
+                x.name: x for x in (*parse_columns(columns, drive), *parse_columns(others, drive))
+            }
+        name = log_name(check_log)
         name = name if name not in logs else f"{name} (check)"
         logs[name] = Source(check_log, [*both.values()])
     return logs
@@ -119,7 +121,7 @@ def recordings(
     Raises:
         UserError: one cannot be read or has not what is needed; the line says which and why.
     """
-    recorded, axis, simulation = dict[str, Recording](), task.one, task.scenario.simulation
+    recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():
         columns = read_log(source.path)
         with about(source.path):

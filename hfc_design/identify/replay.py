@@ -24,7 +24,7 @@ from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Sca
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.parameters import Free
+from hfc_design.identify.parameters import FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.columns import rates_of
 from hfc_design.motion.samples import AxisSamples, Samples
@@ -52,7 +52,7 @@ class Rows(NamedTuple):
 
     command: Scalar
     place: Scalar
-    loads: Scalar  # (2 substeps + 1,) in each sample, see ``between``
+    loads: Scalar  # (2 substeps + 1,) in each sample, see ``load_between``
     outputs: Scalar
     usable: Scalar
 
@@ -95,13 +95,13 @@ class Replay:
                 state = drive.step(fixed, state, command, loads, step)
             return (state, row.command + left * off), missing * row.usable
 
-        rows = self.rows._replace(command=later(self.rows.command, late - lag))
+        rows = self.rows._replace(command=delayed(self.rows.command, late - lag))
         first = rows.command[0]
         begun = shifted(self.body, drive.initial_state(0.0 * first), *self.begun), first
         return centred(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
 
 
-def replay(free: Free, log: Recording, bandwidth: float, substeps: int) -> Replay:
+def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int) -> Replay:
     """How far a machine is off what was recorded, where that counts.
 
     Args:
@@ -112,12 +112,12 @@ def replay(free: Free, log: Recording, bandwidth: float, substeps: int) -> Repla
     """
     assert log.command is not None
     drive, every = free.drive, log.sample_time
-    body, angular = rigid(drive, free.start), 2.0 * np.pi * bandwidth
+    body, angular = rigid_body(drive, free.start), 2.0 * np.pi * bandwidth
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
     periods = bandwidth * every * np.arange(len(log.usable)) * (1.0 + SAME)
     waits = FORGOTTEN if log.rate else RESTED
     counted = np.where(periods < waits, 0.0, log.usable) if bandwidth else log.usable
-    rows = Rows(log.command, log.place, between(log.load, substeps), stacked(log), counted)
+    rows = Rows(log.command, log.place, load_between(log.load, substeps), stacked(log), counted)
     return Replay(
         drive,
         body,
@@ -149,7 +149,7 @@ def centred(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
-def between(load: Floats, substeps: int) -> Floats:
+def load_between(load: Floats, substeps: int) -> Floats:
     """(steps, 2 substeps + 1) a load until the next sample, where an integrator needs it.
 
     On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s. What its
@@ -162,7 +162,7 @@ def between(load: Floats, substeps: int) -> Floats:
     return load[:, None] + np.outer(rise, share) - np.outer(bend, 0.5 * share * (1.0 - share))
 
 
-def later(command: Scalar, late: Scalar) -> Scalar:
+def delayed(command: Scalar, late: Scalar) -> Scalar:
     """(steps,) the mean in each sample of commands that act so many samples later."""
     samples = jnp.arange(len(command), dtype=float)
     return jnp.interp(samples - late, samples, command)
@@ -182,7 +182,7 @@ def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
 
 
 @cache  # a replay inside of compiled code finds it here
-def rigid(drive: Drive, parameters: Parameters) -> Body:
+def rigid_body(drive: Drive, parameters: Parameters) -> Body:
     """How far each angle goes where the axis goes by 1 without being bent.
 
     A shift after which nothing moves that did not move before: gears are in it, those of the
@@ -219,7 +219,7 @@ class Pushed(Louder):
         return tuple(command + added for command in commands), memory
 
 
-def loop(scenario: Scenario, design: Design, log: Recording) -> Residual:
+def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> Residual:
     """How far the loop of a machine is off what was recorded, where that counts.
 
     Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
@@ -228,7 +228,7 @@ def loop(scenario: Scenario, design: Design, log: Recording) -> Residual:
     smooth = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
     gains: Gains = jax.tree.map(lambda leaf: leaf[..., 0], wide)
     drive, every, nominal = smooth.machine.drives[0], log.sample_time, scenario.plant.values()
-    body = rigid(drive, nominal[0])
+    body = rigid_body(drive, nominal[0])
     readings = scenario.sensors.of(scenario.plant.machine.axes[0]).readings
     samples = _samples(log, smooth.substeps, len(drive.encoders) + len(readings))
     outputs, unknown = stacked(log), zeros(body, log, [drive.seen[0]])
@@ -263,7 +263,7 @@ def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
     return AxisSamples(
         reference=reference,
         reference_rate=np.gradient(reference, every),  # where it is, not half a sample later
-        loads=tuple(between(log.load, substeps).T),
+        loads=tuple(load_between(log.load, substeps).T),
         noise=(still,) * noises,
         target=reference,
         reference_acceleration=faster / every**2,

@@ -11,7 +11,7 @@ from hfc_design.files.machine import ALL_PLANTS, Axis
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.parameters import LATE, LOAD, Free, free
+from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_parameters
 
 
 class Task(NamedTuple):
@@ -27,7 +27,7 @@ class Task(NamedTuple):
     known: frozenset[str] = frozenset()  # what stays as it is; see ``known``
 
     @property
-    def one(self) -> Axis:
+    def drive_axis(self) -> Axis:
         """The axis, with the encoder that its sensors feed back."""
         axis = self.scenario.plant.each()[self.axis]
         return axis._replace(drive=self.scenario.machine.drives[self.axis])
@@ -42,13 +42,13 @@ def known(changes: Changes, axis: str) -> frozenset[str]:
     return frozenset(names | ({LOAD} if "constant" in (*load, *axes[1]) else set()))
 
 
-def looked_for(task: Task) -> Free:
+def parameters_of(task: Task) -> FreeParameters:
     """The parameters that are looked for.
 
     Raises:
         UserError: one is unknown, is known already, or has no value to start from.
     """
-    axis = task.one
+    axis = task.drive_axis
     drive, nominal = axis.drive, axis.drive.parameters()._asdict()
     changes = {k: x for k, x in axis.parameters._asdict().items() if x != nominal[k]}
     named = [[x.strip() for x in text.partition("=")] for text in task.names or ()]
@@ -62,7 +62,7 @@ def looked_for(task: Task) -> Free:
         around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
         if begun.keys() <= nominal.keys() and (fault := drive.fault(changes | begun)):
             raise ValueError(fault.removeprefix("parameters."))
-        return free(drive, changes | begun, names or None, task.known, around)
+        return free_parameters(drive, changes | begun, names or None, task.known, around)
     except ValueError as error:
         raise UserError(f"--free {error}") from None
 
@@ -109,7 +109,7 @@ def task_of(
     number = _axis(loaded, axis, made)
     fixed = known(changes, loaded.plant.machine.axes[number])
     task = Task(loaded, number, design, free, bandwidth, seed, made, fixed)
-    looked_for(task)
+    parameters_of(task)
     return task
 
 

@@ -20,7 +20,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.identify.outcome import Outcome
 from hfc_design.identify.parameters import LATE, LOAD
 from hfc_design.identify.recording import Recording
-from hfc_design.logs.sensors import noise_of
+from hfc_design.logs.sensors import noise_level
 from plants import Drive
 
 #: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
@@ -115,7 +115,7 @@ def scenario_text(found: Outcome) -> str:
     # Of load, delay and lag what stress tries is wider than what a log leaves open.
     within = {x: share for x, share in tolerances(found).items() if x in found.free.start._fields}
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
-    names = {"name": called(found.log), "description": f"{scenario.plant.name} by its log"}
+    names = {"name": scenario_name(found.log), "description": f"{scenario.plant.name} by its log"}
     data = names | data | names  # they stand first, and those of another scenario do not stay
     notes = []
     try:
@@ -181,7 +181,7 @@ def _like_the_log(found: Outcome) -> Json:
     if log.step and not axis.resolution:
         data["sensors"]["encoder_resolution"] = log.step
     off = found.fit.residual[:, 0]
-    if noise := noise_of(off, log.place, log.step or axis.resolution):
+    if noise := noise_level(off, log.place, log.step or axis.resolution):
         data["sensors"]["noise"] = noise
     return data
 
@@ -244,7 +244,7 @@ def differences(log: Recording, rate: str) -> Json:
     return {"difference_samples": best} if is_one else {}
 
 
-def called(log: str) -> str:
+def scenario_name(log: str) -> str:
     """What a scenario is called, and the folder, that a log is made into."""
     stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(log).stem)[:60].strip("-") or "log"
     return f"{stem}-identified"

@@ -42,7 +42,7 @@ class Log(NamedTuple):
         return len(next(iter(self.columns.values())))
 
 
-def checked(log: Log) -> Log:
+def check_log(log: Log) -> Log:
     """The same log; ValueError: it is too short, ragged, or has what is no number."""
     if not log.columns:
         raise ValueError("has no column of numbers")
@@ -69,7 +69,7 @@ class Column(NamedTuple):
     unit: str | None = None  # of one count, "5 um" say; None: that of the drive
 
 
-def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
+def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     """What a user says of the columns of a drive's log.
 
     Raises:
@@ -97,7 +97,7 @@ def scale(one: Column, drive: Drive) -> float:
     unit = units_of(drive)[one.name]
     count = one.unit or unit
     try:
-        return counted(count if count[0] in "+-.0123456789" else f"1 {count}", unit, drive)
+        return converted(count if count[0] in "+-.0123456789" else f"1 {count}", unit, drive)
     except ValueError:
         raise ValueError(
             f"column {one.column[:60]} for the {one.name}: {count!r} cannot be counted in {unit}; "
@@ -105,13 +105,13 @@ def scale(one: Column, drive: Drive) -> float:
         ) from None
 
 
-def counted(quantity: str, unit: str, drive: Drive) -> float:
+def converted(quantity: str, unit: str, drive: Drive) -> float:
     """A quantity in ``unit``, by the units of a nominal machine; ValueError: it is no such one."""
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     return number(quantity, unit, millimetres)
 
 
-def how(name: str) -> str:
+def column_hint(name: str) -> str:
     """How a user says which column a signal is."""
     return f"say {name}=COLUMN [UNIT] by --column"
 
@@ -125,7 +125,9 @@ HINTS = {
 }
 
 
-def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]) -> str:
+def missing_columns(
+    log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]
+) -> str:
     """What is missing, all of it, with the options that say it; guesses by names of columns."""
     used = {one.column for one in known.values()}
     free = [x for x in log.columns if x not in used]
@@ -142,7 +144,7 @@ def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column
     several = f"s are the {', '.join(missing[:-1])} and {missing[-1]}"
     which = several if missing[1:] else f" is the {missing[0]}"
     other = ", or --sample-time" if "time" in missing else ""
-    rest = "" if "COLUMN" not in " ".join(options) and not log.texts else f"; {there(log)}"
+    rest = "" if "COLUMN" not in " ".join(options) and not log.texts else f"; {listed_columns(log)}"
     return f"which column{which}? say {' '.join(options)}{other}{rest}"
 
 
@@ -157,7 +159,7 @@ def _with_unit(name: str, column: str, drive: Drive) -> str:
     return f"{column} [{highest / 100:g} {unit}]" if highest < inf else f"{column} [UNIT]"
 
 
-def there(log: Log) -> str:
+def listed_columns(log: Log) -> str:
     """The columns that a log has."""
     texts = f"; no numbers are in {', '.join(log.texts)[:80]}" if log.texts else ""
     return f"there is {', '.join(log.columns)[:120]}{texts}"
@@ -171,7 +173,7 @@ def parts_of(column: str) -> list[tuple[str, str]]:
     return [("_".join(words[:k]), "_".join(words[k:])) for k in range(1, len(words))]
 
 
-def looked_up(one: Column, log: Log, drive: Drive) -> Column:
+def find_column(one: Column, log: Log, drive: Drive) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
     Raises:
@@ -184,14 +186,14 @@ def looked_up(one: Column, log: Log, drive: Drive) -> Column:
             x for x, parts in named.items() if parts and parts["name"].casefold() == wanted
         ]
         if len(whole) != 1:
-            raise ValueError(f"has no column {one.column[:60]!r}; {there(log)}")
+            raise ValueError(f"has no column {one.column[:60]!r}; {listed_columns(log)}")
         one = one._replace(column=whole[0])
     if one.unit is not None:
         return one
     units = [end for _, end in parts_of(one.column)]
     if units == ["%"]:
         raise ValueError(
-            f"column {one.column[:60]}: 100 % of what? {how(one.name)}, as [0.1 {unit}]"
+            f"column {one.column[:60]}: 100 % of what? {column_hint(one.name)}, as [0.1 {unit}]"
         )
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
@@ -214,7 +216,7 @@ def unit_of(end: str, unit: str, drive: Drive) -> str | None:
         return unit
     written = end.replace("_", "/")
     try:
-        counted(f"1 {written}", unit, drive)
+        converted(f"1 {written}", unit, drive)
     except ValueError:
         return None
     return None if end in NO_UNIT else written
@@ -239,7 +241,7 @@ def rates_of(drive: Drive) -> dict[str, str]:
     return {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
 
 
-def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
+def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     """Columns that are called like a signal, with or without a unit; not of those ``said``."""
     found = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
@@ -251,7 +253,7 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
         columns = [Column(name, x, end) for x, end in units.items() if end]
         if len(columns) > 1:
             both = " and ".join(one.column for one in columns[:2])
-            raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
+            raise ValueError(f"{both} may be the {name}: which one? {column_hint(name)}")
         if columns:
             found[name] = columns[0]
     return found

@@ -11,7 +11,7 @@ from hfc_design.logs.columns import (
     MOST_BYTES,
     MOST_COLUMNS,
     Log,
-    checked,
+    check_log,
     longest,
 )
 from hfc_design.logs.mat import mat_log
@@ -27,8 +27,8 @@ def read_log(path: str | Path) -> Log:
     with about(path):
         found = content(path, LARGEST_LOG)
         if reader := ARRAYS.get(Path(path).suffix.lower()):
-            return checked(reader(found))
-        return checked(text_log(decoded(found, "utf-8-sig")))
+            return check_log(reader(found))
+        return check_log(text_log(decoded(found, "utf-8-sig")))
 
 
 def numpy_log(found: bytes) -> Log:

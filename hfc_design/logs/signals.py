@@ -11,14 +11,14 @@ from hfc_design.logs.columns import (
     FEWEST,
     Column,
     Log,
-    by_name,
-    gaps,
-    how,
-    looked_up,
+    column_hint,
+    columns_by_name,
+    find_column,
+    missing_columns,
     scale,
     units_of,
 )
-from hfc_design.logs.sensors import checked_travel, righted, step_of, unwrapped
+from hfc_design.logs.sensors import check_travel, encoder_step, unwrap_turns, without_outliers
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -39,7 +39,7 @@ HELD = ("command", "added")
 FOLLOWS = 0.1
 
 
-class Even(NamedTuple):
+class EvenLog(NamedTuple):
     """Evenly sampled signals."""
 
     sample_time: float  # [s]
@@ -49,7 +49,9 @@ class Even(NamedTuple):
     step: float | None = None  # of the encoder of the position, as it was recorded
 
 
-def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None) -> Even:
+def signals(
+    log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None
+) -> EvenLog:
     """The signals of ``drive`` in a log, in its units.
 
     Args:
@@ -63,32 +65,32 @@ def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: floa
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen, units = {one.name: one for one in columns}, units_of(drive)
-    named = by_name(log, drive, [*chosen])
+    named = columns_by_name(log, drive, [*chosen])
     known = chosen | named
     timed = {"time"} if log.sample_time or sample_time else set()
     needed = ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
     if missing := [name for name in needed if name not in known.keys() | timed]:
-        raise ValueError(gaps(log, drive, missing, known))
+        raise ValueError(missing_columns(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
     for name, asked in known.items():
-        column = looked_up(asked, log, drive)
+        column = find_column(asked, log, drive)
         unit = column.unit or units[name]
         if asked.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {column.column} in {unit}")
         values[name] = scale(column, drive) * log.columns[column.column]
         if units[name] == drive.units["error"]:
             places[name] = column._replace(unit=unit)
-    turned = unwrapped(values, [*places], drive)
+    turned = unwrap_turns(values, [*places], drive)
     _check(values, drive)
-    step = step_of(values[drive.seen[0]])
-    found = even(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
+    step = encoder_step(values[drive.seen[0]])
+    found = resampled(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
     if not FASTEST <= found.sample_time <= SLOWEST:
         raise ValueError(
             f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
-            f"{SLOWEST:g} s: which unit has its time? {how('time')}"
+            f"{SLOWEST:g} s: which unit has its time? {column_hint('time')}"
         )
     for name, column in places.items():
-        checked_travel(column, found.values[name], drive, found.sample_time * len(found.usable))
+        check_travel(column, found.values[name], drive, found.sample_time * len(found.usable))
     notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
     found = found._replace(notes=[*notes, *found.notes, *turned], step=step)
     return _trusted(found, drive)
@@ -100,7 +102,7 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
-    place, _ = righted(values[position])
+    place, _ = without_outliers(values[position])
     size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
@@ -109,14 +111,14 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
         )
 
 
-def _trusted(log: Even, drive: Drive) -> Even:
+def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     """The first samples, if there are too many; what is wrong or at an end of a scale marked."""
     name, every, notes = drive.seen[0], log.sample_time, [*log.notes]
     if len(log.usable) > MOST:
         notes.append(f"only the first {MOST * every:.4g} s are used ({MOST} samples)")
     values = {signal: column[:MOST] for signal, column in log.values.items()}
     place, usable = values[name], log.usable[:MOST]
-    right, wrong = righted(place)
+    right, wrong = without_outliers(place)
     if wrong.any():
         k = int(np.flatnonzero(wrong)[0])
         off = place[k] - 0.5 * (place[k - 1] + place[k + 1])
@@ -124,7 +126,7 @@ def _trusted(log: Even, drive: Drive) -> Even:
             f"{wrong.sum()} wrong samples of {name} are left out: the one at {k * every:.4g} s is "
             f"{off:.3g} {drive.units['error']} off those before and after it"
         )
-    clipped = at_an_end(right)
+    clipped = saturated(right)
     if clipped.any():
         notes.append(
             f"{100 * clipped.mean():.2g} % of the samples of {name} stay at its largest "
@@ -140,7 +142,7 @@ def _trusted(log: Even, drive: Drive) -> Even:
 STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
-def at_an_end(values: Floats) -> Mask:
+def saturated(values: Floats) -> Mask:
     """(steps,) where a measured signal that was still moving is ends at its extreme.
 
     One that comes to rest there slows down before; one that is cut off does not.
@@ -159,9 +161,9 @@ def at_an_end(values: Floats) -> Mask:
     return found
 
 
-def even(
+def resampled(
     time: Floats | None, sample_time: float | None, values: dict[str, Floats], breaks: Mask | None
-) -> Even:
+) -> EvenLog:
     """Signals (rows,) at even times.
 
     Args:
@@ -181,7 +183,7 @@ def even(
             raise ValueError("has no time")
         part = _longest(sample_time * np.arange(rows, dtype=float), np.flatnonzero(broken), notes)
         values = {name: value[part] for name, value in values.items()}
-        return Even(sample_time, values, np.ones(part.stop - part.start, bool), notes)
+        return EvenLog(sample_time, values, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
@@ -192,7 +194,7 @@ def even(
     usual = float(np.median(distance[distance > 0]))
     if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
         mean = _shared(time[~twice], np.flatnonzero(~twice), usual)
-        log = even(None, sample_time or mean, values, broken)
+        log = resampled(None, sample_time or mean, values, broken)
         of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
         told = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
         return log._replace(notes=[told, *log.notes])
@@ -257,7 +259,7 @@ def _period(place: Floats, time: Floats) -> float:
 
 def _filled(
     time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
-) -> Even:
+) -> EvenLog:
     """At every place; what is missing lies on a straight line, a command stays as it was."""
     start = float(np.mean(time - period * place))  # of the clock, by all stamps
     off = (time - start) / period - place
@@ -278,7 +280,7 @@ def _filled(
     }
     if missing := int((~recorded).sum()):
         notes.append(f"{missing} of {len(steps)} samples are missing")
-    return Even(period, found, recorded, notes)
+    return EvenLog(period, found, recorded, notes)
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import cont2discrete, dlsim
 
 from hfc_design.identify.fit import Fit, Problem, settled
-from hfc_design.identify.parameters import free
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
 from plants import Drive
@@ -86,7 +86,7 @@ def recorded(place, force):
 
 def cart_fit(names, place, force, start=None, *, late=False, bandwidth=0.0, drive=CART):
     """The fit by one start of a log: the delay looked for too where ``late``."""
-    wanted = free(drive, start or {}, names)
+    wanted = free_parameters(drive, start or {}, names)
     residual = replay(wanted, recorded(place, force), bandwidth, 1)
     moves = np.append(np.ones(len(names)), [float(late), 0.0])
     problem = Problem(wanted, residual, np.array([np.std(place)]), moves, bandwidth)

@@ -8,10 +8,10 @@ from carts import CART, EVERY, Cart, cart_fit, driven, fit_with, forced, noisy, 
 from scipy.optimize import curve_fit
 
 from hfc_design.identify import fit
-from hfc_design.identify.fit import by_command, refined
-from hfc_design.identify.identifiability import certainty, unseen_gap
-from hfc_design.identify.identified import beyond
-from hfc_design.identify.parameters import free
+from hfc_design.identify.fit import by_command, levenberg_marquardt
+from hfc_design.identify.identifiability import certainty, unseen_backlash
+from hfc_design.identify.identified import saturation_warning
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.replay import replay
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE
@@ -51,7 +51,7 @@ def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
     """Without noise each leaves nothing but rounding, of which one has less by chance."""
     force, rng, found = forced(4000), np.random.default_rng(0), []
     place = driven(Cart(2.4, 7.0, 1.0, 0.6), force)
-    wanted = free(CART, {}, ("mass", "viscous_friction", "pull"))
+    wanted = free_parameters(CART, {}, ("mass", "viscous_friction", "pull"))
     for size in (0.0, 1e-15, 1e-12):
         told = recorded(place * (1.0 + size * rng.uniform(-1.0, 1.0, place.shape)), force)
         tried = [50.0, 20.0, 5.0]
@@ -67,7 +67,7 @@ def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
 def test_slower_observers_are_tried_where_a_fast_one_leaves_nearly_all(monkeypatch, shares, best):
     """As beside a soft spring. Of a sine what an observer alone leaves is known in closed form."""
     wave, angle = np.sin(0.05 * np.arange(8000)), 0.05 / EVERY
-    told, wanted, asked = recorded(wave, wave), free(CART, {}, ("mass",)), []
+    told, wanted, asked = recorded(wave, wave), free_parameters(CART, {}, ("mass",)), []
 
     def starts(free, told, residual, hz, *_, near=False):
         asked.append(hz)
@@ -77,13 +77,13 @@ def test_slower_observers_are_tried_where_a_fast_one_leaves_nearly_all(monkeypat
         return fit_with(wanted, residual, np.zeros((8000, 3)), bandwidth=hz)
 
     monkeypatch.setattr(fit, "by_starts", starts)
-    monkeypatch.setattr(fit, "_lagged", lambda one: one)
+    monkeypatch.setattr(fit, "_with_lag", lambda one: one)
     assert (
         by_command(wanted, told, 1, [50.0], 0, print).problem.bandwidth == 50.0
     )  # it was asked for
     del asked[:]
     far = np.full((8000, 1), 1e9)
-    monkeypatch.setattr(fit, "offs", lambda problem, numbers: far)
+    monkeypatch.setattr(fit, "residuals", lambda problem, numbers: far)
     found = by_command(wanted, told, 1, [50.0, 49.0], 0, print)
     assert (found.problem.bandwidth, len(asked)) == (best, len(shares))
 
@@ -92,27 +92,29 @@ def test_slopes_too_steep_to_be_squared_end_a_fit(monkeypatch):
     one = cart_fit(("mass",), WAVE, WAVE)
     steep = np.full((len(WAVE), 1, 3), 1e200)
     monkeypatch.setattr(fit, "slopes", lambda problem, numbers: (0.0 * steep[..., 0], steep))
-    assert refined(one.problem, one.numbers, 1e-3, 5)[0].tolist() == one.numbers.tolist()
+    assert (
+        levenberg_marquardt(one.problem, one.numbers, 1e-3, 5)[0].tolist() == one.numbers.tolist()
+    )
 
 
 def test_commands_that_the_drive_does_not_take_are_told():
     """Two of five are beyond the amplifier's 2 V, too many for any model; one at it is not."""
-    wanted = free(POSITIONING_STAGE, {"highest_voltage": 2.0}, ("mass",))
+    wanted = free_parameters(POSITIONING_STAGE, {"highest_voltage": 2.0}, ("mass",))
     fit = fit_with(wanted, WAVE, np.zeros((len(WAVE), 3)))
-    (line,) = beyond(fit, np.array([-2.5, -2.0, 0.0, 1.0, 7.0]))
+    (line,) = saturation_warning(fit, np.array([-2.5, -2.0, 0.0, 1.0, 7.0]))
     told = (
         "NOT USABLE: the model cannot drive its own log: 40 % of the commands are beyond the -2 to"
     )
     assert line.startswith(f"{told} 2 V that the drive takes")
-    (few,) = beyond(fit, np.append(np.zeros(19), 7.0))
+    (few,) = saturation_warning(fit, np.append(np.zeros(19), 7.0))
     assert few.startswith("5 % of the commands are beyond the -2 to 2 V that the drive takes")
-    assert not beyond(fit, np.array([-2.0, 0.0, 2.0]))
+    assert not saturation_warning(fit, np.array([-2.0, 0.0, 2.0]))
 
 
 @pytest.mark.parametrize(("weight", "seen"), [(0.0, True), (600.0, False)])
 def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen):
     """A weight that the motor holds keeps a table on one flank, however sharp the fit is."""
-    wanted = free(MILLING_TABLE, {}, ("backlash", "load"), around=(weight, 0.0, 0.0))
+    wanted = free_parameters(MILLING_TABLE, {}, ("backlash", "load"), around=(weight, 0.0, 0.0))
     table = MILLING_TABLE.coefficients(wanted.start)
     wave = 3.0 * np.sin(0.02 * np.arange(1500)) + weight / float(table.force_gain)
 
@@ -126,7 +128,7 @@ def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen
     replayed = replay(wanted, told, 20.0, 1)
     one = fit_with(wanted, still[:, 0], still, replayed=replayed, bandwidth=20.0)
     known = certainty(one)._replace(state=("yes", "yes"))
-    after, line = unseen_gap(one, known, told, 1)
+    after, line = unseen_backlash(one, known, told, 1)
     assert after.state == ("yes" if seen else "no", "yes")
     assert after.value.tolist() == [0.4 if seen else 0.0, weight]
     assert line.startswith("" if seen else "the backlash is not seen in this log")

@@ -6,8 +6,8 @@ from carts import CART, EVERY, Cart, driven, noisy, recorded
 from scipy.signal import butter, cont2discrete, dlsim, sosfilt, sosfreqz
 
 from hfc_design.identify.fit import by_command
-from hfc_design.identify.identifiability import certainty, halved
-from hfc_design.identify.parameters import free
+from hfc_design.identify.identifiability import certainty, widened_by_halves
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.response import KNOWN, response
 
 STEPS, NOISE = 4000, 1e-8  # [m]
@@ -42,7 +42,7 @@ def swinging(force, hz, damping=0.02, share=0.25):
 
 def fitted(place, force, names=NAMES, **changes):
     told = recorded(place, force)
-    wanted = free(CART, changes, names)
+    wanted = free_parameters(CART, changes, names)
     return by_command(wanted, told, 1, [20.0], 0, near=True)
 
 
@@ -115,7 +115,7 @@ def test_halves_that_differ_widen_the_intervals():
     for place, wider in ((first, False), (np.r_[first[:half], second], True)):
         found = fitted(noisy(place, 1e-6, 0), force)
         known = certainty(found)
-        own, told = halved(found, known._replace(state=("yes",) * 3))
+        own, told = widened_by_halves(found, known._replace(state=("yes",) * 3))
         assert bool(told) == wider
         if wider:
             assert "viscous_friction" in told

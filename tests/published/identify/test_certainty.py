@@ -10,7 +10,7 @@ from hfc_design.identify.advice import advice
 from hfc_design.identify.fit import Problem, fitted
 from hfc_design.identify.identifiability import certainty, hold_untold
 from hfc_design.identify.outcome import NOTHING
-from hfc_design.identify.parameters import free
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.replay import replay
 from plants import PLANTS
 
@@ -54,7 +54,7 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
     """The same of a built-in machine, by its slopes alone."""
     stage = PLANTS["positioning-stage"]
     names = ["mass", "viscous_friction", "coulomb_friction", "offset", "amplifier_gain"]
-    wanted = free(stage, {}, names)
+    wanted = free_parameters(stage, {}, names)
     steps = 1000
     command = 2.0 * np.sin(2.0 * np.pi * 2.0 * 1e-3 * np.arange(steps))
     blank = recorded(np.zeros(steps), command)
@@ -105,7 +105,7 @@ def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_beg
 def test_no_last_bit_decides_which_of_two_is_named_first():
     """Of a log without noise that tells only what a cart's numbers are beside one another."""
     names = ("force_gain", "mass", "viscous_friction")
-    wanted, rng = free(CART, {}, names), np.random.default_rng(4)
+    wanted, rng = free_parameters(CART, {}, names), np.random.default_rng(4)
     rows, residual = rng.standard_normal((500, 2)), 1e-9 * rng.standard_normal(500)
     slopes = np.concatenate([rows, -rows.sum(axis=1, keepdims=True), 0.0 * rows], axis=1)
     told = set()

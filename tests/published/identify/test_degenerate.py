@@ -7,7 +7,7 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
-from hfc_design.identify.identifiability import BOUND, bounded, certainty, hold_untold
+from hfc_design.identify.identifiability import BOUND, at_bound, certainty, hold_untold
 
 STEPS = 800
 NOISE = 2e-4  # [m]
@@ -52,7 +52,7 @@ def test_a_machine_that_cannot_be_is_not_found():
     )
     assert fault(dict(zip(one.free.names, one.values, strict=True)))
     known = certainty(one)
-    inside, edge = bounded(one, known)
+    inside, edge = at_bound(one, known)
     values = inside.values
     assert edge.sum() == 1
     assert values[1] / values[0] == pytest.approx(2.5, rel=0.01)

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from hfc_design.identify.advice import LIMIT, profiles
 from hfc_design.identify.fit import by_command
 from hfc_design.identify.identifiability import certainty
-from hfc_design.identify.parameters import free
+from hfc_design.identify.parameters import free_parameters
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NOISE = 2e-4  # [m]
@@ -64,7 +64,7 @@ def test_where_the_position_is_linear_it_is_linear_least_squares():
 def test_bad_starts_end_at_the_same_place():
     """A mass that is begun with at a twentieth."""
     force = forced(FEW)
-    wanted = free(CART, TRUE._asdict() | {"mass": 0.13}, ["mass", "viscous_friction"])
+    wanted = free_parameters(CART, TRUE._asdict() | {"mass": 0.13}, ["mass", "viscous_friction"])
     told = recorded(noisy(driven(TRUE, force), 0.1 * NOISE, 3), force)
     one = by_command(wanted, told, 1, [0.0], 0)
     assert one.values[0] == pytest.approx(2.6, rel=1e-3)

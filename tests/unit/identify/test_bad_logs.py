@@ -12,7 +12,7 @@ from run_folders import hfc
 from scipy.io import savemat
 from wording import refused_command
 
-from hfc_design.identify.recording import called
+from hfc_design.identify.recording import log_name
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(400) * 1e-3
@@ -153,15 +153,15 @@ def test_what_is_piped_in_has_a_name_that_says_something():
     reader, writer = os.pipe()
     file = os.open("log.csv", os.O_RDONLY)
     try:
-        assert called(Path(f"/dev/fd/{reader}")) == "log"
-        assert called(Path(f"/proc/self/fd/{reader}")) == "log"
-        assert called(Path(f"/dev/fd/{file}")) == "log.csv"  # hfc identify /dev/stdin < log.csv
+        assert log_name(Path(f"/dev/fd/{reader}")) == "log"
+        assert log_name(Path(f"/proc/self/fd/{reader}")) == "log"
+        assert log_name(Path(f"/dev/fd/{file}")) == "log.csv"  # hfc identify /dev/stdin < log.csv
     finally:
         for each in (reader, writer, file):
             os.close(each)
-    assert called(Path("runs/63")) == "63"
+    assert log_name(Path("runs/63")) == "63"
     os.symlink("log.csv", "newest.csv")
-    assert called(Path("newest.csv")) == "newest.csv"
+    assert log_name(Path("newest.csv")) == "newest.csv"
 
 
 def test_a_second_log_that_cannot_check_the_first_is_refused_at_once():

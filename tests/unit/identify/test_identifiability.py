@@ -8,7 +8,7 @@ from wording import refused
 from hfc_design.identify.fit import VAGUE, covariance_of
 from hfc_design.identify.identifiability import certainty, errors_of, root_of, unseen
 from hfc_design.identify.identified import check_slopes
-from hfc_design.identify.parameters import free
+from hfc_design.identify.parameters import free_parameters
 
 NAMES = ("mass", "viscous_friction", "force_gain")
 WAVES = np.stack([np.sin(0.02 * k * np.arange(800)) for k in (1, 2, 3)], axis=1)
@@ -19,7 +19,10 @@ def fit_of(slopes, names=NAMES, residual=None, scale=1.0):
     steps = len(slopes)
     noise = np.random.default_rng(0).normal(0.0, 1.0, steps) if residual is None else residual
     return fit_with(
-        free(CART, {}, names), noise, np.append(slopes, np.zeros((steps, 2)), axis=1), scale=scale
+        free_parameters(CART, {}, names),
+        noise,
+        np.append(slopes, np.zeros((steps, 2)), axis=1),
+        scale=scale,
     )
 
 
