@@ -191,7 +191,7 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
     if one.unit is not None:
         return one
     units = [end for _, end in parts_of(one.column)]
-    if units == ["%"]:
+    if units == ["%"] and TOLD.fullmatch(one.column):
         raise ValueError(
             f"column {one.column[:60]}: 100 % of what? {column_hint(one.name)}, as [0.1 {unit}]"
         )

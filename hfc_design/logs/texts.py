@@ -258,44 +258,45 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
     lines = [line for _, line in rows]
     pointed = [form.pointed(line) for line in lines]
     every = len(form.numeric) == form.columns
-    if not every or (pointed != lines and any("." in line for line in lines)):
-        _check(rows, form, names)
+    mixed = pointed != lines and any("." in line for line in lines)
     try:
         table = np.loadtxt(
             pointed, delimiter=form.separator, ndmin=2, comments=None, quotechar='"',
             usecols=None if every else form.numeric,
         )  # fmt: skip
-        if table.shape[1] == len(form.numeric) and np.isfinite(table).all():
-            return np.asarray(table, float)
+        damaged = table.shape[1] != len(form.numeric) or not np.isfinite(table).all()
     except ValueError:
-        pass
-    _check(rows, form, names)
-    raise ValueError("is no table of numbers")
+        damaged = True
+    if damaged or mixed or not every:
+        _check(rows, form, names, damaged)
+    if damaged:
+        raise ValueError("is no table of numbers")
+    return np.asarray(table, float)
 
 
-def _check(rows: Rows, form: Form, names: Sequence[str]) -> None:
+def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
     """ValueError: which line is not like the others.
 
-    It has another length, no number or another decimal sign where others have numbers, or a number
-    where others have texts or nothing.
+    It has another length, no number (in a ``damaged`` table) or another decimal sign where others
+    have numbers, or a number where others have texts or nothing.
     """
     signs = dict[str, int]()  # where each stands first
+    texts = [k for k in range(form.columns) if k not in form.numeric]
     for place, line in rows:
         cells = form.cells(line)
         if len(cells) != form.columns:
             raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
-        for k, cell in enumerate(cells):
-            if k in form.numeric:
-                signs = {sign: place for sign in ",." if sign in cell} | signs
-            elif form.number(cell) is not None:
-                column = f"column {names[k][:60] or k + 1}"
-                raise ValueError(
-                    f"line {place}: {column} has a number here, and none in other lines"
-                )
-        if len(signs) == 2 and form.commas:
+        for k in texts:
+            if form.number(cells[k]) is not None:
+                told = f"column {names[k][:60] or k + 1} has a number here"
+                raise ValueError(f"line {place}: {told}, and none in other lines")
+        for sign in ",." if form.commas else "":
+            if any(sign in cells[k] for k in form.numeric):
+                signs.setdefault(sign, place)
+        if len(signs) == 2:
             both = f"line {signs[',']}: has a comma in a number, line {signs['.']} a point"
             raise ValueError(f"{both}; one of them has to be the decimal sign of all")
-        for k in form.numeric:
+        for k in form.numeric if damaged else ():
             _at(place, form.pointed(cells[k]))
 
 
