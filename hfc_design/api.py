@@ -18,15 +18,16 @@ from hfc_design.calls.searching import design, pick, with_gains
 from hfc_design.calls.showing import comparison_page, explain, report
 from hfc_design.calls.stability import stability
 from hfc_design.controllers.controller import AxisLaw, View, held
-from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
+from hfc_design.controllers.gains import Law, settings_of
+from hfc_design.controllers.gains.genome import GainsGenome as genome_of_gains
 from hfc_design.controllers.genome import Genome, taken
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Explain,
-    Kind,
     Shown,
     Target,
+    later,
 )
 from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.numbers import Constant, Xp, clipped, total
@@ -106,6 +107,6 @@ __all__ += ["Drive", "Machine", "Plant", "coupled", "only_positive", "rk4", "sid
 __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
-__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind"]
+__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "later"]
 __all__ += ["Drawing", "Listing", "Section", "Shown", "Target"]
 __all__ += ["Constant", "Xp", "clipped", "total"]
