@@ -6,7 +6,7 @@ Load a scenario, design, evaluate, export; add an own plant, fitness, strategy o
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.batch.summary import Findings
@@ -67,6 +67,15 @@ Registered = TypeVar("Registered")
 def __dir__() -> list[str]:
     """What a script may name, for completion; not what this module itself is made of."""
     return sorted(__all__)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "Kind":
+        told = (
+            "a kind is a subclass of ControllerRecord by now, with what Kind was given as methods"
+        )
+        raise AttributeError(f"hfc_design.api.Kind is gone: {told}; see docs/python.md")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def register(thing: Registered) -> Registered:
