@@ -39,9 +39,9 @@ class later:
         self.module, self.name = module, name
 
     def __get__(self, record: Any, kind: Any = None) -> Any:
-        found = getattr(importlib.import_module(self.module), self.name)
-        bound = record is not None and isinstance(found, FunctionType)
-        return found.__get__(record) if bound else found
+        attribute = getattr(importlib.import_module(self.module), self.name)
+        bound = record is not None and isinstance(attribute, FunctionType)
+        return attribute.__get__(record) if bound else attribute
 
 
 class ControllerSettings(Record):
@@ -88,9 +88,9 @@ class Target(NamedTuple):
 
     def of(self, k: int) -> "Target":
         """The same for axis ``k`` alone."""
-        name, own = self.machine.axes[k], (self.parameters[k],)
+        name, parameters = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
-        return self._replace(machine=self.machine.only(k), parameters=own, limits=limits)
+        return self._replace(machine=self.machine.only(k), parameters=parameters, limits=limits)
 
 
 class Shown(NamedTuple):
@@ -106,9 +106,9 @@ class Shown(NamedTuple):
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
-        own = None if self.signals is None else {axis: self.signals[axis]}
+        signals = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
-        return Shown(machine, parameters, own, self.largest[at])
+        return Shown(machine, parameters, signals, self.largest[at])
 
     @property
     def units(self) -> dict[str, str]:
@@ -163,9 +163,9 @@ def numbers(record: Any, shown: "Shown") -> list[Any]:
     """The section of a report on a controller that says nothing else of itself."""
     from hfc_design.pictures.section import Listing, Section  # which draw
 
-    own: Json = record.model_dump(exclude={"kind", "sample_time_s"})
-    found = {key.rpartition(".")[2]: value for key, value in flat(own).items()}
-    rows = [[k, f"{x:.6g}"] for k, x in found.items() if isinstance(x, int | float)]
+    data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
+    values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}
+    rows = [[k, f"{x:.6g}"] for k, x in values.items() if isinstance(x, int | float)]
     listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
     return [Section("The controller", "", listing, [])]
 
@@ -265,8 +265,8 @@ class ControllerRecord(Record):
     def controller_of(self, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:
-            found: Controller = self.controller(limits)
-            return found
+            controller: Controller = self.controller(limits)
+            return controller
         return PerAxis(self.kind, tuple(map(self.law, limits.values())))
 
     @classmethod

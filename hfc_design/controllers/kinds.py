@@ -31,7 +31,7 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
         and kind.of_gains is None,
         f"name has to be the kind of its settings, {named}": bool(named) and kind.name not in named,
     }
-    return next((told for told, wrong in faults.items() if wrong), None)
+    return next((message for message, wrong in faults.items() if wrong), None)
 
 
 KINDS: Group[type[ControllerRecord]] = Group(

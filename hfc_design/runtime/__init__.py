@@ -143,8 +143,8 @@ class Controller:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
         if not finite(readings):
             raise ValueError(f"{readings}: have to be finite")
-        told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
-        self._memory = told.remember(self._memory, readings)
+        explain = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
+        self._memory = explain.remember(self._memory, readings)
         self._fresh = self._fresh and not readings
 
     def reset(self) -> None:
@@ -159,9 +159,9 @@ class Controller:
             ValueError: it is of a kind that does not adapt.
         """
         adapted = self._whole.kind.adapted
-        if adapted is None or (found := adapted(self.design, self._memory)) is None:
+        if adapted is None or (record := adapted(self.design, self._memory)) is None:
             raise ValueError(f"a controller of kind {self.design.kind} does not adapt")
-        return found
+        return record
 
 
 class Machine:
@@ -176,8 +176,8 @@ class Machine:
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
         if (named := design.limits.axes) and not (axes or design.plant.axes):
-            told = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
-            raise UserError(f"{told}; name all of the machine's: Machine(design, ('x', 'y'))")
+            message = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
+            raise UserError(f"{message}; name all of the machine's: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = design.controller.law_gains()
@@ -210,7 +210,7 @@ class Machine:
             raise what_is_wrong([signals], error, "axis") from None
         if self._each:  # all are tried before any remembers: one signal may be missing
             pairs = zip(self._each.items(), axes, strict=True)
-            tried = {axis: one._tried(own) for (axis, one), own in pairs}
+            tried = {axis: one._tried(axis_signals) for (axis, one), axis_signals in pairs}
             for axis, (command, memory, _) in tried.items():
                 self._each[axis]._done(command, memory)
             return {axis: command for axis, (command, *_) in tried.items()}
@@ -221,9 +221,9 @@ class Machine:
                 memory = self._memory
                 if self._fresh:
                     memory = controller.primed(self._controller, SCALARS, self._gains, memory, view)
-                found, memory = self._controller.step(SCALARS, self._gains, memory, view)
-                if finite((found, memory)):
-                    commands = tuple(map(float, found))
+                raw_commands, memory = self._controller.step(SCALARS, self._gains, memory, view)
+                if finite((raw_commands, memory)):
+                    commands = tuple(map(float, raw_commands))
                     self._memory, self._fresh = memory, False
         except ArithmeticError:
             pass

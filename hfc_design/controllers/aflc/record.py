@@ -50,8 +50,8 @@ class RangeRecord(Record):
     def _falls(self) -> "RangeRecord":
         for (a, b), (c, d) in pairwise(self.curve):
             if not (a < c and b >= d):
-                told = f"({a:g}, {b:g}), ({c:g}, {d:g})"
-                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {told}")
+                segment = f"({a:g}, {b:g}), ({c:g}, {d:g})"
+                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {segment}")
         return self
 
     def sectors(self) -> Rectangle | Curve:
@@ -174,9 +174,12 @@ class AdaptiveDesign(FuzzyRecord):
 def _within(terms: Partition) -> Partition:
     """Edges between the centres of the two terms, where only rounding has them beyond."""
     centres = np.array(terms.centres)
-    held = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
-    pairs = zip(terms[1:], held, strict=True)
-    near = (np.where(np.isclose(own, edges, ROUNDING, 0.0), own, edges) for edges, own in pairs)
+    clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
+    pairs = zip(terms[1:], clipped, strict=True)
+    near = (
+        np.where(np.isclose(clipped_edges, edges, ROUNDING, 0.0), clipped_edges, edges)
+        for edges, clipped_edges in pairs
+    )
     return Partition(terms.centres, *(edges.tolist() for edges in near))
 
 

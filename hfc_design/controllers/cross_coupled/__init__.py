@@ -17,10 +17,10 @@ class _OwnGenome(GainsGenome):
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target)
-        found = settings.searched()._asdict()
-        velocity = found.pop("velocity")
-        found |= {f"velocity_{axis}": velocity for axis in target.machine.axes}
-        self.ranges = namedtuple("Ranges", found)(**found)
+        ranges = settings.searched()._asdict()
+        velocity = ranges.pop("velocity")
+        ranges |= {f"velocity_{axis}": velocity for axis in target.machine.axes}
+        self.ranges = namedtuple("Ranges", ranges)(**ranges)
 
 
 class CrossCoupledGenome(AroundGenome):
@@ -31,15 +31,15 @@ class CrossCoupledGenome(AroundGenome):
 
     def gains(self, population: SideBySide) -> CrossGains:
         """As the simulator wants them."""
-        inner, own = self.each("gains", population.parts)
-        k_p, k_i, k_d, *velocity = own
+        inner, contour_gains = self.each("gains", population.parts)
+        k_p, k_i, k_d, *velocity = contour_gains
         return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
 
     def record(self, individual: SideBySide) -> Json:
         """The record of what is inside, and the gains."""
-        inner, own = self.parts
-        found = own.gains(individual.parts[1])
-        k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in found)
+        inner, contour_genome = self.parts
+        contour_gains = contour_genome.gains(individual.parts[1])
+        k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in contour_gains)
         return {
             "kind": self.settings.kind,
             "inner": inner.record(individual.parts[0]),

@@ -38,8 +38,8 @@ class CrossCoupledDesign(OuterDesign):
 
     def reads(self) -> list[str]:
         """Signals of a sample, of what is inside as well."""
-        own = ["error", *(["reference_rate"] if self.feed_forward else [])]
-        return list(dict.fromkeys([*own, *self.inner_reads()]))
+        signals = ["error", *(["reference_rate"] if self.feed_forward else [])]
+        return list(dict.fromkeys([*signals, *self.inner_reads()]))
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
         """With what is inside as the ``memory`` has made it."""
@@ -53,8 +53,10 @@ class CrossCoupledDesign(OuterDesign):
     def law_gains(self) -> CrossGains:
         """The numbers of one individual."""
         inner = self.inner.law_gains()
-        own = dict(self.contour)
-        return CrossGains(inner, **own, velocity=tuple(self.feed_forward.values()) or None)
+        contour_gains = dict(self.contour)
+        return CrossGains(
+            inner, **contour_gains, velocity=tuple(self.feed_forward.values()) or None
+        )
 
     def controller(self, limits: Limits) -> CrossCoupled:
         """On axes with these limits.
@@ -64,8 +66,8 @@ class CrossCoupledDesign(OuterDesign):
         """
         axes = tuple(limits)
         if len(axes) != 2:
-            told = f"is for the two axes of a path in X-Y, not for {len(axes)}"
-            raise UserError(f"controller.kind = {self.kind!r}: {told}")
+            message = f"is for the two axes of a path in X-Y, not for {len(axes)}"
+            raise UserError(f"controller.kind = {self.kind!r}: {message}")
         if self.feed_forward and tuple(self.feed_forward) != axes:
             named = ", ".join(self.feed_forward)
             raise UserError(
@@ -103,5 +105,5 @@ class CrossCoupledSettings(GainsSettings):
             return f"controller.kind = {self.kind!r}: the machine has to follow a path in X-Y"
         if lacking := super().fault(target):
             return lacking
-        found = self.inner.fault(target)
-        return found and found.replace("controller.", "controller.inner.", 1)
+        inner_fault = self.inner.fault(target)
+        return inner_fault and inner_fault.replace("controller.", "controller.inner.", 1)

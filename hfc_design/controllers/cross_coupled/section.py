@@ -17,8 +17,8 @@ def sections(record: CrossCoupledDesign, shown: Shown) -> list[Section]:
     position, command = shown.units["error"], shown.units["command"]
     units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")
     names = ("contour error, k_p", "its integral, k_i", "its rate, k_d")
-    own = zip(names, dict(record.contour).values(), units, strict=True)
-    rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in own]
+    gains = zip(names, dict(record.contour).values(), units, strict=True)
+    rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in gains]
     for axis, gain in record.feed_forward.items():
         rows.append([f"velocity of {axis}, fed forward", f"{gain:.6g}", units[-1]])
     listing = Listing(CAPTION, ["gain on", "value", "unit"], rows)

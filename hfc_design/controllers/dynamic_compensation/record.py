@@ -99,5 +99,5 @@ class CompensationSettings(GainsSettings):
         """Other axes than the machine's, or what is inside cannot be searched for."""
         if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
             return f"controller.{fault}"
-        found = self.inner.fault(target)
-        return found and found.replace("controller.", "controller.inner.", 1)
+        inner_fault = self.inner.fault(target)
+        return inner_fault and inner_fault.replace("controller.", "controller.inner.", 1)

@@ -56,8 +56,8 @@ class ErrorDynamicsRecord(Record):
 
         near, far = self.gains
         companion: Floats = np.array([[0.0, 1.0], [-near, -far]])
-        found: Floats = solve_continuous_lyapunov(companion.T, -np.array(self.weights))
-        return float(found[0, 1]), float(found[1, 1])
+        solution: Floats = solve_continuous_lyapunov(companion.T, -np.array(self.weights))
+        return float(solution[0, 1]), float(solution[1, 1])
 
 
 class AdaptationRecord(Record):
@@ -114,8 +114,8 @@ class SlidingDesign(ControllerRecord):
 
     def judge(self) -> tuple[float, float]:
         """P_2: what an error [1/s] and its rate [1] count when the consequents are judged."""
-        own = self.adaptation.error_dynamics
-        return (self.sliding.slope, 1.0) if own is None else own.last_column()
+        dynamics = self.adaptation.error_dynamics
+        return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres."""
@@ -241,8 +241,12 @@ def scales(target: Target) -> tuple[float, float]:
     """The largest command and speed of the axes of a machine, the lowest of each."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
-    commands = (abs(x) for drive, own, limit in axes for x in drive.largest_commands(own, limit))
-    return min(commands), min(float(drive.top_speed(own)) for drive, own, _ in axes)
+    commands = (
+        abs(x)
+        for drive, parameters, limit in axes
+        for x in drive.largest_commands(parameters, limit)
+    )
+    return min(commands), min(float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
 
 
 def started(target: Target) -> SlidingDesign:

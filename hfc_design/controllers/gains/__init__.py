@@ -57,18 +57,18 @@ class GainsSettings(ControllerSettings):
 
     @model_validator(mode="after")
     def _fit(self) -> "GainsSettings":
-        own = self.own_ranges._fields
+        names = self.own_ranges._fields
         for name in self.ranges:
-            if name not in own:
-                raise ValueError(f"ranges.{name}: unknown; {one_of(name, own)}")
+            if name not in names:
+                raise ValueError(f"ranges.{name}: unknown; {one_of(name, names)}")
         return self
 
     def fault(self, target: Target) -> str | None:
         """Ranges that are left out and are for other plants, whose gains have other units."""
         units = target.machine.drives[0].units
         counted = f"(errors in {units['error']}, commands in {units['command']})"
-        told = self.lacking(target.machine.name, counted)
-        return told and f"controller.ranges: {told}"
+        message = self.lacking(target.machine.name, counted)
+        return message and f"controller.ranges: {message}"
 
     def lacking(self, plant: str, counted: str) -> str | None:
         """Which ranges a search on the ``plant``, ``counted`` in its units, lacks."""
@@ -91,14 +91,14 @@ class GainsSettings(ControllerSettings):
         return self.own_ranges._replace(**self.ranges)
 
 
-def settings_of(own: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
-    """The settings of a kind whose gains have the ranges ``own``, a NamedTuple.
+def settings_of(ranges: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
+    """The settings of a kind whose gains have the ranges ``ranges``, a NamedTuple.
 
     ``plants`` are the names of those that they are for; none: they are for any.
     """
 
     class Settings(GainsSettings):
-        own_ranges = own
+        own_ranges = ranges
         own_plants = plants
 
     return Settings
@@ -125,8 +125,8 @@ def kind_of_gains(
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
-    told = Field(description="its gains, by name")
-    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), told)}
+    field = Field(description="its gains, by name")
+    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), field)}
     abilities: dict[str, Any] = {
         "name": name,
         "settings": settings_of(ranges, plants),
@@ -146,20 +146,20 @@ def kind_of_gains(
 
 def kind_of(law: Law) -> type[ControllerRecord]:
     """The kind of a user's own ``law``; UserError: it cannot be searched."""
-    told = f"controller {law.name!r}"
+    source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
-        raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
-    checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
+        raise UserError(f"{source}: ranges has to be a NamedTuple of (low, high)")
+    checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, source, Path())
 
     code, reads = law._replace(ranges=()), _asked_for(law)
-    own: Any = {
+    options: Any = {
         "key": "gains",
         # An own law may do with the sample time what it likes.
         "structure": lambda record: (code, Constant(record.sample_time_s)),
         "summary": "an own law",
         "reads": lambda record: reads,
     }
-    return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
+    return kind_of_gains(law.name, law.ranges, _sample, _start, **options)
 
 
 class _Asked(dict[str, float]):
@@ -183,8 +183,8 @@ def _asked_for(law: Law) -> list[str]:
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
 ) -> tuple[Scalar, Memory, None]:
-    own, sample_time = law.structure
-    return *own.step(sample_time, gains, memory, signals), None
+    user_law, sample_time = law.structure
+    return *user_law.step(sample_time, gains, memory, signals), None
 
 
 def _start(law: AxisLaw, zero: Scalar) -> Memory:

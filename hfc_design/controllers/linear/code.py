@@ -12,11 +12,11 @@ from hfc_design.core.numbers import Json
 
 def resonators(record: LinearDesign) -> list[Json]:
     """Of each resonator its frequency, its rotation in a sample and its gains."""
-    found = []
+    entries = []
     pairs = zip(record.resonators, record.form.rotations, strict=True)
     for one, (cosine, sine) in pairs:
-        found.append(one.model_dump() | {"cosine": cosine, "sine": sine})
-    return found
+        entries.append(one.model_dump() | {"cosine": cosine, "sine": sine})
+    return entries
 
 
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
@@ -35,13 +35,13 @@ def about(record: LinearDesign, units: dict[str, str]) -> Json:
 
 def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
     """What a command is made of, by its names for people."""
-    found = {"proportional": parts.proportional, "integral": parts.integral}
-    found["derivative"] = parts.derivative
-    found |= dict(zip(record.signals, parts.signals, strict=True))
-    found |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
+    contributions = {"proportional": parts.proportional, "integral": parts.integral}
+    contributions["derivative"] = parts.derivative
+    contributions |= dict(zip(record.signals, parts.signals, strict=True))
+    contributions |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
     pairs = zip(record.resonators, parts.resonators, strict=False)  # a scheduled law has no own
-    found |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
-    return {name: float(value) for name, value in found.items()}
+    contributions |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
+    return {name: float(value) for name, value in contributions.items()}
 
 
 EXPLAIN = Explain(

@@ -263,9 +263,9 @@ class LinearSettings(ControllerSettings):
         """Yes: one stage, all that is searched."""
         return True
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """Everything that may be varied on a drive that tells these signals."""
-        return [*told, *FORWARD, "coulomb_width", *self.resonators]
+        return [*signals, *FORWARD, "coulomb_width", *self.resonators]
 
     @property
     def resonators(self) -> tuple[str, ...]:
@@ -274,15 +274,15 @@ class LinearSettings(ControllerSettings):
 
     def fault(self, target: Target) -> str | None:
         """A signal or a range of what there is not, a frequency that a sample cannot tell."""
-        if found := too_fast(self.load_frequencies_rad_s, target.sample_time):
-            return f"controller.load_frequencies_rad_s: {found}"
+        if fault := too_fast(self.load_frequencies_rad_s, target.sample_time):
+            return f"controller.load_frequencies_rad_s: {fault}"
         for drive in target.machine.drives:
-            told = [name for name in drive.inputs if name not in ERRORS]
+            drive_signals = [name for name in drive.inputs if name not in ERRORS]
             for name in self.signals or ():
-                if name not in told:
+                if name not in drive_signals:
                     no_signal = f"controller.signals: {name!r} is no signal of the {drive.name}"
-                    return f"{no_signal}; {one_of(name, told)}"
-            known = self.names(told)
+                    return f"{no_signal}; {one_of(name, drive_signals)}"
+            known = self.names(drive_signals)
             for name in self.ranges:
                 if name not in known:
                     return f"controller.ranges.{name}: unknown; {one_of(name, known)}"
@@ -298,10 +298,10 @@ class PidSettings(LinearSettings):
     #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With its own gains."""
         leads = (f"{name}{LEAD}" for name in self.resonators)
-        return ["kp", "ki", "kd", "derivative_hz", *super().names(told), *leads]
+        return ["kp", "ki", "kd", "derivative_hz", *super().names(signals), *leads]
 
 
 class WeightedSettings(LinearSettings):
@@ -311,22 +311,22 @@ class WeightedSettings(LinearSettings):
     #: [signal]
     tolerances: dict[Label, Positive] = {}
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With what is weighted."""
-        return [*ERRORS, *super().names(told)]
+        return [*ERRORS, *super().names(signals)]
 
     def fault(self, target: Target) -> str | None:
         """Also a tolerance of what there is not, or without a largest command."""
-        if found := super().fault(target):
-            return found
+        if fault := super().fault(target):
+            return fault
         drive = target.machine.drives[0]
         known = self.names([name for name in drive.inputs if name not in ERRORS])
         further = (*FORWARD, "coulomb_width", *self.resonators)
         weighted = [name for name in known if name not in further]
         for name in self.tolerances:
             if name not in weighted:
-                told = f"controller.tolerances.{name}: unknown"
-                return f"{told}; there is {', '.join(weighted)}"
+                message = f"controller.tolerances.{name}: unknown"
+                return f"{message}; there is {', '.join(weighted)}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
             return "controller.tolerances: need limits.command, the largest command"
@@ -344,6 +344,6 @@ class LqiSettings(WeightedSettings):
 
     kind: Literal["lqi"]
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With the integral."""
-        return ["integral", *super().names(told)]
+        return ["integral", *super().names(signals)]

@@ -10,8 +10,8 @@ class NeuralGenome(GainsGenome):
 
     def record(self, individual: GainVectors) -> Json:
         """The weights and the numbers beside them."""
-        found = self.gains(individual)._asdict()
-        numbers = {name: float(value[0]) for name, value in found.items()}
+        gains = self.gains(individual)._asdict()
+        numbers = {name: float(value[0]) for name, value in gains.items()}
         weights = self.settings.weights().model_dump()
         return {"kind": self.settings.kind, "weights": weights, **numbers}
 

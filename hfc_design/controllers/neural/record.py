@@ -50,10 +50,10 @@ class WeightsRecord(Record):
 
     @model_validator(mode="after")
     def _fit(self) -> "WeightsRecord":
-        units, found = len(self.hidden), len(self.output)
-        if found != units + 1:
-            told = f"has {found} numbers; {units} hidden units and a threshold make {units + 1}"
-            raise ValueError(f"output: {told}")
+        units, count = len(self.hidden), len(self.output)
+        if count != units + 1:
+            message = f"has {count} numbers; {units} hidden units and a threshold make {units + 1}"
+            raise ValueError(f"output: {message}")
         return self
 
 
@@ -111,8 +111,8 @@ class NeuralDesign(ControllerRecord):
     def with_weights(self, weights: Weights) -> "NeuralDesign":
         """The same with other weights."""
         hidden, (output,) = weights
-        found = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
-        return self.model_copy(update={"weights": found})
+        record = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
+        return self.model_copy(update={"weights": record})
 
 
 def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
@@ -205,7 +205,7 @@ def begun(
     if start is not None:
         data = start.model_dump()
     else:
-        usual = (np.sqrt(np.mean(own * own)) for own in (errors, commands))
+        usual = (np.sqrt(np.mean(values * values)) for values in (errors, commands))
         error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 of what is always 0
         data = {"weights": drawn(lesson.hidden, lesson.seed).model_dump(), "error_unit": error}
         data |= {"change_unit": CHANGE * error, "command_unit": COMMAND * command}
@@ -226,20 +226,20 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     """
     inputs = inputs_of(start, errors).reshape(-1, INPUTS)
     targets = (commands / start.command_unit).ravel()
-    found = start.network()
-    last = Weights(*(each(lambda weight: 0.0, layer) for layer in found))
+    network = start.network()
+    last = Weights(*(each(lambda weight: 0.0, layer) for layer in network))
     rates = lesson.rate, start.momentum, start.slope
     for _ in range(lesson.passes):
-        for own, target in zip(inputs.tolist(), targets.tolist(), strict=True):
-            answer = passed(SCALARS, found, start.slope, own)
+        for sample, target in zip(inputs.tolist(), targets.tolist(), strict=True):
+            answer = passed(SCALARS, network, start.slope, sample)
             off = [target - answer.outputs[0]]
-            last = changes(SCALARS, found, last, answer, off, *rates)
-            found = added(SCALARS, found, last)
-    design = start.with_weights(found)
+            last = changes(SCALARS, network, last, answer, off, *rates)
+            network = added(SCALARS, network, last)
+    design = start.with_weights(network)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):
-        told = f"--training-rate {lesson.rate:g}: the network diverges"
-        raise UserError(f"{told}; take a lower one, larger units or a smaller slope")
+        message = f"--training-rate {lesson.rate:g}: the network diverges"
+        raise UserError(f"{message}; take a lower one, larger units or a smaller slope")
     taught = float(np.sqrt(np.mean(commands * commands)))
     return Trained(design, before, after, taught)
 

@@ -32,8 +32,8 @@ OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "setti
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
     """ValueError: a controller inside another one runs at another sample time."""
     if part.sample_time_s != sample_time:
-        told = f"{key}.sample_time_s = {part.sample_time_s}"
-        raise ValueError(f"{told}: has to be that of all, {sample_time}")
+        setting = f"{key}.sample_time_s = {part.sample_time_s}"
+        raise ValueError(f"{setting}: has to be that of all, {sample_time}")
 
 
 class PerAxisDesign(ControllerRecord):
@@ -51,12 +51,16 @@ class PerAxisDesign(ControllerRecord):
     def renewed(cls, data: Json, keys: list[str]) -> None:
         """Of each axis what its own kind says."""
         axes = data.get("axes")
-        for axis, own in axes.items() if isinstance(axes, dict) else ():
+        for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
-            told = [key.removeprefix(start) for key in keys if key.startswith(start)]
-            if told and isinstance(own, dict) and own.get("kind") in kinds().names():
+            axis_keys = [key.removeprefix(start) for key in keys if key.startswith(start)]
+            if (
+                axis_keys
+                and isinstance(axis_data, dict)
+                and axis_data.get("kind") in kinds().names()
+            ):
                 try:
-                    kinds().get(own["kind"]).record.renewed(own, told)
+                    kinds().get(axis_data["kind"]).record.renewed(axis_data, axis_keys)
                 except ValueError as error:
                     raise ValueError(f"{start}{error}") from None
 
@@ -67,18 +71,21 @@ class PerAxisDesign(ControllerRecord):
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        axes = {k: every | own if isinstance(own, dict) else own for k, own in data["axes"].items()}
+        axes = {
+            k: every | axis_data if isinstance(axis_data, dict) else axis_data
+            for k, axis_data in data["axes"].items()
+        }
         return data | {"axes": axes}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
-        for axis, own in self.axes.items():
-            sampled_alike(f"axes.{axis}", own, self.sample_time_s)
+        for axis, design in self.axes.items():
+            sampled_alike(f"axes.{axis}", design, self.sample_time_s)
         return self
 
     def law_gains(self) -> tuple[Gains, ...]:
         """The gains of each axis."""
-        return tuple(own.law_gains() for own in self.axes.values())
+        return tuple(design.law_gains() for design in self.axes.values())
 
     def axis_records(self) -> dict[str, ControllerRecord]:
         """The record of each axis by its name."""
@@ -94,30 +101,32 @@ class PerAxisDesign(ControllerRecord):
             raise UserError(
                 f"controller.axes: are {', '.join(self.axes)}; the machine has {', '.join(limits)}"
             )
-        laws = (own.law(limits[axis]) for axis, own in self.axes.items())
+        laws = (design.law(limits[axis]) for axis, design in self.axes.items())
         return PerAxis("per-axis", tuple(laws), own_gains=True)
 
     def learnt(self, axes: tuple[str, ...], memory: tuple[Memory, ...]) -> Self | None:
         """With what each axis has learnt that can."""
-        found = {}
-        for (axis, own), remembered in zip(self.axes.items(), memory, strict=True):
-            if own.adapted and (after := own.adapted(remembered)):
-                found[axis] = after
-        return self.model_copy(update={"axes": self.axes | found}) if found else None
+        learned = {}
+        for (axis, design), remembered in zip(self.axes.items(), memory, strict=True):
+            if design.adapted and (after := design.adapted(remembered)):
+                learned[axis] = after
+        return self.model_copy(update={"axes": self.axes | learned}) if learned else None
 
     def sections(self, shown: Shown) -> list[Any]:
         """Those of each axis, with its name before their titles."""
-        found = []
-        for axis, own in self.axes.items():
-            told = own.sections(shown.of(axis))
-            found += [section._replace(title=f"{axis}: {section.title}") for section in told]
-        return found
+        sections = []
+        for axis, design in self.axes.items():
+            axis_sections = design.sections(shown.of(axis))
+            sections += [
+                section._replace(title=f"{axis}: {section.title}") for section in axis_sections
+            ]
+        return sections
 
     def structure(self) -> str:
         """That of each axis, its kind where it has but one; "" where all have."""
-        found = {axis: own.structure() for axis, own in self.axes.items()}
-        each = (f"{axis}: {found[axis] or own.kind}" for axis, own in self.axes.items())
-        return ", ".join(each) if any(found.values()) else ""
+        structures = {axis: design.structure() for axis, design in self.axes.items()}
+        each = (f"{axis}: {structures[axis] or design.kind}" for axis, design in self.axes.items())
+        return ", ".join(each) if any(structures.values()) else ""
 
 
 def learnt(
@@ -130,10 +139,10 @@ def learnt(
     if record.learnt is not None:
         learned: ControllerRecord | None = record.learnt(axes, memory)
         return learned
-    found = [record.adapted(own) for own in memory] if record.adapted else [None]
-    if found[0] is None or all(one == found[0] for one in found):
-        return found[0]
-    each = dict(zip(axes, found, strict=True))
+    records = [record.adapted(axis_memory) for axis_memory in memory] if record.adapted else [None]
+    if records[0] is None or all(one == records[0] for one in records):
+        return records[0]
+    each = dict(zip(axes, records, strict=True))
     return PerAxisDesign(sample_time_s=record.sample_time_s, axes=each)
 
 
@@ -176,12 +185,12 @@ class OuterDesign(ControllerRecord):
     def inner_reads(self) -> list[str]:
         """What is read of any axis by what is inside; nothing where that is not known."""
         axes = self.inner.axis_records
-        found: dict[str, None] = {}
+        signals: dict[str, None] = {}
         for record in axes().values() if axes else [self.inner]:
             if record.reads is None:
                 return []
-            found |= dict.fromkeys(record.reads())
-        return list(found)
+            signals |= dict.fromkeys(record.reads())
+        return list(signals)
 
 
 class PerAxisSettings(ControllerSettings):
@@ -194,14 +203,14 @@ class PerAxisSettings(ControllerSettings):
     @property
     def staged(self) -> bool:
         """Where the controllers of all axes are."""
-        return all(own.staged for own in self.axes.values())
+        return all(settings.staged for settings in self.axes.values())
 
     def fault(self, target: Target) -> str | None:
         """Other axes than the machine's, or one that its kind cannot be searched for."""
         if tuple(self.axes) != target.machine.axes:
             return f"controller.axes: have to be {', '.join(target.machine.axes)}, in this order"
-        for k, (axis, own) in enumerate(self.axes.items()):
-            if fault := own.fault(target.of(k)):
+        for k, (axis, settings) in enumerate(self.axes.items()):
+            if fault := settings.fault(target.of(k)):
                 return fault.replace("controller.", f"controller.axes.{axis}.", 1)
         return None
 
@@ -214,15 +223,15 @@ class PerAxisGenome(BesideGenome):
     """
 
     def __init__(self, settings: PerAxisSettings, target: Target):
-        own = enumerate(settings.axes.values())
-        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in own]
+        axis_settings = enumerate(settings.axes.values())
+        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in axis_settings]
         super().__init__(settings, target, axes, "axes")
 
     def notation(self, structure: int) -> str:
         """The structure of each axis."""
         trees = map(int, np.unravel_index(structure, self.counts))
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
-        return ", ".join(f"{axis}: {own}" for axis, own in each)
+        return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
     def record(self, individual: SideBySide) -> Json:
         """The record of each axis."""

@@ -60,8 +60,8 @@ class SocDesign(ControllerRecord):
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost sets."""
-        own = self.law_gains()
-        return {"error": HIGHEST / own.ge, "error_change": HIGHEST / own.gc}
+        gains = self.law_gains()
+        return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
 
     def law(self, limit: float | None) -> AxisLaw:
         """The law of one axis."""
