@@ -88,8 +88,8 @@ def stressed(
 ) -> tuple[Stressed, ...]:
     """What becomes of a design under every stress that the scenario asks for.
 
-    ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines`` do
-    without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
+    ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines``
+    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
     """
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)

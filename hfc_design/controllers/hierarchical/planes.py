@@ -15,8 +15,8 @@ def along(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats
     """Tables (n, units, 7, 7) that make ``slopes`` (n, inputs) of the scaled inputs of n trees.
 
     ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) the consequents that pass on
-    what a unit reads. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); what it lacks of
-    the law the unit makes good that reads it.
+    what a unit reads. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); what it
+    lacks of the law the unit makes good that reads it.
     """
     count, units = sources.shape[:2]
     each = np.arange(count)
