@@ -58,8 +58,8 @@ def player(scenario: Scenario) -> Player:
 def played(one: Player, voltage: Floats, feedback: tuple[Floats, Floats] | None = None) -> Played:
     """The first samples of the motion, under ``voltage`` (samples,) [V].
 
-    It may be held by ``feedback`` to places (samples, 6) by gains (samples, 6): less the gain times how far the
-    state is off its place. Limit and converter act on the whole.
+    It may be held by ``feedback`` to places (samples, 6) by gains (samples, 6): less the gain times
+    how far the state is off its place. Limit and converter act on the whole.
     """
     devices.configure()
     steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)

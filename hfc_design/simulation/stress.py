@@ -89,7 +89,7 @@ def stressed(
     """What becomes of a design under every stress that the scenario asks for.
 
     ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines``
-    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
+    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if known.
     """
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
