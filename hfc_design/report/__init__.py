@@ -66,9 +66,8 @@ def rendered(
         tables[_free(called, tables)] = listing
         return ""
 
-    environment.filters["picture"] = drawn
-    environment.filters["digest"] = digest
-    environment.globals["kept"] = kept
+    environment.filters |= {"picture": drawn, "digest": digest, "capital": capital}
+    environment.globals |= {"kept": kept, "inside": inside}
     html = environment.get_template(name).render(**values).encode()
     return Page(html, figures, tables, of, label or of)
 
@@ -99,6 +98,11 @@ def inside(*names: str) -> Markup:
     """Files of this folder, one after the other, as they are to stand in a page."""
     texts = [(files(__name__) / name).read_text(encoding="utf-8") for name in names]
     return Markup("\n").join(map(Markup, texts))
+
+
+def capital(text: str) -> str:
+    """A line with its first letter as a sentence has it."""
+    return text[:1].upper() + text[1:]
 
 
 def digest(text: str) -> str:
