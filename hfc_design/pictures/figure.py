@@ -120,12 +120,11 @@ def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
     }
 
 
-def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:
-    """The legend of ``axes`` above everything; names in it may be any."""
+def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2, **where: Any) -> None:
+    """The legend of ``axes`` above everything, or ``where`` it says; names in it may be any."""
+    look: dict[str, Any] = {"frameon": False, "loc": "upper center", **where}
     handles = axes.get_legend_handles_labels()
-    legend = figure.legend(
-        *handles, fontsize=size, frameon=False, ncols=columns, loc="upper center"
-    )
+    legend = figure.legend(*handles, fontsize=size, ncols=columns, **look)
     for text in legend.get_texts():
         text.set_parse_math(False)
 

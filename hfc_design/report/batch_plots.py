@@ -15,6 +15,7 @@ from hfc_design.pictures.figure import (
     LABEL,
     OTHER,
     OWN,
+    above,
     drawable,
     finish,
     framed,
@@ -134,8 +135,7 @@ def distributions(found: Robustness | Usable, title: str) -> Figure:
         axes.set_ylabel("share [1]")
     figure.suptitle("\n".join(heading), fontsize=11, y=1 - 0.08 / height)
     if drawn:
-        handles = panels.flat[0].get_legend_handles_labels()
-        figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
+        above(figure, panels.flat[0], columns=3, loc="lower center")
     return figure
 
 
@@ -167,8 +167,7 @@ def _in_motions(found: Usable, title: str) -> Figure:
         called = TITLES.get(name, name.replace("_", " "))
         axes.set_title(f"{called}\n{axes.get_title('right')}", fontsize=8, loc="right")
     figure.suptitle("\n".join(heading), fontsize=10, y=1 - 0.08 / height)
-    handles = grid[0, 0].get_legend_handles_labels()
-    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="lower center")
+    above(figure, grid[0, 0], loc="lower center")
     return figure
 
 

@@ -14,6 +14,7 @@ from hfc_design.pictures.figure import (
     OTHER,
     OWN,
     WIDTH,
+    above,
     drawable,
     finish,
     framed,
@@ -95,12 +96,9 @@ def convergence(
 
 def list_above(figure: Figure) -> None:
     """The legend above everything, a line of the height ``LINE`` for each name."""
-    legend = figure.legend(
-        fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
-        borderaxespad=0.2, borderpad=0, labelspacing=0.2,
-    )  # fmt: skip
-    for text in legend.get_texts():
-        text.set_parse_math(False)
+    where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.9 / WIDTH, 1)}
+    where |= {"borderaxespad": 0.2, "borderpad": 0, "labelspacing": 0.2}
+    above(figure, figure.axes[0], columns=1, **where)
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:

@@ -3,14 +3,14 @@
 from typing import Any
 
 from hfc_design.pictures.files import small_address
-from hfc_design.report import Page, inside, rendered
+from hfc_design.report import Page, rendered
 from hfc_design.report.comparison import tables, traces
 from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.errors import errors
+from hfc_design.report.panels import Panel
 from hfc_design.simulation.comparison import SCORES, Bout, Comparison
 from hfc_design.simulation.settling import EXPLAINED
 
-STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
 #: So many panels below each other fit on a page.
 PRINTED = 5
 
@@ -49,10 +49,6 @@ def page(comparison: Comparison, command: str = "") -> Page:
         ],
         command=command,
         data=data,
-        style=inside(*STYLES, "uplot/uPlot.min.css"),
-        library=inside("uplot/uPlot.iife.min.js"),
-        script=inside("templates/comparison.js"),
-        licence=inside("uplot/LICENSE"),
     )
 
 
@@ -75,7 +71,7 @@ def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:
     }
 
 
-def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dict[str, Any]:
+def _moved(comparison: Comparison, bout: Bout, shown: list[Panel]) -> dict[str, Any]:
     """What the page shows of a motion."""
     assert bout.scenario is not None
     return _told(comparison, bout) | {
