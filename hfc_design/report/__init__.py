@@ -28,7 +28,7 @@ class Page(NamedTuple):
     figures: dict[str, Figure]
     tables: dict[str, Listing]
     of: str  # what the page is about, as captions outside of it say; "" where they say it anyway
-    label: str  # the same as labels say
+    label: str  # the same in letters that labels may have
 
 
 def rendered(
@@ -69,7 +69,7 @@ def rendered(
     environment.filters |= {"picture": drawn, "digest": digest, "capital": capital}
     environment.globals |= {"kept": kept, "inside": inside}
     html = environment.get_template(name).render(**values).encode()
-    return Page(html, figures, tables, of, label or of)
+    return Page(html, figures, tables, of, plain_name(label or of))
 
 
 def plain_name(called: str) -> str:

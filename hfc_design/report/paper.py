@@ -10,8 +10,8 @@ from hfc_design.core.records import UserError
 from hfc_design.formats.writing import write
 from hfc_design.pictures.column import in_column
 from hfc_design.pictures.files import image
+from hfc_design.pictures.latex import table
 from hfc_design.report import Page
-from hfc_design.report.latex import table
 
 #: Millimetres in an inch.
 INCH = 25.4
