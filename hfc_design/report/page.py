@@ -11,6 +11,7 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.doubts import doubts
 from hfc_design.files.kept import dotted
@@ -25,11 +26,15 @@ from hfc_design.report.paper import Paper
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
+from hfc_design.simulation import in_use
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
+from hfc_design.simulation.settling import EXPLAINED
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
 OWN = "this design"
+#: What the page of a lone design lacks.
+OF_RUNS = "run", "tables", "attained", "front", "search", "history", "structures"
 #: Letters of what a design says of how it was made; the rest is in its file.
 LONGEST = 400
 
@@ -96,24 +101,16 @@ def design_page(
     Raises:
         UserError: it does not run on the scenario.
     """
-    own = evaluate(design, scenario)
     if rivals is None:
         rivals = _published(scenario)
         rivals.pop(design.name, None)
     return _rendered(
         scenario,
         design,
-        own,
+        evaluate(design, scenario),
         rivals,
         used=lambda: usable(design, scenario).numbers(),
         of=design.name,
-        attained=None,
-        front=None,
-        run=False,
-        tables=False,
-        search=None,
-        history=None,
-        structures=None,
         again=again,
         config=scenario_toml(scenario),
     )
@@ -164,7 +161,10 @@ def _rendered(
         errors=(motion_errors if own.motions else errors)(evaluations),
         sections=parts.sections(design, own, scenario),
         provenance=_made(design),
-        **others,
+        reasons=EXPLAINED,
+        percent=percent,
+        use=in_use,
+        **dict.fromkeys(OF_RUNS) | others,
     )
 
 
