@@ -151,7 +151,7 @@ LARGE, FINE = 50_000, 110.0
 class Displayed(Figure):
     """As the last line of a cell it is drawn below it, in few bytes: SVG, or else PNG."""
 
-    def _repr_mimebundle_(self, **asked: Any) -> tuple[dict[str, str], dict[str, Any]]:
+    def _repr_mimebundle_(self, **options: Any) -> tuple[dict[str, str], dict[str, Any]]:
         svg = small_svg(self)
         if len(svg) > LARGE:
             png = base64.b64encode(image(self, "png", FINE)).decode()

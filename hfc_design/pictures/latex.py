@@ -132,10 +132,10 @@ def _width(columns: Sequence[Sequence[str]], kinds: Sequence[str]) -> list[str]:
     letters = round(sum(sizes) + GAP * (len(sizes) - 1))
     if letters <= COLUMN:
         return []
-    told = f"% About {letters} letters wide, a column of 88 mm has {COLUMN}: write table* for table"
+    wide = f"% About {letters} letters wide, a column of 88 mm has {COLUMN}: write table* for table"
     if letters <= PAGE:
-        return [f"{told}."]
-    return [f"{told},", f"% and leave columns out or turn it: a page of 181 mm has {PAGE}."]
+        return [f"{wide}."]
+    return [f"{wide},", f"% and leave columns out or turn it: a page of 181 mm has {PAGE}."]
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -160,10 +160,10 @@ def _powers(unit: str) -> str:
 def _number(cell: str) -> str:
     """A cell whose numbers have few digits, very large and small ones a power of ten."""
     parts = NUMBER.split(MINUS.sub("\N{MINUS SIGN}", cell))
-    told = [escaped(parts[0])]
+    texts = [escaped(parts[0])]
     for mantissa, exponent, rest in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
-        told += [_digits(mantissa, exponent), escaped(rest)]
-    return "".join(told)
+        texts += [_digits(mantissa, exponent), escaped(rest)]
+    return "".join(texts)
 
 
 def _digits(mantissa: str, exponent: str | None) -> str:

@@ -54,7 +54,7 @@ def rendered(
         figures[_free(called, figures)] = figure
         return _shaded(picture, figure) if shaded else picture(figure)
 
-    def kept(
+    def collected(
         called: str,
         caption: str,
         head: Sequence[str],
@@ -67,7 +67,7 @@ def rendered(
         return ""
 
     environment.filters |= {"picture": drawn, "digest": digest, "capital": capital}
-    environment.globals |= {"kept": kept, "inside": inside}
+    environment.globals |= {"collected": collected, "inside": inside}
     html = environment.get_template(name).render(**values).encode()
     return Page(html, figures, tables, of, plain_name(label or of))
 

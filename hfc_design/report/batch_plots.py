@@ -12,20 +12,23 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import (
+    COLOURS,
     LABEL,
+    LINE,
     OTHER,
     OWN,
     above,
+    colour,
     drawable,
     finish,
     framed,
     gridded,
+    list_above,
     logarithmic,
     plain,
 )
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import titled
-from hfc_design.report.searches import COLOURS, LINE, colour, list_above
 from hfc_design.simulation.in_use import TITLES, Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
@@ -92,8 +95,8 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     ticks = [tick for tick in numbers if 1 / most <= tick <= most]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
-    told = [plain(label, 2 * LABEL) for label in labels]
-    axes.set_yticks(place, told, fontsize=6.5, parse_math=False)
+    names = [plain(label, 2 * LABEL) for label in labels]
+    axes.set_yticks(place, names, fontsize=6.5, parse_math=False)
     axes.set_ylim(len(values) - 0.5, -0.5)
     axes.grid(color="0.9", axis="x")
     axes.set_axisbelow(True)
@@ -176,8 +179,8 @@ def _machines(axes: Axes, values: Floats, nominal: float, size: float) -> None:
     if len(values):
         axes.ecdf(drawable(values), color=OWN, lw=1.6, label="machines")
     if np.isfinite(nominal):
-        told: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
-        axes.axvline(float(drawable(nominal)), **told)
+        dashed: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
+        axes.axvline(float(drawable(nominal)), **dashed)
     gridded(axes)
     axes.tick_params(labelsize=size)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=4))

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.pictures.figure import (
+    COLOURS,
     LABEL,
     OWN,
     above,
@@ -18,6 +19,7 @@ from hfc_design.pictures.figure import (
     gridded,
     logarithmic,
     plain,
+    stroke,
 )
 from hfc_design.report.panels import (
     Evaluations,
@@ -26,7 +28,6 @@ from hfc_design.report.panels import (
     error_scale,
     path_errors,
 )
-from hfc_design.report.searches import COLOURS, stroke
 from hfc_design.simulation.evaluating import Evaluation
 
 #: So many panels stand one below the other.

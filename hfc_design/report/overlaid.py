@@ -6,10 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hfc_design.pictures.figure import above, finish, plain
+from hfc_design.pictures.figure import above, finish, plain, stroke
 from hfc_design.report import panels
 from hfc_design.report.panels import Evaluations, Panel
-from hfc_design.report.searches import stroke
 
 #: Height of a line of the legend, and of the title below it [in].
 LINE, TITLE = 0.2, 0.4

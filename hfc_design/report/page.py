@@ -135,6 +135,7 @@ def _rendered(
     **others: Any,
 ) -> Page:
     """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
+    missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
     evaluations = {OWN: own, **rivals}
     scores = parts.metric_rows(scenario, [*evaluations.values()])
     first, found = parts.first_metrics(own, scenario), parts.whether_used(used)
@@ -153,7 +154,7 @@ def _rendered(
         measure=parts.measure(scenario),
         contour=own.contour is not None and not own.contour.any_axes,
         used=found,
-        everything=parts.everything(scenario),
+        everything=parts.pass_conditions(scenario),
         doubts=doubts(scenario),
         chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
@@ -164,12 +165,15 @@ def _rendered(
         reasons=EXPLAINED,
         percent=percent,
         use=in_use,
-        **dict.fromkeys(OF_RUNS) | others,
+        **missing | others,
     )
 
 
 def _made(design: Design) -> dict[str, str]:
     """What a design says of how it was made, a line each; the configuration has its scenario."""
-    told = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
-    texts = (x if isinstance(x, str) else json.dumps(x, ensure_ascii=False) for x in told.values())
-    return dict(zip(told, (shorten(x, LONGEST, placeholder=" …") for x in texts), strict=True))
+    origin = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
+    texts = {
+        key: x if isinstance(x, str) else json.dumps(x, ensure_ascii=False)
+        for key, x in origin.items()
+    }
+    return {key: shorten(text, LONGEST, placeholder=" …") for key, text in texts.items()}

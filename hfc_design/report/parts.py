@@ -45,11 +45,11 @@ def first_metrics(own: Evaluation, scenario: Scenario) -> Collection[str]:
 
 def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, list[str]]:
     """By the keys of the metrics, of scores their titles: rows of tables, a cell an evaluation."""
-    told = meanings(scenario)
+    texts = meanings(scenario)
     rows = {row[0]: row for row in score_rows(scenario.judge(), found, "", NONE)}
-    for key in rows.keys() & told:
+    for key in rows.keys() & texts:
         values = [one.metrics[key] for one in found]
-        name, factor = titled(key, told[key], values)
+        name, factor = titled(key, texts[key], values)
         rows[key] = [name, *(NONE if x is None else digits(factor * x) for x in values)]
     return rows
 
@@ -92,7 +92,7 @@ def in_use(found: Json) -> Json:
     }
 
 
-def everything(scenario: Scenario) -> str:
+def pass_conditions(scenario: Scenario) -> str:
     """What a machine has to meet to pass, in words."""
     bounds = constraints_on(scenario.constraints, scenario.units)
     if not bounds:
@@ -101,11 +101,11 @@ def everything(scenario: Scenario) -> str:
             "controller may pass"
         )
     units = scenario.units.signals
-    told = (
+    limits = (
         f"{one.measure.name} of {one.most:g} [{units.get(one.measure.unit, one.measure.unit)}]"
         for one in bounds
     )
-    return f"the loop is stable, and has at most {', '.join(told)}"
+    return f"the loop is stable, and has at most {', '.join(limits)}"
 
 
 def how_near(folder: Path) -> Json | None:
@@ -238,10 +238,10 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there{_why(rival)}"
     if own.contour is None:
-        mine, (theirs, told) = _fitness(own)[0], _fitness(rival)
+        mine, (theirs, words) = _fitness(own)[0], _fitness(rival)
         if min(mine, theirs) <= 0.0:
-            return f"that of {name} is {told}"
-        return f"{short(mine / theirs)} times that of {name} ({told})"
+            return f"that of {name} is {words}"
+        return f"{short(mine / theirs)} times that of {name} ({words})"
     its = f"{_rms(rival):.3g} {own.contour.unit}"
     factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
     if not 0 < factor < np.inf:

@@ -66,11 +66,11 @@ def _drawing(front: Front) -> Drawing:
         _panel(axes, front, x, y)
     above(figure, panels[0], columns=3)
     names = [one.name for one in front.objectives]
-    told = "; ".join(f"{one.name}: {one.meaning}" for one in front.objectives)
+    meanings = "; ".join(f"{one.name}: {one.meaning}" for one in front.objectives)
     return Drawing(
         figure,
         f"Points of the front: {' against '.join(names)}",
-        f"The front, less is better everywhere: {told}. At the knee a little less of one costs "
+        f"The front, less is better everywhere: {meanings}. At the knee a little less of one costs "
         "much of another; design.json is the point that ranks first by the scenario's own merit. "
         "Numbers are those of the points.",
     )

@@ -16,19 +16,20 @@ from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import (
     above,
-    beside,
+    colour,
     distinct,
     finish,
     framed,
     gridded,
+    label_margin,
     plain,
     round_above,
+    stroke,
 )
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.report.panels import Panel, draw, stacked
 from hfc_design.report.plots import SMALLEST, draw_path
-from hfc_design.report.searches import colour, stroke
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
@@ -67,7 +68,7 @@ def machines(comparison: Comparison) -> Figure:
     labels = [motion_label(x) for x in alone]
     top = 0.15 + legend_room(len(names), 2)
     height = 0.85 + top + 0.15 * (len(names) + 1) * len(bouts)
-    figure = framed(height, top=top, left=beside(labels, SIZE), right=0.6, bottom=0.55)
+    figure = framed(height, top=top, left=label_margin(labels, SIZE), right=0.6, bottom=0.55)
     axes = figure.subplots()
     for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
         for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
@@ -143,10 +144,10 @@ def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
 
 def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Two points of each slice of time, at its beginning and in its middle."""
-    kept, size = extremes(values, SLICES)
+    drawn, size = extremes(values, SLICES)
     if size == 1:
-        return time, kept
-    return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(kept)), kept
+        return time, drawn
+    return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(drawn)), drawn
 
 
 def legend_room(names: int, columns: int) -> float:
@@ -176,10 +177,10 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     side = 0.45 if around else 0.9
     top = 0.4 + legend_room(len(known), 3)
     figure = framed(4.65 + top, top=top, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
-    axes, told = (_ball_bar if around else _across)(figure, known, division)
+    axes, scale = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
-    return figure, f"A division, from one grey line to the next, is {length}; {told}."
+    return figure, f"A division, from one grey line to the next, is {length}; {scale}."
 
 
 Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and its path
@@ -191,7 +192,7 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     assert isinstance(axes, PolarAxes)
     axes.plot(np.linspace(0.0, 2 * np.pi, AROUND), np.ones(AROUND), color="black", lw=0.9)
     for style, path in known:
-        points = _kept(path.error)
+        points = _rough(path.error)
         x, y = path.actual[:, points]
         radius = 1.0 + BAR * path.error[points] / division
         axes.plot(np.unwrap(np.arctan2(y, x)), radius, **style)
@@ -214,11 +215,11 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     for style, path in known:
         base = nearest(trajectory, path.samples, path.actual).point
         drawn = base + enlarged * (path.actual - base)
-        axes.plot(*drawn[:, _kept(path.error)], **style)
+        axes.plot(*drawn[:, _rough(path.error)], **style)
     return axes, f"deviations from the black path are {enlarged:.0f} times enlarged"
 
 
-def _kept(error: Floats) -> Indices:
+def _rough(error: Floats) -> Indices:
     """Samples that a picture needs, those with the largest errors among them."""
     size = max(len(error) // AROUND, 1)
     starts = np.arange(0, len(error), size)
@@ -244,7 +245,7 @@ def ratios(comparison: Comparison) -> Figure:
     labels = [motion_label(motion) for motion in keys]
     top = 0.28 + legend_room(len(others), 2)
     rows = len(keys) * (len(others) + 1) - 1
-    figure = framed(0.55 + top + 0.2 * rows, top=top, left=beside(labels, SIZE))
+    figure = framed(0.55 + top + 0.2 * rows, top=top, left=label_margin(labels, SIZE))
     shape: Any = {"sharey": True, "squeeze": False, "gridspec_kw": {"wspace": 0.1}}
     places = figure.subplots(1, len(drawn), **shape)[0]
     for axes, (title, metrics) in zip(places, drawn.items(), strict=True):

@@ -154,14 +154,15 @@ def p_text(p: float) -> str:
 def failures(comparison: Comparison) -> Iterator[str]:
     """Which designs are not stable on every machine, a line a motion."""
     for bout in comparison.bouts:
-        told = []
-        for name, side in bout.sides.items():
-            lost = int((~side.stable).sum())
-            if lost or not side.nominal_stable:
-                told.append(f"{name} on {lost}{'' if side.nominal_stable else ' and the nominal'}")
-        if told and bout.scenario:
+        lost = {name: int((~side.stable).sum()) for name, side in bout.sides.items()}
+        unstable = [
+            f"{name} on {lost[name]}{'' if side.nominal_stable else ' and the nominal'}"
+            for name, side in bout.sides.items()
+            if lost[name] or not side.nominal_stable
+        ]
+        if unstable and bout.scenario:
             count = comparison.machines
-            yield f"not stable in {bout.name}: {', '.join(told)} of {count} machines"
+            yield f"not stable in {bout.name}: {', '.join(unstable)} of {count} machines"
 
 
 def rows(comparison: Comparison) -> list[list[object]]:

@@ -61,8 +61,8 @@ def _panel(
     for name, values in curves.items():
         end = drawn_samples(each[name])
         cut[name] = np.where(np.arange(len(values)) < end, drawable(values), np.nan)
-    kept = [values for name, values in cut.items() if not each[name].diverged]
-    known = kept if reference is None else [*kept, drawable(reference)]
+    steady = [values for name, values in cut.items() if not each[name].diverged]
+    known = steady if reference is None else [*steady, drawable(reference)]
     factor, named = readable(unit, max((float(np.abs(x).max()) for x in known), default=1.0))
     scaled = {name: factor * values for name, values in cut.items()}
     return Panel(f"{label} [{named}]", scaled, None if reference is None else factor * reference)
