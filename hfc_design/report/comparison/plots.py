@@ -26,7 +26,7 @@ from hfc_design.pictures.figure import (
     round_above,
     stroke,
 )
-from hfc_design.report.comparison.tables import named
+from hfc_design.report.comparison.tables import titled
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.report.panels import Panel, draw, stacked
 from hfc_design.report.plots import SMALLEST, draw_path
@@ -60,7 +60,8 @@ def machines(comparison: Comparison) -> Figure:
     names = list(comparison.designs)
     spans = [[side.span(bout.compared()[0]) for side in bout.sides.values()] for bout in bouts]
     known = [x for row in spans for span in row for x in span if x is not None and x > 0.0]
-    label, factor = named(bouts[0], bouts[0].compared()[0], known)
+    main = bouts[0].compared()[0]
+    label, factor = titled(main, bouts[0].meanings[main], known)
     low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
     edge = high * (high / low) ** 0.1
     heads = {bout.name.rpartition(".")[0] for bout in bouts}
