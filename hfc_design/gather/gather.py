@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hfc_design.controllers.kind import ControllerRecord, Kind
+from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import Group
 from hfc_design.core.texts import read_toml
@@ -116,7 +116,7 @@ def _metrics(head: Entry, machine: Machine) -> Iterator[Entry]:
         yield head._replace(part="metric", key=name, type="number", unit=unit, meaning=meaning)
 
 
-def kind_entries(kind: Kind) -> Iterator[Entry]:
+def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
     """The entries of a kind of controller: what is searched, what stands in a design file."""
     texts = [_law_text(kind), kind.summary]
     found = [*filter(None, map(source_in, texts))]
@@ -133,7 +133,7 @@ def kind_entries(kind: Kind) -> Iterator[Entry]:
         yield entry if told is None else entry._replace(meaning=told.meaning, unit=told.unit)
 
 
-def _law_text(kind: Kind) -> str:
+def _law_text(kind: type[ControllerRecord]) -> str:
     """What the module of a kind's law says of it."""
     package = kind.record.__module__.removesuffix(".record")
     if find_spec(package) is None or not hasattr(sys.modules[package], "__path__"):
@@ -161,7 +161,7 @@ def _ranges(settings: type[Any], head: Entry) -> Iterator[Entry]:
         )
 
 
-def _told_elsewhere(kind: Kind) -> dict[str, Comment]:
+def _told_elsewhere(kind: type[ControllerRecord]) -> dict[str, Comment]:
     """Comments on the gains of a kind whose record was made of them."""
     own = getattr(kind.settings, "own_ranges", None)
     return {} if own is None else comments_of(type(own))
