@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from hfc_design.attainable.attainable import Attainable, attainable
-from hfc_design.batch.summary import Findings
+from hfc_design.batch.findings import Findings
 from hfc_design.calls.batching import batch, findings
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.identifying import identify

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from hfc_design.batch.findings import Findings
+from hfc_design.batch.findings import findings as summed_up
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.report import report
-from hfc_design.batch.runs import runs_below
-from hfc_design.batch.summary import Findings
-from hfc_design.batch.summary import findings as summed_up
-from hfc_design.batch.work import Outcome, Place, begin, run_cells
+from hfc_design.batch.results import runs_below
+from hfc_design.batch.runner import Outcome, Place, run_batch
 from hfc_design.core.arguments import path_of, whole
 from hfc_design.core.dotted import Changes
 from hfc_design.core.records import RunError
@@ -46,22 +46,12 @@ def batch(
         whole("--workers", workers, 1)
     plan = read_batch(path_of(file), changes)
     out = plan.folder(None if folder is None else path_of(folder))
-    begin(plan, out, workers or 1)
-    failed: dict[str, str] = {}
-
-    def outcome(cell: Cell, found: Outcome) -> None:
-        if found.state == "failed":
-            failed[cell.name] = found.reason
-        on_cell(cell, found)
-
     places: AbstractContextManager[Place] = nullcontext(Place())
     if workers is not None:
         from hfc_design.batch.cluster import connected
 
         places = connected(workers, None, False, (None, None, None), lambda count: None)
-    with places as place:
-        place.anyway = anyway
-        run_cells(out, plan.cells, place, outcome)
+    failed = run_batch(plan, out, workers or 1, places, anyway, on_cell)
     report(out, tell=lambda page, found: None)
     if failed:
         told = "; ".join(f"{name}: {reason}" for name, reason in failed.items())

@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from hfc_design.batch.summary import Findings, of_findings
+from hfc_design.batch.findings import Findings, of_findings
 from hfc_design.calls.showing import column
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.records import UserError

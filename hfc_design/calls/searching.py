@@ -73,7 +73,7 @@ def pick(
         UserError: there is no finished run, no front, no such point, or no design that can be used.
         RunError: a file of the run is damaged.
     """
-    from hfc_design.batch.runs import best_usable, is_run  # with all that draws
+    from hfc_design.batch.results import best_usable, is_run  # with all that draws
 
     if point is not None:
         whole("--point", point, 1)

@@ -97,7 +97,7 @@ def plot(
 
     _check(names, what)
     if what == CONVERGENCE:
-        from hfc_design.batch.summary import convergence
+        from hfc_design.batch.findings import convergence
 
         figure = convergence([Path(name) for name in names])
     elif what == MOTION:

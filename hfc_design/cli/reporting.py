@@ -66,7 +66,7 @@ def report(
 def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     """Write the pages of a folder, and tell what they say of many runs."""
     from hfc_design.batch.report import report
-    from hfc_design.batch.summary import tell
+    from hfc_design.batch.summary_text import show_findings
 
     told: list[Any] = []
     try:
@@ -74,7 +74,7 @@ def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
             report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
     finally:
         for found in told:
-            tell(*found)
+            show_findings(*found)
 
 
 def _of_design(

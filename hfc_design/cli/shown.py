@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.runs.laps import Lap
+from hfc_design.runs.champion import Lap
 from hfc_design.search.loop import Search
 from hfc_design.search.polish import Polished
 from hfc_design.simulation.evaluating import Evaluation, evaluate, motion_rows, notes, score_rows

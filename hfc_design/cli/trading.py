@@ -96,7 +96,7 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
     Without a choice it shows the front. Of the folder of a batch, or of many runs, it takes the
     best design that can be used: by the share of machines that pass, then by the merit.
     """
-    from hfc_design.batch.runs import best_usable, is_run
+    from hfc_design.batch.results import best_usable, is_run
     from hfc_design.cli.shown import show_table
     from hfc_design.cli.usable_table import show_usable
     from hfc_design.core.checkpoint import write_whole

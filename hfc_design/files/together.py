@@ -11,9 +11,9 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
-from hfc_design.files.cells import called
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.kept import dotted, states_machine
+from hfc_design.files.labels import run_label
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, machine
@@ -44,8 +44,8 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
             raise UserError(f"{name}: stands there twice; it does what it does")
     loaded = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
-    run_labels = ["" if isinstance(one, Design) else called(one) for one in given]
-    pairs = zip(run_labels, loaded, strict=True)
+    labels = ["" if isinstance(one, Design) else run_label(one) for one in given]
+    pairs = zip(labels, loaded, strict=True)
     names = apart([name or design.name for name, design in pairs], paths)
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))

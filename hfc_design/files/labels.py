@@ -15,7 +15,7 @@ PLAN = "batch.json"
 LABEL, SEED = "label", "run.seed"
 
 
-def names(cells: Mapping[str, Json]) -> dict[str, str]:
+def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
     """What each cell is called: by its label, and by what sets it apart from others that have it.
 
     As in "spread=0.1, seed=2": a setting by the last part of its key where that is enough, the
@@ -44,7 +44,7 @@ def _name(cell: Json, same: Json) -> str:
     return harmless(", ".join(parts))
 
 
-def called(path: str | Path) -> str:
+def run_label(path: str | Path) -> str:
     """What the cell of a batch is called that a path lies in; "" outside a batch.
 
     ``path`` is that of its folder, or of a file in it.
@@ -53,6 +53,6 @@ def called(path: str | Path) -> str:
     folder = folder.parent if folder.is_file() else folder
     try:
         cells: Any = json_of(decoded(content(folder.parent / PLAN, LARGEST_TABLE)))["cells"]
-        return names(cells)[folder.name]
+        return run_labels(cells)[folder.name]
     except (ValueError, KeyError, TypeError, AttributeError):  # its own reader says what is wrong
         return ""
