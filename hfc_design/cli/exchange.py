@@ -49,7 +49,7 @@ def export(
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import load_design, made_for, own_scenario
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
-    from hfc_design.formats.flash.readme import origin
+    from hfc_design.formats.deployment.readme import origin
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; {one_of(target, FORMATS)}")
@@ -61,7 +61,7 @@ def export(
     elif changes:
         found = made_for(found, own_scenario(found, design, changes))
     check_score(found, anyway)
-    if (told := origin(found)["usable"]) and not told.startswith("usable"):
+    if (told := origin(found).usable) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
     form = FORMATS[target]
     name = identifier(found.name) if form.called else found.name

@@ -1,12 +1,12 @@
 """C99 of what was recorded."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from textwrap import wrap
 from typing import Any
 
-from hfc_design.codegen.emit import PRODUCT, WIDTH, Printer, folded
+from hfc_design.codegen.emit import PRODUCT, WIDTH, Printer
 from hfc_design.codegen.language import Language, Printed, printed
 from hfc_design.codegen.memory import Field
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Call, Function, Node, Storage, kind_of
@@ -36,7 +36,6 @@ LIBRARY = {
     )
 }
 TYPES = {REAL: "real", WHOLE: "int", TRUTH: "int"}
-WORDS = {"and": "&&", "or": "||", "==": "==", "!=": "!="}
 #: What the code itself calls so.
 OWN = (
     *("real", "R", "LARGEST", "state", "inputs", "largest", "odd", "overflow", "stepped"),
@@ -47,67 +46,56 @@ OWN = (
 class C(Language):
     """See ``Language``."""
 
+    types = TYPES
+    places = {"input": "inputs->", "state": "state->"}
+    functions = CALLED | LIBRARY
+    words = {"neg": "-", "not": "!", "and": "&&", "or": "||"}
+    forms = {
+        "named": "const {type} {name} = {value};",
+        "variable": "{type} {name} = {value};",
+        "assigned": "{name} = {value};",
+        "declared": "real {name}[{size}];",
+        "constant": "static const real {name} = R({value!r});",
+        "loop": "for (int {name} = {low}; {name} < {high}; {name}++) {{",
+        "branch": "if ({condition}) {{",
+    }
+    helpers_of = HELPERS
+
     def __init__(self, reserved: Iterable[str], places: Mapping[str, str]) -> None:
         super().__init__((*OWN, *reserved))
-        self.places = places  # of inputs that are no members of ``inputs``
+        self.elsewhere = places  # of inputs that are no members of ``inputs``
 
     def leaf(self, node: Node, name: str) -> str:
-        if node.op == "input" and name in self.places:
-            return self.places[name]
-        place = {"input": "inputs->", "state": "state->"}.get(node.op, "")
-        return place + name
+        if node.op == "input" and name in self.elsewhere:
+            return self.elsewhere[name]
+        return super().leaf(node, name)
 
     def literal(self, value: float | bool, real: bool) -> str:
-        if isinstance(value, bool):
-            return str(int(value))
-        if isinstance(value, int):
-            return str(value)
-        return f"R({value!r})"
+        return str(int(value)) if isinstance(value, int) else f"R({value!r})"
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         if op.startswith("as "):
             return f"R({parts[0]})" if op.endswith(REAL) else parts[0]
-        if op == "?":
-            return f"{parts[0]} ? {parts[1]} : {parts[2]}"
-        if op in ("neg", "not"):
-            return f"{'-' if op == 'neg' else '!'}{parts[0]}"
+        if op not in self.functions:
+            return super().operation(op, parts, node)
+        name = self.functions[op]
         if op in CALLED:
-            name = CALLED[op] + ("_whole" if node.type != REAL and op != "whole" else "")
+            name += "_whole" if node.type != REAL and op != "whole" else ""
             self.helpers[name] = None
-            return f"{name}({', '.join(map(_bare, parts))})"
-        if op in LIBRARY:
+        else:
             self.library[op] = None
-            return f"{LIBRARY[op]}({', '.join(map(_bare, parts))})"
-        return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
-
-    def array(self, storage: Storage, name: str) -> str:
-        return f"state->{storage.name}" if storage.kind == "state" else name
+        return f"{name}({', '.join(map(_bare, parts))})"
 
     def comment(self, text: str) -> list[str]:
         plain = re.sub(r"[^ -~]|\\\\", "_", text).replace("*/", "* /").replace("/*", "/ *")
         first, *rest = wrap(f"/* {plain} */", WIDTH - 4)
         return [first, *(f" * {line}" for line in rest)]
 
-    def named(self, kind: str, name: str, value: str) -> str:
-        return f"const {TYPES[kind]} {name} = {value};"
-
-    def variable(self, kind: str, name: str, value: str) -> str:
-        return f"{TYPES[kind]} {name} = {value};"
-
-    def declared(self, name: str, storage: Storage) -> list[str]:
-        return [f"real {name}[{storage.size}];"]
-
-    def branch(self, condition: str) -> str:
-        return f"if ({condition}) {{"
-
-    def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
+    def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
         zero = self.literal(0.0, True)
-        products = " + ".join(f"{zero} * {printer.text(x, PRODUCT + 1)}" for x in doubtful)
-        first = self.named(REAL, "overflow", products)
+        products = " + ".join(f"{zero} * {text(x, PRODUCT + 1)}" for x in doubtful)
+        first = self.form("named", REAL, "overflow", value=products)
         return [first, "if (!(overflow <= 0)) {", "    return overflow;", "}"]
-
-    def loop(self, k: str, low: str, high: str) -> str:
-        return f"for (int {k} = {low}; {k} < {high}; {k}++) {{"
 
     def part(self, array: str, place: str) -> str:
         """An array from a place on."""
@@ -131,7 +119,7 @@ class C(Language):
     def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
         """A call that gives numbers, several of them through pointers."""
         if len(results) == 1:
-            yield self.named(*results[0], f"{name}({', '.join(args)})")
+            yield self.form("named", *results[0], value=f"{name}({', '.join(args)})")
             return
         for kind, one in results:
             yield f"{TYPES[kind]} {one};"
@@ -178,15 +166,6 @@ class C(Language):
             declared = "signed char"
         first = f"static const {declared} {name}[{len(numbers)}] = {{"
         return "\n".join(self.folded([first, *self.rows(kind, shape, numbers), "};"]))
-
-    def folded(self, lines: Iterable[str]) -> list[str]:
-        return folded(lines)
-
-    def constant(self, name: str, value: float) -> str:
-        return f"static const real {name} = R({value!r});"
-
-    def helper(self, name: str) -> str:
-        return HELPERS[name]
 
 
 def program(

@@ -43,24 +43,19 @@ class Names:
 
     def of(self, thing: Any, wish: str = "") -> str:
         """The name of a thing; what every function sees has it from around."""
-        if self.around and _everywhere(thing):
-            if thing not in self.around.found:
-                name = self.fresh(wish or thing.name or "part")
-                self.around.found[thing] = name
-                self.around.taken.add(self.folded(name))
-            return self.around.found[thing]
-        if thing not in self.found:
-            self.found[thing] = self.fresh(wish or thing.name or "part")
-        return self.found[thing]
+        home = self.around if self.around and _everywhere(thing) else self
+        if thing not in home.found:
+            name = home.found[thing] = self.fresh(wish or thing.name or "part")
+            home.taken.add(self.folded(name))
+        return home.found[thing]
 
     def fresh(self, wish: str) -> str:
         """A name that nothing else has."""
         first = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", wish)).strip("_") or "part"
         first = first if first[0].isalpha() else f"part_{first}"
+        taken = [self.taken, self.around.taken if self.around else ()]
         found, k = first, 1
-        while self.folded(found) in self.taken or (
-            self.around and self.folded(found) in self.around.taken
-        ):
+        while any(self.folded(found) in names for names in taken):
             k += 1
             found = f"{first}_{k}"
         self.taken.add(self.folded(found))

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from hfc_design.codegen.c import CALLED as C_CALLED
 from hfc_design.codegen.c import LIBRARY, C
-from hfc_design.codegen.language import Printed, printed
+from hfc_design.codegen.language import Language, Printed, printed
 from hfc_design.codegen.nodes import REAL, WHOLE, Node, Storage
 from hfc_design.codegen.recorded import Recorded
 
@@ -17,14 +16,11 @@ HELPERS = {
         "    const up = Math.floor(x + 0.5);\n"
         "    return up - x === 0.5 && up % 2 !== 0 ? up - 1 : up;\n}\n"
     ),
-    "whole_part": (
+    "wholePart": (
         "/* The whole part of a number above 0; of others 0. */\n"
         "function wholePart(x) {\n    return x > 0 ? Math.trunc(x) : 0;\n}\n"
     ),
 }
-CALLED = {**C_CALLED, "rint": "nearest"}
-WRITTEN = {"whole_part": "wholePart"}
-WORDS = {"==": "===", "!=": "!=="}
 #: What the module itself calls so.
 OWN = (
     *("Math", "Number", "Infinity", "NaN", "Float64Array", "Int32Array", "initial", "step"),
@@ -35,9 +31,18 @@ OWN = (
 class JavaScript(C):
     """See ``Language``."""
 
-    def leaf(self, node: Node, name: str) -> str:
-        place = {"input": "inputs.", "state": "state."}.get(node.op, "")
-        return place + name
+    places = {"input": "inputs.", "state": "state."}
+    functions = {op: f"Math.{op}" for op in (*LIBRARY, "abs")}
+    functions |= {"min": "smaller", "max": "larger", "rint": "nearest", "whole": "wholePart"}
+    words = C.words | {"==": "===", "!=": "!=="}
+    forms = C.forms | {
+        "named": "const {name} = {value};",
+        "variable": "let {name} = {value};",
+        "declared": "const {name} = new Float64Array({size});",
+        "constant": "const {name} = {value!r};",
+        "loop": "for (let {name} = {low}; {name} < {high}; {name} += 1) {{",
+    }
+    helpers_of = HELPERS
 
     def literal(self, value: float | bool, real: bool) -> str:
         return str(value).lower() if isinstance(value, bool) else repr(value)
@@ -46,30 +51,7 @@ class JavaScript(C):
         if op.startswith("as "):
             plain = node.type == WHOLE or op.endswith(WHOLE)
             return parts[0] if plain else f"Number({parts[0]})"
-        if op in (*LIBRARY, "abs") and op != "rint":
-            return f"Math.{op}({', '.join(parts)})"
-        if op in CALLED:
-            name = CALLED[op]
-            self.helpers[name] = None
-            return f"{WRITTEN.get(name, name)}({', '.join(parts)})"
-        if op in WORDS:
-            return f"{parts[0]} {WORDS[op]} {parts[1]}"
-        return super().operation(op, parts, node)
-
-    def array(self, storage: Storage, name: str) -> str:
-        return f"state.{storage.name}" if storage.kind == "state" else name
-
-    def named(self, kind: str, name: str, value: str) -> str:
-        return f"const {name} = {value};"
-
-    def variable(self, kind: str, name: str, value: str) -> str:
-        return f"let {name} = {value};"
-
-    def declared(self, name: str, storage: Storage) -> list[str]:
-        return [f"const {name} = new Float64Array({storage.size});"]
-
-    def loop(self, k: str, low: str, high: str) -> str:
-        return f"for (let {k} = {low}; {k} < {high}; {k} += 1) {{"
+        return Language.operation(self, op, parts, node)
 
     def part(self, array: str, place: str) -> str:
         return f"{array}.subarray({place})"
@@ -98,12 +80,6 @@ class JavaScript(C):
         made = "Float64Array" if kind == REAL else "Int32Array"
         rows = self.rows(kind, shape, numbers)
         return "\n".join(self.folded([f"const {name} = {made}.from([", *rows, "]);"]))
-
-    def constant(self, name: str, value: float) -> str:
-        return f"const {name} = {value!r};"
-
-    def helper(self, name: str) -> str:
-        return HELPERS[name]
 
 
 def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:

@@ -14,8 +14,8 @@ from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.trace import Trace
 
-#: Operations that have another name here, and the same meaning.
-ALIKE = {
+#: Operations by their names here, those that are called otherwise first.
+OPERATIONS = {
     "add": "+",
     "sub": "-",
     "mul": "*",
@@ -24,17 +24,16 @@ ALIKE = {
     "le": "<=",
     "gt": ">",
     "ge": ">=",
-    "eq": "==",
-    "ne": "!=",
-    "round": "rint",
 }
-#: Those that have the same name, and those that change nothing of a scalar.
-SAME = frozenset(
-    (
+OPERATIONS |= {"eq": "==", "ne": "!=", "round": "rint"}
+OPERATIONS |= {
+    name: name
+    for name in (
         *("neg", "abs", "max", "min", "and", "or", "not", "exp", "expm1", "log", "log1p", "tanh"),
         *("sqrt", "sin", "cos", "tan", "atan", "atan2", "floor", "pow"),
     )
-)
+}
+#: Those that change nothing of a scalar.
 NOTHING = frozenset(
     (
         *("convert_element_type", "copy", "stop_gradient", "optimization_barrier", "squeeze"),
@@ -120,8 +119,8 @@ def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
         return _scanned(trace, told, given)
     if name == "cond":
         return _chosen(trace, told["branches"], given)
-    if name in ALIKE or name in SAME:
-        return [trace.made(ALIKE.get(name, name), *given)]
+    if name in OPERATIONS:
+        return [trace.made(OPERATIONS[name], *given)]
     if name not in OTHERS:
         raise TraceError(f"calls {name}, of which no code is made; write it with other functions")
     return [OTHERS[name](trace.made, told, *given)]

@@ -1,13 +1,14 @@
 """How a language writes what was recorded: what is the same in all of them, and the whole law."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple
 
-from hfc_design.codegen.emit import ORDER, Names, Printer
+from hfc_design.codegen.emit import ORDER, Names, Printer, folded
 from hfc_design.codegen.live import LEAVES
 from hfc_design.codegen.nodes import (
     REAL,
+    WHOLE,
     Assign,
     Branch,
     Call,
@@ -25,57 +26,34 @@ class Language(ABC):
 
     fold = False  # whether upper and lower case are alike
     chooses: frozenset[str] = frozenset()  # operations that are statements of their own
-    end = {Loop: "}", Branch: "}"}
+    types: Mapping[str, str] = dict.fromkeys(("real", "whole", "truth"), "")  # of ``nodes``
+    places: Mapping[str, str] = {}  # what stands before inputs and what is remembered
+    functions: Mapping[str, str] = {}  # operation -> the function that does it
+    words: Mapping[str, str] = {}  # operation -> how it is written
+    #: How statements are written: a value that stays, one that changes, another value for it, an
+    #: array within a sample, a number of the design, and the heads of a loop and of a branch.
+    forms: ClassVar[Mapping[str, str]]
+    end: ClassVar[Mapping[type, str]] = {Loop: "}", Branch: "}"}
+    helpers_of: ClassVar[Mapping[str, str]] = {}  # functions of the language's own
 
     def __init__(self, own: Iterable[str]) -> None:
         self.helpers: dict[str, None] = {}
         self.library: dict[str, None] = {}
+        self.declared: dict[str, tuple[str, int]] = {}  # name -> type, and size of an array
         self.names = Names(own, self.fold)
 
     # What each has to say.
-
-    @abstractmethod
-    def leaf(self, node: Node, name: str) -> str:
-        """A number that is known outside, or a variable."""
 
     @abstractmethod
     def literal(self, value: float | bool, real: bool) -> str:
         """A number of the law; ``real``: among real ones."""
 
     @abstractmethod
-    def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """An operation of its parts, in brackets where they need some."""
-
-    @abstractmethod
-    def array(self, storage: Storage, name: str) -> str:
-        """The name of an array as a whole."""
-
-    @abstractmethod
     def comment(self, text: str) -> list[str]:
         """Lines of a comment."""
 
     @abstractmethod
-    def named(self, kind: str, name: str, value: str) -> str:
-        """A value that stays, of a type of ``nodes``."""
-
-    @abstractmethod
-    def loop(self, k: str, low: str, high: str) -> str:
-        """The head of a loop."""
-
-    def counter(self, printer: Printer, item: Loop) -> str:
-        """The name of that of a loop."""
-        return printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
-
-    @abstractmethod
-    def branch(self, condition: str) -> str:
-        """The head of a branch."""
-
-    @abstractmethod
-    def declared(self, name: str, storage: Storage) -> list[str]:
-        """An array within a sample."""
-
-    @abstractmethod
-    def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
+    def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
         """Leave where one of these is not finite."""
 
     @abstractmethod
@@ -84,45 +62,63 @@ class Language(ABC):
     ) -> str:
         """A table of constants, a row in a line."""
 
-    @abstractmethod
-    def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
-
-    @abstractmethod
-    def folded(self, lines: Iterable[str]) -> list[str]:
-        """Lines of no more than a width."""
-
-    # What only some are asked for: those with functions, or where a choice is a statement.
+    # What only those with functions are asked for.
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
         """Lines of a call."""
-        raise NotImplementedError
-
-    def chosen(self, printer: Printer, node: Node) -> Iterator[str]:
-        """Lines of an operation that is a statement of its own."""
         raise NotImplementedError
 
     def function(self, found: Function) -> str:
         """The definition of one."""
         raise NotImplementedError
 
-    def helper(self, name: str) -> str:
-        """A function of the language's own."""
-        raise NotImplementedError
-
     # What most write alike.
 
-    def variable(self, kind: str, name: str, value: str) -> str:
-        """A value that changes."""
-        return self.named(kind, name, value)
+    def leaf(self, node: Node, name: str) -> str:
+        """A number that is known outside, or a variable."""
+        return self.places.get(node.op, "") + name
 
-    def assigned(self, place: str, value: str) -> str:
-        """Another value for a variable."""
-        return f"{place} = {value};"
+    def array(self, storage: Storage, name: str) -> str:
+        """The name of an array as a whole."""
+        return self.places["state"] + storage.name if storage.kind == "state" else name
 
     def element(self, storage: Storage, name: str, place: str) -> str:
         """A number of an array; arrays are flat."""
         return f"{self.array(storage, name)}[{place}]"
+
+    def operation(self, op: str, parts: list[str], node: Node) -> str:
+        """An operation of its parts, in brackets where they need some."""
+        if op in self.functions:
+            name = self.functions[op]
+            if name in self.helpers_of:
+                self.helpers[name] = None
+            return f"{name}({', '.join(parts)})"
+        if len(parts) == 1:
+            return self.words[op] + parts[0]
+        if op == "?":
+            return f"{parts[0]} ? {parts[1]} : {parts[2]}"
+        return f"{parts[0]} {self.words.get(op, op)} {parts[1]}"
+
+    def value(self, printer: Printer, node: Node) -> Iterator[str]:
+        """Lines of a number that has a name."""
+        yield self.form("named", node.type, printer.name(node), value=printer.expression(node))
+
+    def counter(self, printer: Printer, item: Loop) -> str:
+        """The name of that of a loop."""
+        return printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
+
+    def constant(self, name: str, value: float) -> str:
+        """A number of the design."""
+        return self.forms["constant"].format(name=name, value=value)
+
+    def form(self, form: str, kind: str, name: str, size: int = 0, **parts: Any) -> str:
+        """A statement that makes a name known: a value, an array of a size, a loop's counter."""
+        self.declared[name] = kind, size
+        return self.forms[form].format(type=self.types[kind], name=name, size=size, **parts)
+
+    def folded(self, lines: Iterable[str]) -> list[str]:
+        """Lines of no more than a width."""
+        return folded(lines)
 
     def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
         """Lines of a table, of which the last one ends with a comma, too."""
@@ -130,32 +126,38 @@ class Language(ABC):
         lines = (written[k : k + shape[-1]] for k in range(0, len(written), shape[-1]))
         return [f"    {', '.join(row)}," for row in lines]
 
+    def assigned(self, place: str, value: str) -> str:
+        """Another value for a variable."""
+        return self.forms["assigned"].format(name=place, value=value)
+
     def statement(self, printer: Printer, item: Any) -> Iterator[str]:
         """Lines of a declaration or of a statement."""
-        text = printer.text
+        text, name = printer.text, printer.name
         if isinstance(item, Node):
-            if item.op in self.chooses:
-                yield from self.chosen(printer, item)
-            else:
-                yield self.named(item.type, printer.name(item), printer.expression(item))
+            yield from self.value(printer, item)
         elif isinstance(item, Storage):
-            yield from self.declared(printer.name(item), item)
+            yield from filter(None, [self.form("declared", item.type, name(item), item.size)])
         elif isinstance(item, Store):
             if isinstance(item.storage, Node):
                 place = self.leaf(item.storage, item.storage.name)
             else:
-                place = self.element(item.storage, printer.name(item.storage), text(item.place))
+                place = self.element(item.storage, name(item.storage), text(item.place))
             yield self.assigned(place, text(item.value, kind=REAL))
         elif isinstance(item, Assign):
-            kind, name = item.variable.type, printer.name(item.variable)
+            kind, variable = item.variable.type, name(item.variable)
             value = text(item.value, kind=kind)
-            yield self.variable(kind, name, value) if item.first else self.assigned(name, value)
+            if item.first:
+                yield self.form("variable", kind, variable, value=value)
+            else:
+                yield self.assigned(variable, value)
         elif isinstance(item, Loop):
-            yield self.loop(self.counter(printer, item), text(item.low), text(item.high, ORDER + 1))
+            k, low, high = self.counter(printer, item), text(item.low), text(item.high, ORDER + 1)
+            last = str(int(high) - 1) if high.isdigit() else f"{high} - 1"
+            yield self.form("loop", WHOLE, k, low=low, high=high, last=last)
             yield from printer.lines(item.block)
             yield self.end[Loop]
         elif isinstance(item, Branch):
-            yield self.branch(text(item.condition))
+            yield self.forms["branch"].format(condition=text(item.condition))
             yield from printer.lines(item.block)
             yield self.end[Branch]
         elif isinstance(item, Call):
@@ -189,7 +191,9 @@ def printed(found: Recorded, syntax: Language) -> Printed:
     for thing in things:
         syntax.names.of(thing, thing.name)
     first = [*printer.first(found.doubtful)] if found.early else []
-    body, check = [*printer.lines()], _check(printer, found.doubtful)
+    body = [*printer.lines()]
+    check = syntax.checked(printer.text, found.doubtful) if found.doubtful else []
+    check = [f"    {line}" for line in check]
     after = [*printer.lines(found.after)]
     commands = [printer.text(command, kind=REAL) for command in found.commands]
     law = [*first, *check, *body, *after] if found.early else [*body, *check, *after]
@@ -198,17 +202,15 @@ def printed(found: Recorded, syntax: Language) -> Printed:
         law.append(f"    {syntax.assigned(flag, syntax.literal(True, False))}")
     texts = [syntax.function(one) for one in functions]
     constants, starts = _constants(found, syntax)
-    helpers = [syntax.helper(name) for name in syntax.helpers]
-    stateless = not any("state" in line for line in law)
     return Printed(
-        helpers,
-        constants,
-        texts,
-        syntax.folded(law),
-        commands,
-        starts,
-        [*syntax.library],
-        stateless,
+        helpers=[syntax.helpers_of[name] for name in syntax.helpers],
+        constants=constants,
+        functions=texts,
+        law=syntax.folded(law),
+        commands=commands,
+        starts=starts,
+        library=[*syntax.library],
+        stateless=not any("state" in line for line in law),
     )
 
 
@@ -227,16 +229,12 @@ def _constants(found: Recorded, syntax: Language) -> tuple[list[str], dict[str, 
     return lines, starts
 
 
-def _check(printer: Printer, doubtful: list[Any]) -> list[str]:
-    if not doubtful:
-        return []
-    return [f"    {line}" for line in printer.syntax.checked(printer, doubtful)]
-
-
 def larger(condition: Any, a: Any, b: Any) -> bool:
     """Whether a choice is that of the larger of two numbers."""
     if not isinstance(condition, Node) or condition.op != ">":
         return False
-    pairs = zip((a, b), condition.args, strict=True)
-    literal = (not isinstance(x, Node) and not isinstance(y, Node) and x == y for x, y in pairs)
-    return all(x is y or same for x, y, same in zip((a, b), condition.args, literal, strict=True))
+
+    def same(x: Any, y: Any) -> bool:
+        return x is y or (not isinstance(x, Node) and not isinstance(y, Node) and x == y)
+
+    return all(map(same, (a, b), condition.args))

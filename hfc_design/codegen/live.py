@@ -1,6 +1,7 @@
 """What of a recorded function counts: all that its results, and what it remembers, are made of."""
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import Any
 
 from hfc_design.codegen.nodes import (
@@ -32,10 +33,10 @@ def counted(
     alive: set[int] = set()
     uses: dict[Node, list[Block]] = {}
     pending: list[tuple[Any, Block]] = [(root, trace.root) for root in roots]
-    for place, found in writers.items():
-        kept = isinstance(place, Storage) and place.kind in ("state", "parameter", "result")
-        if kept or (isinstance(place, Node) and place.op == "state"):
-            pending += found
+    for place, statements in writers.items():
+        lasts = isinstance(place, Storage) and place.kind in ("state", "parameter", "result")
+        if lasts or (isinstance(place, Node) and place.op == "state"):
+            pending += statements
     while pending:
         item, block = pending.pop()
         if isinstance(item, Node) and item.op not in LEAVES:
@@ -48,7 +49,8 @@ def counted(
         if isinstance(item, Node | Storage):
             pending += writers.get(item, ())
             continue
-        pending += [(x, block) for x in _parts(item)]
+        needed, _ = _flow(item)
+        pending += [(x, block) for x in needed]
         while block in owners:
             owner, block = owners[block]
             pending.append((owner, block))
@@ -68,32 +70,24 @@ def _written(
             if isinstance(item, Loop | Branch):
                 owners[item.block] = (item, block)
                 pending.append(item.block)
-            for place in _places(item):
+            for place in _flow(item)[1]:
                 writers.setdefault(place, []).append((item, block))
     return owners, writers
 
 
-def _places(item: Any) -> tuple[Any, ...]:
-    if isinstance(item, Store):
-        return (item.storage,)
-    if isinstance(item, Assign):
-        return (item.variable,)
-    return item.results if isinstance(item, Call) else ()
-
-
-def _parts(statement: Any) -> list[Any]:
-    """Nodes and arrays that a statement needs."""
-    if isinstance(statement, Branch):
-        return [statement.condition]
-    if isinstance(statement, Loop):
-        return [statement.low, statement.high]
-    if isinstance(statement, Assign):
-        return [statement.variable, statement.value]
-    if isinstance(statement, Store):
-        kept = [] if isinstance(statement.storage, Node) else [statement.storage]
-        return [*kept, statement.place, statement.value]
-    if isinstance(statement, Call):
-        arrays = [x for x in statement.args if isinstance(x, tuple)]
-        plain = [x for x in statement.args if not isinstance(x, tuple)]
-        return [*plain, *(part for pair in arrays for part in pair), *statement.results]
-    return []
+def _flow(statement: Any) -> tuple[list[Any], tuple[Any, ...]]:
+    """Nodes and arrays that a statement needs, and variables and arrays that it writes to."""
+    match statement:
+        case Branch(condition):
+            return [condition], ()
+        case Loop(_, low, high):
+            return [low, high], ()
+        case Assign(variable, value):
+            return [variable, value], (variable,)
+        case Store(storage, place, value):
+            array = [] if isinstance(storage, Node) else [storage]
+            return [*array, place, value], (storage,)
+        case Call(_, args, results):
+            each = (x if isinstance(x, tuple) else (x,) for x in args)
+            return [*chain.from_iterable(each), *results], results
+    return [], ()

@@ -1,6 +1,6 @@
 """MATLAB and Octave of what was recorded: one function, with arrays that begin at 1."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from hfc_design.codegen.emit import WIDTH, Printer, folded
@@ -8,7 +8,6 @@ from hfc_design.codegen.language import Language, Printed, larger, printed
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage
 from hfc_design.codegen.recorded import Recorded
 
-WORDS = {"and": "&&", "or": "||", "!=": "~="}
 #: What the function itself calls so, and what it calls; i and j are numbers there.
 OWN = (
     *("signals", "state", "command", "abs", "all", "cos", "double", "exp", "floor", "isempty"),
@@ -21,11 +20,19 @@ class Matlab(Language):
     """See ``Language``."""
 
     chooses = frozenset(("?",))
+    places = {"input": "signals.", "state": "state."}
+    words = {"neg": "-", "not": "~", "and": "&&", "or": "||", "!=": "~="}
+    forms = dict.fromkeys(("named", "variable", "assigned"), "{name} = {value};") | {
+        "declared": "{name} = zeros(1, {size});",
+        "constant": "{name} = {value!r};",
+        "loop": "for {name} = {low}:{last}",
+        "branch": "if {condition}",
+    }
     end = {Loop: "end", Branch: "end"}
 
     def leaf(self, node: Node, name: str) -> str:
-        place = {"input": "signals.", "state": "state."}.get(node.op, "")
-        return f"{place}{name} > 0.5" if node.op == "input" and node.type == TRUTH else place + name
+        truth = node.op == "input" and node.type == TRUTH
+        return super().leaf(node, name) + " > 0.5" * truth
 
     def literal(self, value: float | bool, real: bool) -> str:
         return str(value).lower() if isinstance(value, bool) else repr(value)
@@ -33,17 +40,18 @@ class Matlab(Language):
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         if op.startswith("as "):
             return parts[0] if node.type == WHOLE else f"double({parts[0]})"
-        if op in ("neg", "not"):
-            return f"{'-' if op == 'neg' else '~'}{parts[0]}"
         if op == "rint":  # halves to the even one
             return f"(floor({parts[0]} + 0.5) - (mod({parts[0]}, 2) == 0.5))"
         if op == "whole":
             return f"floor(max({parts[0]}, 0))"
-        if len(op) > 2 and op not in WORDS:
+        if op.isalnum() and op not in self.words:
             return f"{op}({', '.join(parts)})"
-        return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
+        return super().operation(op, parts, node)
 
-    def chosen(self, printer: Printer, node: Node) -> Iterator[str]:
+    def value(self, printer: Printer, node: Node) -> Iterator[str]:
+        if node.op not in self.chooses:
+            yield from super().value(printer, node)
+            return
         condition, *values = node.args
         a, b = (printer.text(x, kind=node.type) for x in values)
         name = printer.name(node)
@@ -53,9 +61,6 @@ class Matlab(Language):
         yield from (f"if {printer.text(condition)}", f"    {name} = {a};", "else")
         yield from (f"    {name} = {b};", "end")
 
-    def array(self, storage: Storage, name: str) -> str:
-        return f"state.{storage.name}" if storage.kind == "state" else name
-
     def element(self, storage: Storage, name: str, place: str) -> str:
         place = str(int(place) + 1) if place.isdigit() else f"{place} + 1"
         return f"{self.array(storage, name)}({place})"
@@ -64,21 +69,8 @@ class Matlab(Language):
         plain = "".join(x if " " <= x <= "~" else "_" for x in text)
         return [f"% {plain}"]
 
-    def named(self, kind: str, name: str, value: str) -> str:
-        return f"{name} = {value};"
-
-    def declared(self, name: str, storage: Storage) -> list[str]:
-        return [f"{name} = zeros(1, {storage.size});"]
-
-    def loop(self, k: str, low: str, high: str) -> str:
-        last = str(int(high) - 1) if high.isdigit() else f"{high} - 1"
-        return f"for {k} = {low}:{last}"
-
-    def branch(self, condition: str) -> str:
-        return f"if {condition}"
-
-    def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
-        values = ", ".join(map(printer.text, doubtful))
+    def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
+        values = ", ".join(map(text, doubtful))
         return [f"if ~all(isfinite([{values}]))", "    return;", "end"]
 
     def constants(
@@ -88,9 +80,6 @@ class Matlab(Language):
         rows = (written[k : k + shape[-1]] for k in range(0, len(written), shape[-1]))
         lines = [f"    {', '.join(row)}, ..." for row in rows]
         return "\n".join(self.folded([f"{name} = [ ...", *lines, "];"]))
-
-    def constant(self, name: str, value: float) -> str:
-        return f"{name} = {value!r};"
 
     def folded(self, lines: Iterable[str]) -> list[str]:
         found: list[str] = []

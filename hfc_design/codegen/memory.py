@@ -1,6 +1,6 @@
 """What a law remembers: its numbers under names, before a sample, behind one, and in files."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import prod
 from typing import Any, NamedTuple
 
@@ -69,11 +69,29 @@ def parts(memory: Memory, name: str) -> dict[str, Memory] | None:
     return {head + identifier(key): one for key, one in memory.items()}
 
 
-def again(memory: Memory, values: Iterable[Memory]) -> Memory:
-    """A memory that is made of other parts."""
+def mapped(
+    function: Callable[..., Memory], memory: Memory, *others: Memory, name: str = ""
+) -> Memory:
+    """A memory of ``function(name, part, ...)`` of each thing, and of what others have there.
+
+    What is made of parts in all of them is taken apart.
+    """
+    inside = [parts(one, name) for one in (memory, *others)]
+    known = [one for one in inside if one is not None]
+    if len(known) < len(inside):
+        return function(name or ALL, memory, *others)
+    each = zip(known[0], *(one.values() for one in known), strict=True)
+    values = (mapped(function, *own, name=key) for key, *own in each)
     if hasattr(memory, "_fields"):
         return type(memory)(*values)
     return type(memory)(zip(memory, values, strict=True))
+
+
+def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
+    """(name, part, ...) of each thing in memories, see ``mapped``."""
+    found: list[tuple[Any, ...]] = []
+    mapped(lambda *one: found.append(one), memory, *others)
+    return found
 
 
 def numeric(rows: Any) -> bool:
@@ -84,55 +102,42 @@ def numeric(rows: Any) -> bool:
     return len(lengths) == 1 and all(map(numeric, rows))
 
 
-def numbers_of(memory: Memory, name: str = "") -> dict[str, list[float]]:
+def numbers_of(memory: Memory) -> dict[str, list[float]]:
     """The numbers of a memory by the names that the code has for them."""
-    found: dict[str, list[float]] = {}
-    if (inside := parts(memory, name)) is not None:
-        for key, one in inside.items():
-            found |= numbers_of(one, key)
-    elif numeric(memory) and np.size(memory):
-        found[name or ALL] = np.ravel(memory).tolist()
-    return found
+    each = things(memory)
+    return {name: np.ravel(x).tolist() for name, x in each if numeric(x) and np.size(x)}
 
 
-def filled(memory: Memory, numbers: dict[str, list[float]], name: str = "") -> Memory:
+def filled(memory: Memory, numbers: dict[str, list[float]]) -> Memory:
     """A memory with these numbers in the places of those that the code calls so."""
-    if (inside := parts(memory, name)) is not None:
-        return again(memory, (filled(one, numbers, key) for key, one in inside.items()))
-    if (name or ALL) not in numbers:
-        return memory
-    return np.reshape(numbers[name or ALL], np.shape(memory)).tolist()
+
+    def new(name: str, x: Any) -> Memory:
+        return np.reshape(numbers[name], np.shape(x)).tolist() if name in numbers else x
+
+    return mapped(new, memory)
 
 
-def remembered(
-    trace: Trace, value: Memory, fields: list[Field], fixed: set[str], name: str = ""
-) -> Memory:
+def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str]) -> Memory:
     """A memory whose numbers are those that the state of the code has, but ``fixed`` ones."""
-    if (inside := parts(value, name)) is not None:
-        made = (remembered(trace, one, fields, fixed, key) for key, one in inside.items())
-        return again(value, made)
-    name = name or ALL
-    if isinstance(value, list | tuple) and value and numeric(value):
-        array = np.array(value, dtype=float)
-        storage = Storage("state", name, array.shape)
-        fields.append(Field(name, array.shape, array.ravel().tolist(), storage))
-        return Stored(trace, storage)
-    if isinstance(value, bool) or not isinstance(value, float | int) or name in fixed:
-        return value
-    leaf = trace.leaf("state", name)
-    fields.append(Field(name, (), [float(value)], leaf))
-    return leaf
+
+    def held(name: str, x: Any) -> Memory:
+        if isinstance(x, list | tuple) and x and numeric(x):
+            array = np.array(x, dtype=float)
+            storage = Storage("state", name, array.shape)
+            fields.append(Field(name, array.shape, array.ravel().tolist(), storage))
+            return Stored(trace, storage)
+        if isinstance(x, bool) or not isinstance(x, float | int) or name in fixed:
+            return x
+        leaf = trace.leaf("state", name)
+        fields.append(Field(name, (), [float(x)], leaf))
+        return leaf
+
+    return mapped(held, memory)
 
 
 def merged(choose: Callable[[Any, Any], Memory], memory: Memory, first: Memory) -> Memory:
     """What is remembered, or what a first sample begins with, as ``choose`` has it of each part."""
-    if memory is first:
-        return memory
-    inside, other = parts(memory, ""), parts(first, "")
-    if inside is not None and other is not None:
-        pairs = zip(inside.values(), other.values(), strict=True)
-        return again(memory, (merged(choose, *pair) for pair in pairs))
-    return choose(memory, first)
+    return mapped(lambda _, one, its: one if one is its else choose(one, its), memory, first)
 
 
 def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
@@ -148,14 +153,10 @@ def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
     return merged(chosen, memory, first)
 
 
-def leaves(memory: Memory, after: Memory) -> Iterator[tuple[Any, Any]]:
+def leaves(memory: Memory, after: Memory) -> list[tuple[Any, Any]]:
     """Numbers and arrays of a memory, each with what is in its place in another one."""
-    if isinstance(memory, Node | Array):
-        yield memory, after
-    inside, other = parts(memory, ""), parts(after, "")
-    if inside is not None and other is not None:
-        for one, its in zip(inside.values(), other.values(), strict=True):
-            yield from leaves(one, its)
+    pairs = (pair for _, *pair in things(memory, after))
+    return [(leaf, x) for leaf, x in pairs if isinstance(leaf, Node | Array)]
 
 
 def computed(trace: Trace, after: Memory) -> Iterator[Any]:

@@ -54,6 +54,13 @@ class Block:
         self.items: list[Any] = []  # nodes, arrays that are declared, statements
         self.known: dict[object, Node] = {}
 
+    def outward(self) -> "Iterator[Block]":
+        """This block, and those around it, the nearest first."""
+        at: Block | None = self
+        while at is not None:
+            yield at
+            at = at.around
+
 
 def _operator(op: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """An operator of ``Node`` with the node at its left, and at its right."""

@@ -1,7 +1,7 @@
 """A controller as it is recorded: what it reads, remembers and commands."""
 
 from collections.abc import Callable, Collection, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -68,12 +68,9 @@ class Recorded(NamedTuple):
     numbers: list[Node]  # of the design
 
 
-class Told(NamedTuple):
-    """What a controller sees of a trace."""
-
-    trace: Trace
-    numbers: list[Node]
-    inputs: dict[str, Node]  # by the names of its source
+#: Of a source: its largest command, functions (gains, memory) -> memory of a first sample, or none,
+#: and -> commands, and what to remember.
+Bound: TypeAlias = "tuple[Any, Callable[..., Memory] | None, Callable[..., Any]]"
 
 
 class Source(NamedTuple):
@@ -82,9 +79,8 @@ class Source(NamedTuple):
     reads: list[str]  # names of what it reads
     gains: Gains
     memory: Memory  # before the first sample
-    #: (told) -> its largest command, and functions (gains, memory) -> memory of a first sample,
-    #: or none, and -> commands, and what to remember.
-    bound: Callable[[Told], tuple[Any, Callable[..., Any] | None, Callable[..., Any]]]
+    #: Of a trace, the inputs by their names, and a list that gets the numbers of the design.
+    bound: Callable[[Trace, dict[str, Node], list[Node]], Bound]
     tells: bool = False  # see ``AxisLaw``
     within: bool = False  # whether its commands are within their limits already
     change: float | None = None  # largest one of its command in a sample
@@ -100,26 +96,25 @@ def of_axis(
 ) -> Source:
     """The law of one axis; a trace that is flat has its limit, else code gets one a sample."""
 
-    def bound(told: Told) -> tuple[Any, Callable[..., Any] | None, Callable[..., Any]]:
-        trace = told.trace
+    def bound(trace: Trace, inputs: dict[str, Node], numbers: list[Node]) -> Bound:
         limit: Any = None
         if not trace.flat:
             limit = trace.leaf("parameter", "largest")
         elif law.limit is not None:
-            limit = _number(trace, "largest", law.limit, told.numbers)
-        every: Any = _number(trace, "sample_time", law.sample_time, told.numbers)
+            limit = _number(trace, "largest", law.limit, numbers)
+        every: Any = _number(trace, "sample_time", law.sample_time, numbers)
         own = law._replace(limit=limit, sample_time=every)
 
         def first(gains: Gains, memory: Memory) -> Memory:
-            return own.primed(trace.xp, gains, memory, told.inputs)
+            return own.primed(trace.xp, gains, memory, inputs)
 
         def step(gains: Gains, memory: Memory) -> tuple[list[Any], Memory]:
             try:
-                command, after, _ = own.sample(trace.xp, own, gains, memory, told.inputs)
+                command, after, _ = own.sample(trace.xp, own, gains, memory, inputs)
             except TypeError as error:
                 if Node.__name__ not in str(error):
                     raise
-                command, after = _through_jax(trace, own, gains, memory, told.inputs)
+                command, after = _through_jax(trace, own, gains, memory, inputs)
             return [command], after
 
         return limit, first if own.prime else None, step
@@ -162,8 +157,8 @@ def of_machine(
     names = [identifier(axis) for axis in axes]
     known = [f"{axis}_{name}" for axis in names for name in reads]
 
-    def bound(told: Told) -> tuple[Any, Callable[..., Any] | None, Callable[..., Any]]:
-        inputs, xp = told.inputs, told.trace.xp
+    def bound(trace: Trace, inputs: dict[str, Node], numbers: list[Node]) -> Bound:
+        xp = trace.xp
         each = tuple({name: inputs[f"{axis}_{name}"] for name in reads} for axis in names)
         way = None
         if path:
@@ -233,7 +228,7 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
         for name in source.reads
     }
     gains = _wrapped(trace, source.gains, "", numbers)
-    limit, prime, step = source.bound(Told(trace, numbers, inputs))
+    limit, prime, step = source.bound(trace, inputs, numbers)
     fields: list[Field] = []
     memory = remembered(trace, source.memory, fields, fixed)
     started = None

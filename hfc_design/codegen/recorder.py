@@ -27,17 +27,10 @@ from hfc_design.codegen.nodes import (
     refusal,
 )
 from hfc_design.codegen.simplify import known, simpler, value_of
-from hfc_design.codegen.values import (
-    numbers_in,
-    row_of,
-    shape_of,
-    type_of,
-)
+from hfc_design.codegen.values import numbers_in, row_of, shape_of, type_of
 
 #: More operations than a law has that comes to an end.
 MOST = 100_000
-#: Sums of no more operations are written out.
-SHORT = 24
 
 
 class Recorder:
@@ -66,16 +59,22 @@ class Recorder:
             return found
         key = (op, *(x if isinstance(x, Node) else (type(x), x) for x in args))
         block = self._deepest(args)
-        at: Block | None = block
-        while at is not None:
+        node, new = self._known(block, block, key, op, args, type_of(op, args))
+        if new:
+            node.value = value_of(op, args)
+        return node
+
+    def _known(
+        self, seen: Block, block: Block, key: object, op: str, args: tuple[Any, ...], kind: str
+    ) -> tuple[Node, bool]:
+        """The node that is ``seen`` under a key, or a new one in a block; and whether it is new."""
+        for at in seen.outward():
             if key in at.known:
-                return at.known[key]
-            at = at.around
-        node = self._node(block, op, args, type_of(op, args))
+                return at.known[key], False
+        node = self._node(block, op, args, kind)
         block.known[key] = node
         block.items.append(node)
-        node.value = value_of(op, args)
-        return node
+        return node, True
 
     def plain(self, value: Any) -> Any:
         """A node, or a number as Python has it."""
@@ -103,21 +102,14 @@ class Recorder:
 
     def _deepest(self, args: Sequence[Any]) -> Block:
         """The outermost block in which all of these are known; none leaves a branch."""
-        found = self.block
-        while not found.branch and found.around is not None:
-            found = found.around
+        around = [*self.block.outward()]
+        found = next((block for block in around if block.branch), around[-1])
         for x in args:
             if isinstance(x, Node):
-                if not self._around(x.block):
+                if x.block not in around:
                     raise refusal("uses a value outside the loop or the function that it is of")
                 found = x.block if x.block.depth > found.depth else found
         return found
-
-    def _around(self, block: Block) -> bool:
-        at: Block | None = self.block
-        while at is not None and at is not block:
-            at = at.around
-        return at is block
 
     def variable(self, value: Any) -> Node:
         """What has the value until it is assigned another one."""
@@ -139,14 +131,19 @@ class Recorder:
         self.block.items.append(Assign(variable, self.plain(value), False))
 
     @contextmanager
+    def inside(self, branch: bool = False) -> Iterator[Block]:
+        """Record what is done in a block of its own."""
+        around = self.block
+        self.block = Block(self, around, branch)
+        yield self.block
+        self.block = around
+
+    @contextmanager
     def loop(self, high: Any, low: Any = 0) -> Iterator[Node]:
         """Record what is done with an index."""
-        block = Block(self, self.block)
-        index = self._node(block, "index", (), WHOLE)
-        self.block = block
-        yield index
-        assert block.around is not None
-        self.block = block.around
+        with self.inside() as block:
+            index = self._node(block, "index", (), WHOLE)
+            yield index
         self.block.items.append(Loop(index, low, high, block))
 
     def read(self, storage: Storage, place: Any) -> Any:
@@ -155,15 +152,8 @@ class Recorder:
         fixed = storage.kind in ("table", "parameter")
         block = self._deepest(args) if fixed else self.block
         key = ("read", storage, storage.version, *args)
-        at: Block | None = self.block
-        while at is not None:
-            if key in at.known:
-                return at.known[key]
-            at = at.around
-        node = self._node(block, "read", (storage, *args), storage.type)
-        block.known[key] = node
-        block.items.append(node)
-        if storage.kind == "table" and isinstance(place, int):
+        node, new = self._known(self.block, block, key, "read", (storage, *args), storage.type)
+        if new and storage.kind == "table" and isinstance(place, int):
             node.value = storage.numbers[place]
         return node
 

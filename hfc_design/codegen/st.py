@@ -5,7 +5,7 @@ of the standard: there is no TANH, so that it is made of EXP.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from textwrap import wrap
 from typing import Any, NamedTuple
@@ -16,11 +16,22 @@ from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Sto
 from hfc_design.codegen.recorded import Recorded
 
 TYPES = {REAL: "LREAL", WHOLE: "DINT", TRUTH: "BOOL"}
-FUNCTIONS = {"min": "MIN", "max": "MAX", "abs": "ABS", "exp": "EXP", "sqrt": "SQRT"}
-FUNCTIONS |= {"sin": "SIN", "cos": "COS"}
-WORDS = {"and": "AND", "or": "OR", "==": "=", "!=": "<>"}
-#: Where TANH is 1 to the last digit.
-FAR = 20.0
+FUNCTIONS = {name: name.upper() for name in ("min", "max", "abs", "exp", "sqrt", "sin", "cos")}
+#: Operations in several statements; beyond 20 TANH is 1 to the last digit.
+STEPS = {
+    "tanh": (
+        "{name} := EXP(2.0 * MAX(MIN({x}, 20.0), -20.0));",
+        "{name} := ({name} - 1.0) / ({name} + 1.0);",
+    ),
+    "floor": (
+        "{name} := LINT_TO_LREAL(LREAL_TO_LINT({x})); (* to the nearest, then down *)",
+        "IF {name} > {x} THEN {name} := {name} - 1.0; END_IF;",
+    ),
+    "whole": (
+        "{name} := LREAL_TO_DINT(MAX({x}, 0.0)); (* to the nearest, then down *)",
+        "IF DINT_TO_LREAL({name}) > MAX({x}, 0.0) THEN {name} := {name} - 1; END_IF;",
+    ),
+}
 #: What the block itself calls so.
 COUNTERS = ("i", "j", "k", "n", "n_5", "n_6", "n_7", "n_8")
 OWN = ("reset", "fault", "greatest", *COUNTERS)
@@ -80,13 +91,20 @@ class StructuredText(Language):
     """See ``Language``."""
 
     fold = True
-    chooses = frozenset(("?", "whole", "tanh", "floor"))
+    chooses = frozenset(("?", *STEPS))
+    types = TYPES
+    functions = FUNCTIONS
+    words = {"neg": "-", "not": "NOT ", "and": "AND", "or": "OR", "==": "=", "!=": "<>"}
+    forms = dict.fromkeys(("named", "variable", "assigned"), "{name} := {value};") | {
+        "declared": "",
+        "loop": "FOR {name} := {low} TO {last} DO",
+        "branch": "IF {condition} THEN",
+    }
     end = {Loop: "END_FOR;", Branch: "END_IF;"}
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
         super().__init__((*OWN, *reserved))
         self.fields: dict[object, str] = {}  # names of what is remembered
-        self.within: dict[str, Variable] = {}
         self.tables: list[Variable] = []
 
     def leaf(self, node: Node, name: str) -> str:
@@ -99,44 +117,30 @@ class StructuredText(Language):
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         if op.startswith("as "):
             return f"{TYPES[node.type]}_TO_{TYPES[op.removeprefix('as ')]}({parts[0]})"
-        if op in ("neg", "not"):
-            return f"-{parts[0]}" if op == "neg" else f"NOT {parts[0]}"
         if op == "rint":
             return f"LINT_TO_LREAL(LREAL_TO_LINT({parts[0]}))"
-        if op not in FUNCTIONS and op.isalpha() and op not in WORDS:
+        if op.isalnum() and op not in self.functions and op not in self.words:
             raise TraceError(f"calls {op}, which Structured Text has not")
-        if op in FUNCTIONS:
-            return f"{FUNCTIONS[op]}({', '.join(parts)})"
-        return f"{parts[0]} {WORDS.get(op, op)} {parts[1]}"
+        return super().operation(op, parts, node)
 
-    def chosen(self, printer: Printer, node: Node) -> Iterator[str]:
-        name, text = self._variable(node.type, printer.name(node)), printer.text
-        if node.op == "?":
-            condition, *values = node.args
-            a, b = (text(x, kind=node.type) for x in values)
-            if larger(condition, *values):
-                yield f"{name} := MAX({a}, {b});"
-                return
-            lines = (
-                f"IF {text(condition)} THEN",
-                f"    {name} := {a};",
-                "ELSE",
-                f"    {name} := {b};",
-            )
-            short = " ".join(map(str.strip, (*lines, "END_IF;")))
-            yield from [short] if len(short) < WIDTH - 12 else (*lines, "END_IF;")
+    def value(self, printer: Printer, node: Node) -> Iterator[str]:
+        if node.op not in self.chooses:
+            yield from super().value(printer, node)
             return
-        x = text(node.args[0], kind=REAL)
-        if node.op == "tanh":
-            yield f"{name} := EXP(2.0 * MAX(MIN({x}, {FAR}), -{FAR}));"
-            yield f"{name} := ({name} - 1.0) / ({name} + 1.0);"
+        name, text = printer.name(node), printer.text
+        self.declared[name] = node.type, 0
+        if node.op in STEPS:
+            x = text(node.args[0], kind=REAL)
+            yield from (line.format(name=name, x=x) for line in STEPS[node.op])
             return
-        if node.op == "floor":
-            yield f"{name} := LINT_TO_LREAL(LREAL_TO_LINT({x})); (* to the nearest, then down *)"
-            yield f"IF {name} > {x} THEN {name} := {name} - 1.0; END_IF;"
+        condition, *values = node.args
+        a, b = (text(x, kind=node.type) for x in values)
+        if larger(condition, *values):
+            yield f"{name} := MAX({a}, {b});"
             return
-        yield f"{name} := LREAL_TO_DINT(MAX({x}, 0.0)); (* to the nearest, then down *)"
-        yield f"IF DINT_TO_LREAL({name}) > MAX({x}, 0.0) THEN {name} := {name} - 1; END_IF;"
+        lines = [f"IF {text(condition)} THEN", f"    {name} := {a};", "ELSE", f"    {name} := {b};"]
+        short = " ".join(map(str.strip, (*lines, "END_IF;")))
+        yield from [short] if len(short) < WIDTH - 12 else (*lines, "END_IF;")
 
     def array(self, storage: Storage, name: str) -> str:
         return self.fields.get(storage, name)
@@ -146,34 +150,12 @@ class StructuredText(Language):
         first, *rest = wrap(f"(* {plain} *)", WIDTH - 4)
         return [first, *(f"   {line}" for line in rest)]
 
-    def _variable(self, kind: str, name: str, size: int = 0) -> str:
-        self.within[name] = Variable(name, TYPES[kind], size)
-        return name
-
-    def named(self, kind: str, name: str, value: str) -> str:
-        return f"{self._variable(kind, name)} := {value};"
-
-    def declared(self, name: str, storage: Storage) -> list[str]:
-        self._variable(storage.type, name, storage.size)
-        return []
-
-    def assigned(self, place: str, value: str) -> str:
-        return f"{place} := {value};"
-
-    def loop(self, k: str, low: str, high: str) -> str:
-        self._variable(WHOLE, k)
-        last = str(int(high) - 1) if high.isdigit() else f"{high} - 1"
-        return f"FOR {k} := {low} TO {last} DO"
-
     def counter(self, printer: Printer, item: Loop) -> str:
         printer.names.found[item.counter] = name = COUNTERS[item.block.depth - 1]
         return name
 
-    def branch(self, condition: str) -> str:
-        return f"IF {condition} THEN"
-
-    def checked(self, printer: Printer, doubtful: list[Any]) -> list[str]:
-        return _left(map(printer.text, doubtful))
+    def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
+        return _left(map(text, doubtful))
 
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
@@ -184,9 +166,6 @@ class StructuredText(Language):
     def constant(self, name: str, value: float) -> str:
         self.tables.append(Variable(name, TYPES[REAL], 0, (value,)))
         return ""
-
-    def folded(self, lines: Iterable[str]) -> list[str]:
-        return folded(lines)
 
 
 def _left(values: Iterable[str]) -> list[str]:
@@ -213,39 +192,32 @@ def program(found: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -
             flag = syntax.fields[found.started[0]] = syntax.names.fresh("started")
             remembered.append(Variable(flag, "BOOL"))
     parts = printed(found, syntax)
-    syntax.within["greatest"] = Variable("greatest", "LREAL")
+    tables = {syntax.fields[field.holds]: parts.starts.get(field.name) for field in found.fields}
+    begin = [*_begin(remembered, tables)]
+    syntax.declared["greatest"] = REAL, 0
+    if any(x.size for x in remembered):
+        syntax.declared["k"] = WHOLE, 0
     lines = [
-        *_begun(found, remembered, parts.starts, syntax),
+        *(["IF reset THEN", *begin, "END_IF;", ""] if begin else []),
         *("(* The largest finite number. *)", f"greatest := {GREATEST};"),
         *("fault := TRUE;", *(f"{output} := 0.0;" for output in outputs)),
         *_left(x.name for x in found.inputs if x.type == REAL),
         *(line.removeprefix("    ") for line in parts.law),
         *(f"{one} := {value};" for one, value in zip(outputs, parts.commands, strict=True)),
-        f"fault := {_fault(remembered)};",
+        # Whether it has stopped itself, where it can.
+        f"fault := {'tripped > 0.5' if any(x.name == 'tripped' for x in remembered) else 'FALSE'};",
     ]
-    return Block(syntax.tables, remembered, [*syntax.within.values()], folded(lines))
+    within = [Variable(name, TYPES[kind], size) for name, (kind, size) in syntax.declared.items()]
+    return Block(syntax.tables, remembered, within, folded(lines))
 
 
-def _fault(remembered: list[Variable]) -> str:
-    """Whether it has stopped itself, where it can."""
-    return "tripped > 0.5" if any(x.name == "tripped" for x in remembered) else "FALSE"
-
-
-def _begun(
-    found: Recorded, remembered: list[Variable], starts: dict[str, str], syntax: StructuredText
-) -> list[str]:
-    """Set what is remembered, at the first sample too where it starts from a table."""
-    if not remembered:
-        return []
-    starting = {syntax.fields[field.holds]: starts.get(field.name) for field in found.fields}
-    lines = []
-    for one in remembered:
-        if one.size:
-            value = f"{table}[k]" if (table := starting[one.name]) else "0.0"
-            syntax.within["k"] = Variable("k", "DINT")
-            lines += [f"    FOR k := 0 TO {one.size - 1} DO", f"        {one.name}[k] := {value};"]
-            lines.append("    END_FOR;")
+def _begin(remembered: list[Variable], tables: Mapping[str, str | None]) -> Iterator[str]:
+    """Set what is remembered; ``tables`` are what arrays start from, None: from 0."""
+    for x in remembered:
+        if x.size:
+            table = tables[x.name]
+            yield f"    FOR k := 0 TO {x.size - 1} DO"
+            yield f"        {x.name}[k] := {f'{table}[k]' if table else '0.0'};"
+            yield "    END_FOR;"
         else:
-            first = "FALSE" if one.type == "BOOL" else literal_of(one.first[0])
-            lines.append(f"    {one.name} := {first};")
-    return ["IF reset THEN", *lines, "END_IF;", ""]
+            yield f"    {x.name} := {literal_of(x.first[0] if x.first else 0.0, x.type)};"

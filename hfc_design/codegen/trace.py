@@ -11,7 +11,6 @@ from hfc_design.codegen.nodes import (
     REAL,
     Array,
     Assign,
-    Block,
     Branch,
     Call,
     Each,
@@ -39,8 +38,6 @@ from hfc_design.codegen.values import (
 )
 from hfc_design.core.numbers import SCALARS, Xp
 
-#: More operations than a law has that comes to an end.
-MOST = 100_000
 #: Sums of no more operations are written out.
 SHORT = 24
 
@@ -116,12 +113,10 @@ class Trace(Recorder):
         if but is None:
             yield
             return
-        inner = self.block
         condition = self.made("!=", k, but)
-        self.block = Block(self, inner, branch=True)
-        yield
-        inner.items.append(Branch(condition, self.block))
-        self.block = inner
+        with self.inside(branch=True) as block:
+            yield
+        self.block.items.append(Branch(condition, block))
 
     def along(self, function: Callable[..., Any], *rows: Any) -> Any:
         """``function`` of what stands at the same place in rows: lazy where one is an array."""
@@ -171,20 +166,15 @@ class Trace(Recorder):
         if isinstance(otherwise, Node | float) and self._idle(function, otherwise):
             return otherwise
         holders = mapped(self._holder, otherwise)
-        block = Block(self, self.block, branch=True)
-        self.block = block
-        mapped(self._hold, holders, function())
-        assert block.around is not None
-        self.block = block.around
+        with self.inside(branch=True) as block:
+            mapped(self._hold, holders, function())
         self.block.items.append(Branch(condition, block))
         return mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
 
     def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
         """Whether a function gives the number ``otherwise``; what it does is dropped."""
-        around = self.block
-        self.block = Block(self, around, branch=True)
-        found = function()
-        self.block = around
+        with self.inside(branch=True):
+            found = function()
         if isinstance(found, Node) or isinstance(otherwise, Node):
             return found is otherwise
         return bool(found == otherwise)

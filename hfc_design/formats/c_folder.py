@@ -1,13 +1,15 @@
-"""``--to c``: a design in C99, and all one needs to flash it."""
+"""``--to c``: a design in C99, and all that is shipped with it."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from hfc_design.files.design import Design
 from hfc_design.formats import code
-from hfc_design.formats.flash.folder import of_axes, with_check
-from hfc_design.formats.flash.vectors import Vectors, deviation, vectors
+from hfc_design.formats.deployment.folder import of_axes, with_check
+from hfc_design.formats.deployment.vectors import Vectors, deviation, vectors
 from hfc_design.formats.writing import Content, Format, signal_units
 
 #: Tabulated terms that are off by such a share change what the loop does: Lin and Lee's Table I on
@@ -85,26 +87,13 @@ def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, 
     files, values = code.tabulated(design, points)
     limit = design.limits.of(design.axis).command
     same = vectors(design, values["law"](limit))
-    off, units = deviation(design, same), signal_units(design)
-    largest = limit or max(abs(command) for row in same.commands for command in row)
-    of, far = values["deviates"], values["deviation"]
-    return (
-        files,
-        Tabulated(
-            of,
-            units.get(of, ""),
-            far,
-            _share(far, values["largest"]),
-            units.get("command", ""),
-            off,
-            _share(off, largest),
-        ),
-        same,
+    units, of, far = signal_units(design), values["deviates"], values["deviation"]
+    off, largest = deviation(design, same), limit or float(np.abs(same.commands).max())
+    share, off_share = (
+        part / whole if whole else 0.0 for part, whole in ((far, values["largest"]), (off, largest))
     )
-
-
-def _share(part: float, whole: float) -> float:
-    return part / whole if whole else 0.0
+    unit, command_unit = units.get(of, ""), units.get("command", "")
+    return files, Tabulated(of, unit, far, share, command_unit, off, off_share), same
 
 
 C = "a folder with the controller in C99, adaptation and all, a page on it and make check"

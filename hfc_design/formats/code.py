@@ -47,16 +47,16 @@ def sources(
     Raises:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
-    names, axes = signals(design), [*map(identifier, machine_axes(design))]
-    numbers = checked_numbers(design)
+    names, whole = signals(design), machine_axes(design)
+    axes, numbers = [*map(identifier, whole)], checked_numbers(design)
     name, told = c_name(design), writing.signal_meanings(design)
     places = dict(zip(PATH, IN_PATH, strict=True))
     for k, axis in enumerate(axes):
         places |= {f"{axis}_{signal}": f"axes[{k}].{signal}" for signal in names}
-    parts = inside(design.controller, machine_axes(design))
-    widths = [width for one in parts for width in one.widths()]
+    parts = inside(design.controller, whole)
+    widths = [width for part in parts for width in part.widths()]
     reserved = [*writing.RESERVED["c"], *writing.RESERVED["c-library"]]
-    reserved += [f"{name}_{one}" for one in PUBLIC]
+    reserved += [f"{name}_{public}" for public in PUBLIC]
     reserved += OF_MACHINES if axes else ()
     values = {
         "name": name,
@@ -65,15 +65,15 @@ def sources(
         "meanings": dict(zip(told, writing.comment(told.values()), strict=True)),
         "command_unit": writing.signal_units(design).get("command", "unit"),
         "only_double": only_double(numbers, widths),
-        "saved": saving.values(design),
+        "saved": saving.learning(design),
         "law": program(recorded_law(design, law), reserved, places if axes else {}),
         "axes": axes,
         "path": of_path(design),
         "connection": design.connected,
     }
     if axes:
-        values |= {"limit": any(design.limits.commands(machine_axes(design)).values())}
-        values |= {"change": any(design.changes(machine_axes(design)).values())}
+        values["limit"] = any(design.limits.commands(whole).values())
+        values["change"] = any(design.changes(whole).values())
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
     return {key: writing.rendered(file, design, **values) for key, file in files.items()}
 
@@ -133,25 +133,23 @@ def flat(design: Design) -> Flat:
     Raises:
         UserError: what it reads is not known.
     """
-    found, told = writing.signals_read(design), writing.signal_meanings(design)
-    units = writing.signal_units(design)
-    unit = units.get("command", "")
+    read, unit = writing.signals_read(design), writing.signal_units(design).get("command", "")
     truths = design.connected.truths if design.connected else []
     if not (axes := machine_axes(design)):
-        return Flat(found, ["command"], unit, told, truths)
-    names, each = [identifier(axis) for axis in axes], writing.each_axis(design)
+        return Flat(read, ["command"], unit, writing.signal_meanings(design), truths)
+    heads, each = [f"{identifier(axis)}_" for axis in axes], writing.each_axis(design)
     inputs: dict[str, str] = {}
     meanings: dict[str, str] = {}
-    for axis, name in zip(axes, names, strict=True):
+    for axis, head in zip(axes, heads, strict=True):
         units, told = each.get(axis) or each[""]
-        inputs |= {f"{name}_{x}": units.get(x, "") for x in found}
-        meanings |= {f"{name}_{x}": told[x] for x in (*found, "command") if x in told}
+        inputs |= {f"{head}{x}": units.get(x, "") for x in read}
+        meanings |= {f"{head}{x}": told[x] for x in (*read, "command") if x in told}
     place = (each.get(axes[0]) or each[""])[0].get("error", "")
     of_units = dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
     inputs |= {name: of_units[name] for name in of_path(design)}
     meanings |= dict(zip(PATH, OF_PATH, strict=True))
-    truths = [f"{axis}_{name}" for axis in names for name in truths]
-    return Flat(inputs, [f"{axis}_command" for axis in names], unit, meanings, truths)
+    truths = [f"{head}{name}" for head in heads for name in truths]
+    return Flat(inputs, [f"{head}command" for head in heads], unit, meanings, truths)
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:
@@ -163,12 +161,11 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
     whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
     learns = saving.learns(design)
     largest = LARGEST_LEARNT if learns else LARGEST
-    numbers = list(_numbers(whole))
+    numbers = [*_numbers(whole)]
     for key, x in numbers:
         if not abs(x) <= largest:
-            bound = f"{largest:g}{' where it adapts' if learns else ''}"
-            told = f"{key} = {x:g}: code takes numbers up to {bound}"
-            raise UserError(f"design {design.name}: {told}")
+            told = f"{key} = {x:g}: code takes numbers up to {largest:g}"
+            raise UserError(f"design {design.name}: {told}{' where it adapts' * learns}")
     return numbers
 
 

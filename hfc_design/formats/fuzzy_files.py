@@ -28,7 +28,7 @@ from hfc_design.core.numbers import Json, RuleTable
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
-from hfc_design.formats.m_file import function
+from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
 CLASH = "{name} is a word of that format, or two names are {name} there"

@@ -17,8 +17,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
-from hfc_design.formats.flash import folder as flash
-from hfc_design.formats.flash.sensing import scene
+from hfc_design.formats.deployment import folder as deployment
+from hfc_design.formats.deployment.signal_conditioning import scene
 from hfc_design.formats.writing import Content, Format, meanings_of, rendered
 from plants import Drive
 from plants.drive import fed_back
@@ -57,10 +57,10 @@ def components(design: Design) -> dict[str, Content]:
         values |= {"machine": loop, "axes": list(loop["axes"])}
         templates |= {"loop.hal": "loop.hal", f"{values['plant']}.comp": "plant.comp"}
         files |= plant_code.sources(values["drive"], design)
-    values["flash"] = found = flash.values(design, sources)
+    values["deployment"] = found = deployment.values(design, sources)
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
-    return files | flash.checked(design, found)
+    return files | deployment.checked(design, found)
 
 
 def component_name(design: Design) -> str:
@@ -96,8 +96,8 @@ def _values(design: Design) -> Json:
         "coefficients": plant_code.coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "turn": max((one.sensors.turn for one in scene(design, ()).each), default=0.0),
-        "saved": (saved := saving.values(design)),
-        "digits": len(str(saved["learnt"] - 1)) if saved else 0,
+        "saved": (saved := saving.learning(design)),
+        "digits": len(str(saved.learnt - 1)) if saved else 0,
         "plant": f"hfc_{identifier(drive.name)}",
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
@@ -123,13 +123,13 @@ def _followed(design: Design, drive: Drive) -> Drive:
 def _plant(drive: Drive) -> Json:
     """What the template of the plant's component reads, and which of its pins is where it is."""
     states, counts = plant_code.state_units(drive), plant_code.counts(drive)
-    told = {name: drive.units[name] for name in plant_code.signals(drive) if name not in states}
+    others = [name for name in plant_code.signals(drive) if name not in states]
     return {
         "drive": drive,
         "plant_code": plant_code.name_of(drive),
         "plant_what": f"the drive {drive.name}",
         "plant_states": states,
-        "plant_told": told,
+        "plant_told": {name: drive.units[name] for name in others},
         "plant_position": drive.position,
         "plant_counts": counts,
         "true_position": "true_position" if counts else drive.position,
@@ -138,16 +138,16 @@ def _plant(drive: Drive) -> Json:
 
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
+    read, units = code.signals(design), units_of(plant.units)
     if own := design.connected:
-        switches = {name: unit for name, unit in own.units.items() if name in SWITCHES}
+        switches = [name for name in read if name in SWITCHES and name != "enable"]
         return {
             "position": plant.seen[0],
-            "switches": {name: unit for name, unit in switches.items() if name != "enable"},
-            "inputs": {name: f"{name}_" for name in own.units},
-            "pins": {name: unit for name, unit in own.units.items() if name not in switches},
+            "switches": {name: read[name] for name in switches},
+            "inputs": {name: f"{name}_" for name in read},
+            "pins": {name: unit for name, unit in read.items() if name not in SWITCHES},
             "meanings": own.meanings,
         }
-    read, units = code.signals(design), units_of(plant.units)
     for name in read:
         if name not in units:
             told = f"reads {name}, which is no signal of the {plant.name}"
@@ -185,14 +185,11 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     plant = machine(design, scenario)
     if not design.connected:
         check_drives(design, scenario)
-    pairs = [
-        (axis, told)
-        for axis, told in zip(plant.each(), scenario.samples().axes, strict=True)
-        if design.axis in ("", axis.name)  # the others have controllers and folders of their own
-    ]
     ahead = ACCELERATION in code.signals(design)
     columns, axes = [], {}
-    for axis, told in pairs:
+    for axis, told in zip(plant.each(), scenario.samples().axes, strict=True):
+        if design.axis not in ("", axis.name):
+            continue  # it has a controller and a folder of its own
         columns += [told.reference, told.reference_rate, _mean(told.loads)]
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
@@ -232,7 +229,7 @@ FORMATS = (
         "linuxcnc",
         "a folder with a HAL component and a simulated machine",
         components,
-        beside=flash.of_axes,
+        beside=deployment.of_axes,
         connects=True,
     ),
 )

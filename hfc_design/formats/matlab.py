@@ -12,7 +12,7 @@ from hfc_design.controllers.rules import FlatGaussian
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.fuzzy_files import Input, inputs, texts, unit_head
-from hfc_design.formats.m_file import function, named
+from hfc_design.formats.scripts import function, named
 from hfc_design.formats.writing import Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}

@@ -89,7 +89,7 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
         "signals": {name: drive.units[name] for name in signals(drive)},
         "functions": functions,
         "library": [*library],
-        "helpers": [C((), {}).helper(name) for name in helpers],
+        "helpers": [C.helpers_of[name] for name in helpers],
     }
     files = {f"{values['name']}{end}": f"plants/plant{end}.j2" for end in (".h", ".c")}
     return {name: rendered(template, design, **values) for name, template in files.items()}
@@ -136,7 +136,7 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
         "machine": machine.name,
         "drives": [name_of(drive) for drive in machine.drives],
         "function": found,
-        "helpers": [C((), {}).helper(one) for one in found.helpers],
+        "helpers": [C.helpers_of[one] for one in found.helpers],
     }
     files = {f"{name}{end}": f"plants/coupled{end}.j2" for end in (".h", ".c")}
     return {file: rendered(template, design, **values) for file, template in files.items()}
@@ -202,23 +202,15 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
     return Function(lines, outputs, [*syntax.library], [*syntax.helpers])
 
 
-def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str]) -> Any:
-    """A record of leaves, or one, by the names that C has for them."""
-    if not hasattr(value, "_asdict"):
-        places[name] = PLACES.get(name, name)
-        return trace.leaf("input", name)
-    return _record(trace, value, name, "", places)
-
-
-def _record(trace: Trace, value: Any, name: str, prefix: str, places: dict[str, str]) -> Any:
-    parts: list[Any] = []
-    for key, one in value._asdict().items():
-        if hasattr(one, "_asdict"):
-            parts.append(_record(trace, one, name, f"{prefix}{key}_", places))
-        else:
-            places[f"{name}.{prefix}{key}"] = f"{name}->{prefix}{key}"
-            parts.append(trace.leaf("input", f"{name}.{prefix}{key}"))
-    return type(value)(*parts)
+def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: str = "") -> Any:
+    """A record of leaves, or one, by the names that C has for them; ``part`` is within a record."""
+    if hasattr(value, "_asdict"):
+        head = f"{part}_" if part else ""
+        items = value._asdict().items()
+        return type(value)(*(_nodes(trace, x, name, places, head + key) for key, x in items))
+    leaf = f"{name}.{part}" if part else name
+    places[leaf] = f"{name}->{part}" if part else PLACES.get(name, name)
+    return trace.leaf("input", leaf)
 
 
 #: Where the numbers of a step are that lie in an array.

@@ -8,7 +8,7 @@ from hfc_design.codegen.st import Variable
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
 from hfc_design.formats.code import Flat, c_name
-from hfc_design.formats.flash.folder import page_of_axes
+from hfc_design.formats.deployment.folder import page_of_axes
 from hfc_design.formats.st import CLASH, FunctionBlock, block_of, with_vectors
 from hfc_design.formats.writing import Content, Format
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from hfc_design.codegen.recorded import STARTED
 from hfc_design.controllers.kind import ControllerRecord, needed
-from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import laws
@@ -20,9 +19,47 @@ class Member(NamedTuple):
     """Numbers in the state of C code."""
 
     name: str
-    size: int = 0  # of an array; 0: it is none
-    what: str = ""  # for people
-    whole: bool = False  # whether it is a truth
+    size: int  # of an array; 0: it is none
+    what: str  # for people
+    whole: bool  # whether it is a truth
+    learnt: bool
+    first: int = 0  # its place among the numbers that are saved
+
+    @property
+    def length(self) -> int:
+        """How many numbers it is."""
+        return self.size or 1
+
+    @property
+    def at(self) -> str:
+        """Its places among the numbers that are saved."""
+        last = f" to {self.first + self.length - 1}" if self.length > 1 else ""
+        return f"{self.first}{last}"
+
+
+class Saved(NamedTuple):
+    """What is saved of a state: what is learnt, then the rest."""
+
+    members: list[Member]
+    learnt: int  # numbers of what is learnt
+    numbers: int  # all of them
+
+
+def saved(design: Design) -> Saved:
+    """What ``NAME_save`` of a design's code writes."""
+    law, learnt = laws.recorded_law(design), laws.learnt(design)
+    members: list[Member] = []
+    for k, field in enumerate(law.fields):
+        if law.started and law.started[1] == k:
+            what = "whether there was a sample before"
+            members.append(Member(STARTED, 0, what, whole=True, learnt=False))
+        what = " x ".join(map(str, field.shape)) if len(field.shape) > 1 else ""
+        size = field.size if field.shape else 0
+        members.append(Member(field.name, size, what, whole=False, learnt=field.name in learnt))
+    members.sort(key=lambda member: not member.learnt)
+    firsts = [*accumulate((member.length for member in members), initial=0)]
+    placed = [member._replace(first=first) for member, first in zip(members, firsts, strict=False)]
+    return Saved(placed, firsts[sum(member.learnt for member in members)], firsts[-1])
 
 
 def learns(design: Design) -> bool:
@@ -32,35 +69,10 @@ def learns(design: Design) -> bool:
     return design.kind.reads is not None and bool(laws.learnt(design))
 
 
-def members(design: Design) -> tuple[list[Member], int]:
-    """What is saved, and how many members of that, the first ones, are learnt."""
-    found, names = laws.recorded_law(design), laws.learnt(design)
-    learnt: list[Member] = []
-    past: list[Member] = []
-    for k, field in enumerate(found.fields):
-        if found.started and found.started[1] == k:
-            past.append(Member(STARTED, 0, "whether there was a sample before", whole=True))
-        what = " x ".join(map(str, field.shape)) if len(field.shape) > 1 else ""
-        member = Member(field.name, field.size if field.shape else 0, what)
-        (learnt if field.name in names else past).append(member)
-    return [*learnt, *past], len(learnt)
-
-
-def values(design: Design, learning: bool = True) -> Json | None:
-    """What the templates read of the numbers that are saved.
-
-    None where nothing is learnt if that is asked for.
-    """
-    found, learnt = members(design)
-    if learning and not learnt:
-        return None
-    firsts = list(accumulate((member.size or 1 for member in found), initial=0))
-    told = []
-    for k, (first, member) in enumerate(zip(firsts, found, strict=False)):
-        last = firsts[k + 1]
-        at = f"{first}" if last == first + 1 else f"{first} to {last - 1}"
-        told.append({**member._asdict(), "first": first, "at": at, "learnt": k < learnt})
-    return {"members": told, "learnt": firsts[learnt], "numbers": firsts[-1]}
+def learning(design: Design) -> Saved | None:
+    """What is saved of what learns; None of what learns nothing."""
+    found = saved(design)
+    return found if found.learnt else None
 
 
 def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
@@ -72,29 +84,23 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         UserError: the C code learns nothing.
         ValueError: it saves another number of them.
     """
-    found = needed(values(design), design, "its C code saves nothing that it would have learnt")
-    count, known = len(numbers), [_count(design)]
+    nothing = "its C code saves nothing that it would have learnt"
+    own: Saved = needed(learning(design), design, nothing)
+    count, counts = len(numbers), [own.numbers]
     with suppress(UserError):  # it is bare code alone
-        known = [_count(connect(design)), *known]
-    if count not in (*known, found["learnt"]):
-        saved = " or, bare, ".join(map(str, dict.fromkeys(known)))
-        first = f"of which the first {found['learnt']} are learnt"
-        told = f"the C code of design {design.name} saves {saved}, {first}"
+        counts.insert(0, saved(connect(design)).numbers)
+    if count not in (*counts, own.learnt):
+        known = " or, bare, ".join(map(str, dict.fromkeys(counts)))
+        first = f"of which the first {own.learnt} are learnt"
+        told = f"the C code of design {design.name} saves {known}, {first}"
         raise ValueError(f"holds {count} numbers, but {told}")
-    parts = {}
-    for told in found["members"]:
-        if told["learnt"]:
-            first = told["first"]
-            parts[told["name"]] = np.array(numbers[first : first + (told["size"] or 1)])
-    return laws.taken(design, parts)
-
-
-def _count(design: Design) -> int:
-    """How many numbers a state has."""
-    return sum(member.size or 1 for member in members(design)[0])
+    members = (member for member in own.members if member.learnt)
+    return laws.taken(
+        design, {x.name: np.array(numbers[x.first : x.first + x.length]) for x in members}
+    )
 
 
 def size(design: Design) -> tuple[int, int]:
     """Bytes of a state in double and in float, by the usual rules of C."""
-    count = _count(design)
+    count = saved(design).numbers
     return (8 * count, 4 * count) if count else (1, 1)

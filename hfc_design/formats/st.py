@@ -7,9 +7,9 @@ from hfc_design.codegen.st import Block, literal_of, program
 from hfc_design.controllers.rules import identifier
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
-from hfc_design.formats.flash import readme
-from hfc_design.formats.flash.folder import page_of_axes, table
-from hfc_design.formats.flash.vectors import of_the_last_digit, vectors
+from hfc_design.formats.deployment import readme
+from hfc_design.formats.deployment.folder import page_of_axes, table
+from hfc_design.formats.deployment.vectors import of_the_last_digit, vectors
 from hfc_design.formats.laws import recorded_law
 from hfc_design.formats.writing import (
     RESERVED,
@@ -81,10 +81,14 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
         "literals": lambda row: ", ".join(map(literal_of, row)),
     }
     check = {
-        "check.st": rendered("flash/check.st.j2", design, **values),
+        "check.st": rendered("deployment/check.st.j2", design, **values),
         "vectors.csv": table(design, found),
     }
-    return {**files, "README.md": rendered("flash/plc.md.j2", design, **values), "check": check}
+    return {
+        **files,
+        "README.md": rendered("deployment/plc.md.j2", design, **values),
+        "check": check,
+    }
 
 
 def folder(design: Design) -> Content:

@@ -11,6 +11,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple, TypeAlias
@@ -145,8 +146,8 @@ def rule_base(design: Design) -> RuleBase:
     Raises:
         UserError: the design is of a kind without rule tables.
     """
-    found: RuleBase = needed(design.kind.rule_base, design, design.kind.no_rules)
-    return found
+    rules: RuleBase = needed(design.kind.rule_base, design, design.kind.no_rules)
+    return rules
 
 
 def rule_units(design: Design) -> list[RuleUnit]:
@@ -275,19 +276,6 @@ def rendered(template: str, design: Design, /, **values: object) -> str:
     ``x | number`` writes a float so that it reads back bit for bit, ``x | xml`` a text between
     tags, ``x | quoted`` one in an attribute.
     """
-    environment = Environment(
-        loader=FileSystemLoader(HERE / "templates"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,  # no markup, and nothing that a user wrote freely
-    )
-    environment.filters["number"] = lambda value: repr(float(value))
-    environment.filters["literal"] = literal_of
-    environment.filters |= {"plain": plain, "harmless": harmless, "xml": escape}
-    environment.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
-    environment.filters["hyphens"] = lambda name: name.replace("_", "-")
     usual = {
         "head": head(design),
         "every": design.controller.sample_time_s,
@@ -295,7 +283,25 @@ def rendered(template: str, design: Design, /, **values: object) -> str:
         "change": design.changes([design.axis])[design.axis],  # in a sample; None: any
         "command_unit": signal_units(design).get("command", ""),
     }
-    return environment.get_template(template).render(usual | values)
+    return _templates().get_template(template).render(usual | values)
+
+
+@cache
+def _templates() -> Environment:
+    """What reads the templates, each of them once."""
+    found = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # no markup, and nothing that a user wrote freely
+    )
+    found.filters |= {"literal": literal_of, "plain": plain, "harmless": harmless, "xml": escape}
+    found.filters["number"] = lambda value: repr(float(value))
+    found.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
+    found.filters["hyphens"] = lambda name: name.replace("_", "-")
+    return found
 
 
 def _tables(design: Design) -> dict[str, str]:

@@ -10,15 +10,15 @@ from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import FORMATS
-from hfc_design.formats.flash import folder as flash
+from hfc_design.formats.deployment import folder
 
 _VECTORS = {}
-_fresh = flash.vectors
+_fresh = folder.vectors
 
 
 def texts(design, to):
     """Path within the folder -> text; of a format of one file under "out". Refused is nothing."""
-    with TemporaryDirectory() as top, mock.patch.object(flash, "vectors", _remembered):
+    with TemporaryDirectory() as top, mock.patch.object(folder, "vectors", _remembered):
         out = Path(top) / "out"
         try:
             FORMATS[to].write(design, out)

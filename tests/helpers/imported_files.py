@@ -5,6 +5,8 @@ from itertools import pairwise
 
 from places import DATA
 
+from hfc_design.runtime import Controller
+
 SAMPLES = DATA / "imported"
 MAMDANI_FLL = SAMPLES / "mamdani.fll"  # shapes, hedges, or, weights; by hand
 MAMDANI_FIS = SAMPLES / "mamdani.fis"  # names that are no identifiers; by hand
@@ -80,3 +82,10 @@ def fis_text():
 
 TEXTS = {"fll": fll_text(), "fis": fis_text()}
 CHANGE = {"change": "error_change"}
+
+
+def output(design, error, change):
+    """What a design, or its runtime, commands where the error has come from error - change."""
+    runtime = design if isinstance(design, Controller) else Controller(design)
+    runtime.remember({"error": error - change})
+    return runtime.step({"error": error})

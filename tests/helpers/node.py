@@ -4,7 +4,7 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.formats.javascript import module
+from hfc_design.formats.scripts import module
 
 RUN = """
 import { initial, signals, step } from "./law.mjs";

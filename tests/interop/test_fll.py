@@ -5,37 +5,26 @@ tool drops rules that fire at less than 1e-6: against the unit without these 8e-
 itself 2e-7 with the published tables and 9e-6 with random ones, 3e-7 in the command.
 """
 
-import json
-import subprocess
-
 import numpy as np
 import pytest
-from fuzzylite_tool import in_tool
-from places import TESTS
+from fuzzylite_tool import in_python, in_tool
 from wiring import UNITS, controller_error, design, silent, unit_error
 
 from hfc_design.formats import FORMATS
-
-HERE = TESTS / "interop"
-PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 
 
 @pytest.fixture(params=["pyfuzzylite", "fuzzylite"])
 def reader(request, program, tmp_path):
     """(evaluate, firing up to which it drops a rule)."""
     if request.param == "pyfuzzylite":
-        if not PYTHON.exists():
-            pytest.skip("pyfuzzylite is not installed; make interop installs it")
-        return in_python, 0.0
+        return evaluated, 0.0
     tool = program("fuzzylite")
     return lambda *job: in_tool(tool, tmp_path / "points.fld", "fll", *job), 1e-6
 
 
-def in_python(file, row, column, points):
-    job = {"file": str(file), "inputs": {row: points[:, 0].tolist(), column: points[:, 1].tolist()}}
-    script = [str(PYTHON), str(HERE / "evaluate_fll.py")]
-    done = subprocess.run(script, input=json.dumps(job), capture_output=True, text=True, check=True)
-    return np.array(json.loads(done.stdout))
+def evaluated(file, row, column, points):
+    inputs = {row: points[:, 0].tolist(), column: points[:, 1].tolist()}
+    return np.array(in_python("evaluate_fll.py", file=str(file), inputs=inputs))
 
 
 @pytest.mark.parametrize("name", UNITS)

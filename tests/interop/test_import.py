@@ -5,23 +5,16 @@ evalfis 1e-14. And the deviation
 that an import prints is that of the design from the program itself.
 """
 
-import json
-import subprocess
-
 import numpy as np
 import pytest
-from fuzzylite_tool import in_tool
-from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, SHARED, SHARED_SIGNALS
-from places import TESTS
+from fuzzylite_tool import in_python, in_tool
+from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, SHARED, SHARED_SIGNALS, output
 
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.formats.reading import fis as any_fis
 from hfc_design.formats.reading import fll as any_fll
-from hfc_design.runtime import Controller
 
-HERE = TESTS / "interop"
-PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 FLL_SIGNALS = {"level": "error", "rate": "error_change"}
 FIS_SIGNALS = {"Position error": "error", "d/dt error": "error_change"}
 DEFUZZIFIERS = ["Centroid 200", "Centroid", "Bisector 150"]
@@ -34,24 +27,9 @@ def random_points(base, count):
     return np.stack([random.uniform(v.low, v.high, count) for v in base.inputs], axis=1)
 
 
-def in_python(file, points, names=FLL_SIGNALS, script="evaluate_fll.py"):
-    if not PYTHON.exists():
-        pytest.skip("pyfuzzylite is not installed; make interop installs it")
-    job = {"file": str(file), "inputs": dict(zip(names, points.T.tolist(), strict=True))}
-    job |= {"texts": [file.read_text()], "points": [points.T.tolist()]}
-    command = [str(PYTHON), str(HERE / script)]
-    done = subprocess.run(
-        command, input=json.dumps(job), capture_output=True, text=True, check=True
-    )
-    return np.array(json.loads(done.stdout)).ravel()
-
-
-def described(file):
-    if not PYTHON.exists():
-        pytest.skip("pyfuzzylite is not installed; make interop installs it")
-    script = [str(PYTHON), str(HERE / "describe_fll.py"), str(file)]
-    done = subprocess.run(script, capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+def evaluated(file, points, names=FLL_SIGNALS):
+    inputs = dict(zip(names, points.T.tolist(), strict=True))
+    return np.array(in_python("evaluate_fll.py", file=str(file), inputs=inputs))
 
 
 @pytest.mark.parametrize("name", ["fll", "fis"])
@@ -59,23 +37,19 @@ def test_pyfuzzylite_reads_the_names_and_ranges_that_were_imported(name, tmp_pat
     design = imported(SHARED[name], Wish(signals=SHARED_SIGNALS))
     FORMATS["fll"].write(design, tmp_path / "out")
     (again,) = (tmp_path / "out").glob("*.fll")
-    found, wanted = described(again), described(SHARED["fll"])
+    found, wanted = (in_python("describe_fll.py", file) for file in (again, SHARED["fll"]))
     if name == "fis":  # which has another one
         assert found["variables"]["drift"]["range"] == [-4.0, 4.0]
         wanted["variables"]["drift"]["range"] = [-4.0, 4.0]
     assert found == wanted
     points = np.random.default_rng(6).uniform(-6.0, 6.0, (300, 2)) * [4.0, 1.0]
-    read = [in_python(file, points, SHARED_SIGNALS) for file in (again, SHARED["fll"])]
+    read = [evaluated(file, points, SHARED_SIGNALS) for file in (again, SHARED["fll"])]
     assert np.abs(read[0] - read[1]).max() <= 1e-14
     assert np.abs(outputs(design, points) - read[1]).max() <= 1e-13
 
 
 def outputs(design, points):
-    runtime, found = Controller(design), []
-    for error, change in points.tolist():
-        runtime.remember({"error": error - change})
-        found.append(runtime.step({"error": error}))
-    return np.array(found)
+    return np.array([output(design, *point) for point in points.tolist()])
 
 
 @pytest.mark.parametrize("defuzzifier", DEFUZZIFIERS)
@@ -88,7 +62,8 @@ def test_fll_as_pyfuzzylite_and_its_tool_have_it(defuzzifier, aggregation, progr
     points = random_points(base, 300)
     found = base.outputs(*points.T)
     # With degrees that differ by rounding only made equal there, see evaluate_engines.py.
-    assert np.abs(found - in_python(file, points, script="evaluate_engines.py")).max() <= 1e-12
+    job = {"texts": [file.read_text()], "points": [points.T.tolist()]}
+    assert np.abs(found - in_python("evaluate_engines.py", **job)[0]).max() <= 1e-12
     if defuzzifier.startswith("Centroid "):
         tool = program("fuzzylite")
         read = in_tool(tool, tmp_path / "points.fld", "fll", file, *FLL_SIGNALS, points)
@@ -146,6 +121,6 @@ def test_the_deviation_is_that_from_pyfuzzylite():
     told = design.provenance["sampled"]
     base = any_fll.rule_base(MAMDANI_FLL.read_text())
     points = np.array([list(told["at"].values()), *random_points(base, 3000)])
-    off = np.abs(outputs(design, points) - in_python(MAMDANI_FLL, points))
+    off = np.abs(outputs(design, points) - evaluated(MAMDANI_FLL, points))
     assert off[0] == pytest.approx(told["largest_deviation"], rel=1e-9)
     assert off.max() <= 1.02 * told["largest_deviation"]

@@ -6,9 +6,8 @@ import zipfile
 from collections.abc import Mapping
 from functools import partial
 from html import escape
-from itertools import pairwise
 from sys import float_info
-from typing import NamedTuple
+from uuid import UUID
 
 from markdown_it import MarkdownIt
 
@@ -17,7 +16,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import compiling
-from hfc_design.formats.flash import readme
+from hfc_design.formats.deployment import readme
 from hfc_design.formats.fmu.control import commands_machine
 from hfc_design.formats.fmu.description import Model, Variable, described
 from hfc_design.formats.writing import rendered
@@ -26,17 +25,8 @@ from hfc_design.formats.writing import rendered
 AROUND = ("model.h", "model.c", "slave.h", "slave.c", "export.h")
 
 
-class Version(NamedTuple):
-    """A version of FMI."""
-
-    name: str  # of its template
-    binaries: str  # folder of Linux on x86-64
-    build: bool = False  # whether the sources are listed in a file of their own
-
-
-VERSIONS = (Version("fmi2", "linux64"), Version("fmi3", "x86_64-linux", build=True))
-
-
+#: Version of FMI -> folder of a binary for Linux on x86-64.
+BINARIES = {"fmi2": "linux64", "fmi3": "x86_64-linux"}
 #: HTML in a text stays text.
 MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
 
@@ -58,53 +48,42 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
         UserError: the design is called like a file that every FMU has.
         RunError: the C compiler that is there fails.
     """
-    return {
-        f"{model.name}_{version.name}.fmu": _fmu(model, design, version) for version in VERSIONS
-    }
+    return {f"{model.name}_{version}.fmu": _fmu(model, design, version) for version in BINARIES}
 
 
-def _fmu(model: Model, design: Design, version: Version) -> bytes:
+def _fmu(model: Model, design: Design, version: str) -> bytes:
     """The archive; its token is a hash of the rest of it but for the binary."""
     documentation = page(model, design)
     sources = _sources(model, design, version, "")
     compiled = sorted(name for name in sources if name.endswith(".c"))
-    describe = partial(described, model, design, compiled, version.name)
-    token = _token(
-        [describe(""), documentation, *(f"{name} {text}" for name, text in sorted(sources.items()))]
-    )
+    describe = partial(described, model, design, compiled, version)
+    texts = [describe(""), documentation, *(f"{name} {x}" for name, x in sorted(sources.items()))]
+    digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
+    token = f"{{{UUID(digest[:32])}}}"
     sources = _sources(model, design, version, token)
     files: dict[str, str | bytes] = {"modelDescription.xml": describe(token)}
     files["documentation/index.html"] = documentation
     files |= {f"sources/{name}": text for name, text in sorted(sources.items())}
-    if version.build:
-        files["sources/buildDescription.xml"] = rendered(
-            "fmu/build.xml.j2", design, name=model.name, compiled=compiled
-        )
+    if version == "fmi3":  # version 2 lists the sources in its description
+        build = rendered("fmu/build.xml.j2", design, name=model.name, compiled=compiled)
+        files["sources/buildDescription.xml"] = build
     if binary := compiling.shared_library(sources, model.name):
-        files[f"binaries/{version.binaries}/{model.name}.so"] = binary
+        files[f"binaries/{BINARIES[version]}/{model.name}.so"] = binary
     return _archive(files)
 
 
-def _token(texts: list[str]) -> str:
-    """A hash in the form of a GUID."""
-    digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
-    ends = (0, 8, 12, 16, 20, 32)
-    parts = [digest[begin:end] for begin, end in pairwise(ends)]
-    return "{" + "-".join(parts) + "}"
-
-
-def _sources(model: Model, design: Design, version: Version, token: str) -> dict[str, str]:
+def _sources(model: Model, design: Design, version: str, token: str) -> dict[str, str]:
     """Every C file, with the token in it."""
     values = {
         "token": token,
-        "version": version.name,
+        "version": version,
         "variables": list(map(_in_c, model.variables)),
         "at": {x.name: f"values[{k}]" for k, x in enumerate(model.variables)},
         "body": model.body,
         **model.values,
         "every": model.every,
     }
-    names = (*AROUND, f"{version.name}.c")
+    names = (*AROUND, f"{version}.c")
     if taken := model.sources.keys() & set(names):
         told = f"an FMU has a {min(taken)} of its own"
         raise UserError(f"design {design.name}: {told}; give the design another name")

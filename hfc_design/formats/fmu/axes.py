@@ -18,143 +18,13 @@ from hfc_design.formats.fmu.control import commands_machine, part, path_variable
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
 from plants import Drive
 
+#: What a loop tells of the sample that it has just done.
+MOMENTS = {
+    "command": "that acted on the drive in the sample before",
+    "error": "by the machine's own scale at the start of the sample before",
+}
 #: Of which the sign is tried that a parameter may have.
 TINY = 1e-9
-
-
-def head_of(axis: Axis, axes: list[Axis]) -> str:
-    """What the names of an axis' variables begin with; nothing where there is one."""
-    return f"{axis.name}." if len(axes) > 1 else ""
-
-
-def axis_of(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
-    """What the template reads of an axis, and its parameters and states."""
-    drive, own = axis.drive, plant_code.name_of(axis.drive)
-    units = plant_code.state_units(drive)
-    parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
-    states = {f"{head}state.{name}": name for name in units}
-    starts = {f"{head}start.{name}": name for name in units}
-    told: Json = {
-        "k": k,
-        "plant": own,
-        "parameters": list(parameters.values()),
-        "states": states,
-        "starts": starts,
-        "load": f"{head}load",
-        "state": [f"{own}_state axis_{k}"],
-        "delayed": False,
-        "moments": [],
-        "readings": {},
-    }
-    variables = [_parameter(drive, x, name, axis) for x, name in parameters.items()]
-    for name, field in starts.items():
-        begun, unit = float(getattr(start, field)), units[field]
-        what = f"{_words(field)} before the first sample"
-        variables.append(Variable(name, "parameter", unit, what, begun, fixed=True))
-    for name, field in states.items():
-        variables.append(Variable(name, "output", units[field], f"{_words(field)} as it is"))
-    return told, variables
-
-
-def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
-    """A parameter of the plant, which may be negative or positive where the drive says so."""
-    value = float(getattr(axis.parameters, key))
-    unit = drive.parameter_units.get(key, "")
-    found = Variable(name, "parameter", unit, f"{_words(key)} of the {drive.name}", value)
-    least = LEAST if drive.fault({key: 0.0}) else 0.0
-    if value >= 0.0 and drive.fault({key: -TINY}):
-        return found._replace(lowest=least)
-    if value <= 0.0 and drive.fault({key: TINY}):
-        return found._replace(highest=0.0 - least)
-    return found
-
-
-def load_of(drive: Drive, head: str) -> Variable:
-    """The load of an axis, an input."""
-    what = "against positive motion, held for a sample"
-    return Variable(f"{head}load", "input", drive.units["load"], what)
-
-
-def reading_of(drive: Drive, head: str, name: str, unit: str) -> Variable:
-    """What a drive tells of itself, an output."""
-    what = drive.meanings.get(name, f"{_words(name)}, as the drive's sensors read it")
-    return Variable(f"{head}{name}", "output", unit, what)
-
-
-def followed(drive: Drive, head: str, reads: list[str]) -> list[Variable]:
-    """What a loop follows."""
-    units = units_of(drive.units)
-    told = {name: what for name, what in FOLLOWED.items() if name in reads or name == "reference"}
-    return [Variable(f"{head}{x}", "input", units[x], what) for x, what in told.items()]
-
-
-def moments(drive: Drive, head: str) -> list[Variable]:
-    """What a loop tells of the sample that it has just done."""
-    what = "that acted on the drive in the sample before"
-    error = "by the machine's own scale at the start of the sample before"
-    return [
-        Variable(f"{head}command", "output", drive.units["command"], what, discrete=True),
-        Variable(f"{head}error", "output", drive.units["error"], error, discrete=True),
-    ]
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def sensing(
-    scenario: Scenario, axis: Axis, head: str, reads: list[str]
-) -> tuple[Json, list[Variable]]:
-    """What the template gives a controller that ``reads`` an axis, and the noise of its sensors.
-
-    Raises:
-        UserError: the converter delays by a part of a sample, or has a lag.
-    """
-    wanted, limits, drive = (
-        scenario.sensors.of(axis.name),
-        scenario.limits.of(axis.name),
-        axis.drive,
-    )
-    if limits.delay_samples not in (0.0, 1.0) or limits.lag_s:
-        raise UserError(
-            f"scenario {scenario.name}: limits.delay_samples must be 0 or 1 and limits.lag_s 0 in "
-            f"an FMU of a machine (got {limits.delay_samples:g} and {limits.lag_s:g})"
-        )
-    units = drive.units | plant_code.state_units(drive)
-    deviations = dict.fromkeys(drive.encoders, wanted.noise)
-    deviations |= {name: own.noise for name, own in wanted.readings.items()}
-    found = {
-        name: Variable(
-            f"{head}noise.{name}",
-            "input",
-            units[name],
-            f"added to what is measured, of standard deviation {off:g} in the scenario",
-        )
-        for name, off in deviations.items()
-        if off
-    }
-
-    def given(name: str) -> Json:
-        """The place in C, and the variable that is added to that."""
-        if name in SWITCHES:
-            return {"place": "1.0" if name == "enable" else "0.0", "variable": ""}
-        if name in FOLLOWED:
-            return {"place": "", "variable": f"{head}{name}"}
-        place = f"{'signals' if name in measured_apart(drive) else 'seen'}.{name}"
-        return {"place": place, "variable": found[name].name if name in found else ""}
-
-    values = {
-        "inputs": [given(name) for name in reads],
-        "delayed": limits.delay_samples > 0,
-        "position": given(drive.seen[0]),
-        "reference": f"{head}reference",
-        "turn": wanted.turn,
-        "moments": [f"{head}command", f"{head}error"],
-    }
-    return values, [*found.values()]
-
-
-STAYS = "the machine and its control stay as they were"
 
 
 def plant(design: Design) -> Model:
@@ -164,26 +34,24 @@ def plant(design: Design) -> Model:
         UserError: there is no C of it, or the scenario of the design cannot be read.
     """
     scenario, axes = _machine(design)
-    variables, told = [TIME], []
+    variables, parts = [TIME], []
     for k, axis in enumerate(axes):
-        head, drive = head_of(axis, axes), axis.drive
+        head, drive = _head(axis, axes), axis.drive
+        part, of_axis = _axis(k, axis, head, drive.initial_state(0.0))
         states = plant_code.state_units(drive)
         others = [name for name in plant_code.signals(drive) if name not in states]
-        places = {f"{head}{name}": f"seen.{name}" for name in states}
-        places |= {f"{head}{name}": f"signals.{name}" for name in others}
-        own, of_axis = axis_of(k, axis, head, drive.initial_state(0.0))
-        meaning = drive.meanings.get("command", "what the drive is to do")
+        places = dict.fromkeys(states, "seen") | dict.fromkeys(others, "signals")
         units = drive.units | states
-        variables += [
-            Variable(f"{head}command", "input", units["command"], meaning),
-            load_of(drive, head),
-            *of_axis,
-            *(reading_of(drive, head, name, units[name]) for name in (*states, *others)),
-        ]
-        told.append(own | {"readings": places, "command": f"{head}command"})
+        meaning = drive.meanings.get("command", "what the drive is to do")
+        variables.append(Variable(f"{head}command", "input", units["command"], meaning))
+        variables += [_load(drive, head), *of_axis]
+        for name in places:
+            what = drive.meanings.get(name, f"{_words(name)}, as the drive's sensors read it")
+            variables.append(Variable(f"{head}{name}", "output", units[name], what))
+        readings = {f"{head}{name}": f"{record}.{name}" for name, record in places.items()}
+        parts.append(part | {"readings": readings, "command": f"{head}command"})
     what = f"plant {design.plant.name} of the design {design.name}"
-    values: Json = {"axes": told, "controllers": []}
-    return _model(f"{code.c_name(design)}_plant", what, scenario, axes, design, variables, values)
+    return _model("plant", what, scenario, axes, design, variables, {"axes": parts})
 
 
 def loop(design: Design) -> Model:
@@ -194,41 +62,141 @@ def loop(design: Design) -> Model:
     """
     scenario, axes = _machine(design)
     states = started(scenario.machine, scenario.start, scenario.places)
-    parts, files = _controllers(design, scenario, axes)
+    controllers, files = _controllers(design, scenario, axes)
     whole = commands_machine(design)
     path = path_variables(design)[:3]
-    variables, told = [TIME, *path], []
+    variables, parts = [TIME, *path], []
     for k, axis in enumerate(axes):
-        head, law = head_of(axis, axes), parts[0 if whole else k]
-        own, of_axis = axis_of(k, axis, head, states[k])
-        sensed, noises = sensing(scenario, axis, head, law["reads"])
-        variables += followed(axis.drive, head, law["reads"])
-        variables += [load_of(axis.drive, head), *noises, *of_axis, *moments(axis.drive, head)]
-        told.append(own | sensed | {"controller": law})
-    values: Json = {"axes": told, "controllers": parts, "whole": None}
+        head, drive, law = _head(axis, axes), axis.drive, controllers[0 if whole else k]
+        part, of_axis = _axis(k, axis, head, states[k])
+        sensed, noises = _sensing(scenario, axis, head, law["reads"])
+        units = units_of(drive.units)
+        followed = [x for x in FOLLOWED if x in law["reads"] or x == "reference"]
+        variables += [Variable(f"{head}{x}", "input", units[x], FOLLOWED[x]) for x in followed]
+        variables += [_load(drive, head), *noises, *of_axis]
+        for name, what in MOMENTS.items():
+            one = Variable(f"{head}{name}", "output", drive.units[name], what, discrete=True)
+            variables.append(one)
+        moments = [f"{head}{name}" for name in MOMENTS]
+        parts.append(part | sensed | {"controller": law, "moments": moments})
+    values: Json = {"axes": parts, "controllers": controllers}
     if whole:
-        values["whole"] = {"name": parts[0]["name"], "path": [x.name for x in path]}
+        values["whole"] = {"name": controllers[0]["name"], "path": [x.name for x in path]}
     what = f"closed loop of the design {design.name} and its plant {design.plant.name}"
-    name = f"{code.c_name(design)}_loop"
-    model = _model(name, what, scenario, axes, design, variables, values)
+    model = _model("loop", what, scenario, axes, design, variables, values)
     return model._replace(sources=files | model.sources)
 
 
 def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
     """What a design was made for, in its first motion, and its axes as they are fed back."""
     every = design.controller.sample_time_s
-    found = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
-    scenario = with_converter(found, design).each_motion()[0]
-    own = machine(design, scenario)
-    pairs = zip(own.each(), scenario.machine.drives, strict=True)
+    own = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
+    scenario = with_converter(own, design).each_motion()[0]
+    pairs = zip(machine(design, scenario).each(), scenario.machine.drives, strict=True)
     axes = [axis._replace(drive=drive) for axis, drive in pairs]
     for axis in axes:
         plant_code.check(axis.drive, design)
     return scenario, axes
 
 
+def _head(axis: Axis, axes: list[Axis]) -> str:
+    """What the names of an axis' variables begin with; nothing where there is one."""
+    return f"{axis.name}." if len(axes) > 1 else ""
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _load(drive: Drive, head: str) -> Variable:
+    what = "against positive motion, held for a sample"
+    return Variable(f"{head}load", "input", drive.units["load"], what)
+
+
+def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
+    """What the template reads of an axis, and its parameters and states."""
+    drive, units = axis.drive, plant_code.state_units(axis.drive)
+    parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
+    starts = {f"{head}start.{name}": name for name in units}
+    states = {f"{head}state.{name}": name for name in units}
+    variables = [_parameter(drive, x, name, axis) for x, name in parameters.items()]
+    for name, field in starts.items():
+        value, what = float(getattr(start, field)), f"{_words(field)} before the first sample"
+        variables.append(Variable(name, "parameter", units[field], what, value, fixed=True))
+    for name, field in states.items():
+        variables.append(Variable(name, "output", units[field], f"{_words(field)} as it is"))
+    part: Json = {
+        "k": k,
+        "plant": plant_code.name_of(drive),
+        "parameters": list(parameters.values()),
+        "states": states,
+        "starts": starts,
+        "load": f"{head}load",
+        "delayed": False,
+        "moments": [],
+        "readings": {},
+    }
+    return part, variables
+
+
+def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
+    """A parameter of the plant, which may be negative or positive where the drive says so."""
+    value = float(getattr(axis.parameters, key))
+    unit, what = drive.parameter_units.get(key, ""), f"{_words(key)} of the {drive.name}"
+    found = Variable(name, "parameter", unit, what, value)
+    least = LEAST if drive.fault({key: 0.0}) else 0.0
+    if value >= 0.0 and drive.fault({key: -TINY}):
+        return found._replace(lowest=least)
+    if value <= 0.0 and drive.fault({key: TINY}):
+        return found._replace(highest=0.0 - least)
+    return found
+
+
+def _sensing(
+    scenario: Scenario, axis: Axis, head: str, reads: list[str]
+) -> tuple[Json, list[Variable]]:
+    """What the template gives a controller that ``reads`` an axis, and the noise of its sensors.
+
+    Raises:
+        UserError: the converter delays by a part of a sample, or has a lag.
+    """
+    drive, sensors = axis.drive, scenario.sensors.of(axis.name)
+    limits = scenario.limits.of(axis.name)
+    if limits.delay_samples not in (0.0, 1.0) or limits.lag_s:
+        raise UserError(
+            f"scenario {scenario.name}: limits.delay_samples must be 0 or 1 and limits.lag_s 0 in "
+            f"an FMU of a machine (got {limits.delay_samples:g} and {limits.lag_s:g})"
+        )
+    units = drive.units | plant_code.state_units(drive)
+    deviations = dict.fromkeys(drive.encoders, sensors.noise)
+    deviations |= {name: reading.noise for name, reading in sensors.readings.items()}
+    noises = {}
+    for name, deviation in deviations.items():
+        if deviation:
+            what = f"added to what is measured, of standard deviation {deviation:g} in the scenario"
+            noises[name] = Variable(f"{head}noise.{name}", "input", units[name], what)
+
+    def given(name: str) -> Json:
+        """The place in C, and the variable that is added to that."""
+        if name in SWITCHES:
+            return {"place": "1.0" if name == "enable" else "0.0", "variable": ""}
+        if name in FOLLOWED:
+            return {"place": "", "variable": f"{head}{name}"}
+        place = f"{'signals' if name in measured_apart(drive) else 'seen'}.{name}"
+        return {"place": place, "variable": noises[name].name if name in noises else ""}
+
+    values = {
+        "inputs": [given(name) for name in reads],
+        "delayed": limits.delay_samples > 0,
+        "position": given(drive.seen[0]),
+        "reference": f"{head}reference",
+        "turn": sensors.turn,
+    }
+    return values, [*noises.values()]
+
+
 def _model(
-    name: str,
+    part: str,
     what: str,
     scenario: Scenario,
     axes: list[Axis],
@@ -241,36 +209,28 @@ def _model(
     sources: dict[str, str] = {}
     for drive in names.values():
         sources |= plant_code.sources(drive, design)
-    coupled: list[str] = []
+    step: list[str] = []  # of axes that act on one another
     if scenario.machine.forces is not None:
         both = plant_code.coupled(scenario.machine, design)
-        coupled = [file.removesuffix(".h") for file in both if file.endswith(".h")]
+        step = [file.removesuffix(".h") for file in both if file.endswith(".h")]
         sources |= both
-    controllers = values["controllers"]
-    files = [
-        f"{own}.h" for own in (*names, *coupled, *dict.fromkeys(x["name"] for x in controllers))
-    ]
+    controllers: list[Json] = values.get("controllers", [])
+    headers = [*names, *step, *dict.fromkeys(x["name"] for x in controllers)]
     state = [f"{x['name']}_state {x['member']}" for x in controllers]
-    for own in values["axes"]:
-        state += own.pop("state")
-    model = Model(
-        "loop" if controllers else "plant",
-        name,
-        what,
-        design.controller.sample_time_s,
-        variables,
-        sources,
-        "fmu/machine.c.j2",
-        {
-            **values,
-            "headers": files,
-            "state": state,
-            "faulty": STAYS,
-            "substeps": scenario.simulation.substeps,
-            "coupled": coupled[0] if coupled else "",
-        },
-    )
-    return model._replace(values=model.values | {"inputs": model.of("input")})
+    state += [f"{x['plant']}_state axis_{x['k']}" for x in values["axes"]]
+    every, name = design.controller.sample_time_s, f"{code.c_name(design)}_{part}"
+    values = {
+        "whole": None,
+        **values,
+        "controllers": controllers,
+        "headers": [f"{name}.h" for name in headers],
+        "state": state,
+        "faulty": "the machine and its control stay as they were",
+        "substeps": scenario.simulation.substeps,
+        "coupled": "".join(step),
+        "inputs": [x.name for x in variables if x.causality == "input"],
+    }
+    return Model(part, name, what, every, variables, sources, "fmu/machine.c.j2", values)
 
 
 def _controllers(

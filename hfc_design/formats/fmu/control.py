@@ -71,7 +71,7 @@ def controller(design: Design) -> Model:
 def part(design: Design, member: str) -> Json:
     """What the templates read of a controller, which is a member of the model's state."""
     own = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
-    return own | {"saved": saving.values(design, learning=False)}
+    return own | {"saved": saving.saved(design)}
 
 
 def path_variables(design: Design) -> list[Variable]:

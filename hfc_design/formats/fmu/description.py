@@ -57,10 +57,6 @@ class Model(NamedTuple):
     body: str  # template of ``model_begin`` and ``model_step``
     values: Json  # what that reads
 
-    def of(self, causality: str) -> list[str]:
-        """Names of the variables of a causality."""
-        return [x.name for x in self.variables if x.causality == causality]
-
 
 def described(
     model: Model, design: Design, compiled: Sequence[str], version: str, token: str

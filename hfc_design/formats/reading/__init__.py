@@ -11,7 +11,6 @@ sampled, and the largest deviation told.
 import hashlib
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Callable
 from os.path import isdir
 from pathlib import Path
 
@@ -22,22 +21,20 @@ from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design, with_learned
 from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
-from hfc_design.formats.reading.inference import RuleBase
 from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
 from hfc_design.formats.saving import taken
 
-__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported", "left_out_told", "told"]
+__all__ = ["Wish", "assumed", "deviation_told", "imported", "left_out_told", "told"]
 
-#: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-READERS: dict[str, Callable[[dict[str, str], str | None], System]] = {
-    ".fll": lambda texts, output: fll.read(_one(texts), output),
-    ".fis": lambda texts, output: fis.read(_one(texts), output),
-    ".csv": lambda texts, _: csv_tables.read(texts),
-}
-
-#: Ending of a file -> the reader of what is sampled.
-SAMPLED = {".fll": fll, ".fis": fis}
+#: Ending of a file -> the reader of its language.
+LANGUAGES = {".fll": fll, ".fis": fis}
+#: Endings of what was learnt: numbers of ``NAME_save``, and what ``halcmd save param`` prints.
+LEARNT = (".txt", ".hal")
+#: A parameter of the component, of the axis in its name, as ``halcmd save`` writes it.
+PARAMETER = re.compile(
+    r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
+)
 
 
 def imported(path: Path, wish: Wish) -> Design:
@@ -47,9 +44,9 @@ def imported(path: Path, wish: Wish) -> Design:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
-    if ending in ENDINGS:
+    if ending in LEARNT:
         return _learned(path, ending, wish)
-    if ending not in READERS:
+    if ending not in (*LANGUAGES, ".csv"):
         known = "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"
         raise UserError(f"{path}: {known}")
     if wish.axis is not None:
@@ -62,11 +59,7 @@ def imported(path: Path, wish: Wish) -> Design:
                 found = content(file)
                 texts[file.name] = _text(found)
             digests[file.name] = hashlib.sha256(found).hexdigest()
-        sample: Json = {}
-        if (base := _rule_base(ending, texts, wish)) is not None:
-            system, sample = sampled(base, wish.terms)
-        else:
-            system = _exact(ending, texts, wish.output)
+        system, sample = _system(ending, texts, wish)
         return design_of(system, wish, path, digests, sample)
 
 
@@ -79,46 +72,36 @@ def _text(found: bytes) -> str:
     return text
 
 
-def _one(texts: dict[str, str]) -> str:
-    (text,) = texts.values()
-    return text
+def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Json]:
+    """The tables as they are, or a sample of what a file computes, and how far that is off.
 
-
-def _rule_base(ending: str, texts: dict[str, str], wish: Wish) -> RuleBase | None:
-    """What is to be sampled; None: the tables are read as they are."""
-    reader = SAMPLED.get(ending)
-    if reader is None:
+    Raises:
+        UserError, ValueError: there are none; it says if they can be sampled.
+    """
+    if ending == ".csv":
         if wish.terms:
             raise UserError("--terms: tables of .csv have as many as they have; it is for others")
         if wish.output is not None:
             raise UserError(f"--output {wish.output}: tables of .csv have one output")
-        return None
-    text = _one(texts)
-    return reader.rule_base(text, wish.output) if wish.terms or reader.is_mamdani(text) else None
-
-
-def _exact(ending: str, texts: dict[str, str], output: str | None) -> System:
-    """The tables as they are; ValueError: they are none, which says if they can be sampled."""
+        return csv_tables.read(texts), {}
+    (text,) = texts.values()
+    reader = LANGUAGES[ending]
+    if wish.terms or reader.is_mamdani(text):
+        return sampled(reader.rule_base(text, wish.output), wish.terms)
     try:
-        return READERS[ending](texts, output)
+        return reader.read(text, wish.output), {}
     except ValueError as fault:
-        if _can_be_sampled(ending, texts, output):
-            told = "with --terms 7 it is sampled into triangles, and how far they are off is told"
-            raise ValueError(f"{fault}; {told}") from None
-        raise
-
-
-def _can_be_sampled(ending: str, texts: dict[str, str], output: str | None) -> bool:
-    """Whether it says one thing of everything; what says two of the same is a mistake."""
-    if ending not in SAMPLED:
-        return False
-    try:
-        base = SAMPLED[ending].rule_base(_one(texts), output)
-        sampled(base, None)
-    except ValueError:
-        return False
-    conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
-    return all(one not in conditions[:k] for k, one in enumerate(conditions))
+        try:
+            base = reader.rule_base(text, wish.output)
+            sampled(base, None)
+        except ValueError:
+            raise fault from None
+        # What says two things of the same is a mistake.
+        conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
+        if any(one in conditions[:k] for k, one in enumerate(conditions)):
+            raise
+        told = "with --terms 7 it is sampled into triangles, and how far they are off is told"
+        raise ValueError(f"{fault}; {told}") from None
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
@@ -135,17 +118,8 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
         found = content(path)
         told = {"source": path.name, "sha256": hashlib.sha256(found).hexdigest()}
         design = design_that_learned(_text(found), ending, design, wish.axis, told)
-    return (
-        design if wish.name is None else design.model_copy(update={"name": checked_name(wish.name)})
-    )
-
-
-#: Ending of a file -> what it is.
-ENDINGS = {".txt": "numbers of NAME_save", ".hal": "what halcmd save param prints"}
-#: A parameter of the component, of the axis in its name, as ``halcmd save`` writes it.
-PARAMETER = re.compile(
-    r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
-)
+    names = {} if wish.name is None else {"name": checked_name(wish.name)}
+    return design.model_copy(update=names)
 
 
 def design_that_learned(

@@ -228,7 +228,6 @@ def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
     system.add(rule, (first - 1, second - 1), singletons[conclusion - 1])
 
 
-ANY = ALLOWED["fis-sampled"]
 METHODS = ("AndMethod", "OrMethod", "ImpMethod", "AggMethod", "DefuzzMethod")
 #: Places of an output at which evalfis has its degrees; degrees that differ by less are the same.
 PLACES, SAME = 101, 1e-9
@@ -249,9 +248,8 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
         ValueError: it is no .fis, or more than can be sampled.
     """
     mamdani = is_mamdani(text)
-    head, *inputs, output, rules = checked_sections(
-        text, ANY[f"System-{'mamdani' if mamdani else 'sugeno'}"], wanted
-    )
+    otherwise = ALLOWED["fis-sampled"][f"System-{'mamdani' if mamdani else 'sugeno'}"]
+    head, *inputs, output, rules = checked_sections(text, SYSTEM | otherwise, wanted)
     first, second = (_variable(section) for section in inputs)
     conclusions = [] if mamdani else [_conclusion(*term) for term in terms_in(output)]
     told = _variable(output) if mamdani else _variable(output, shaped=False)

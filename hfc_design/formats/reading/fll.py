@@ -6,6 +6,7 @@ product, weighted average, rules of weight 1. Whatever else would change the out
 """
 
 import re
+from collections.abc import Iterable, Sequence
 from math import inf, nan
 
 import numpy as np
@@ -48,10 +49,7 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 def read(text: str, wanted: str | None = None) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
     head, *inputs, output, rules = engine(text, KEYS, wanted)
-    each = ([_shape(term) for term in block.all("term")] for block in inputs)
-    first, second = (
-        input_of(x.name, *ends_of(x), own) for x, own in zip(inputs, each, strict=True)
-    )
+    first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
         found = _singleton(term)
@@ -149,19 +147,25 @@ def ends_of(block: Block) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _shape(term: Token) -> Shape:
+def _numbers(term: Token, kinds: Iterable[str]) -> tuple[Token, str, list[float]]:
+    """Label, shape and numbers of a term that has one of these shapes."""
     label, kind, rest = term.match(TERM)
-    letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
-    numbers, count = [word.edge() for word in rest.words()], len(set(letters) - {"+"})
+    count = CURVES[kind.one_of(f"shape of the term {label.text}", kinds)].needs
+    numbers = [word.edge() for word in rest.words()]
     if len(numbers) == count + 1 and numbers.pop() != 1.0:
         raise term.fault(f"term {label.text}: only the height 1 can be imported")
     if len(numbers) != count:
         raise term.fault(f"term {label.text}: a {kind.text} has {count} numbers")
-    if kind.text in GAUSSIANS:
-        numbers = [word.number() for word in rest.words()[:count]]
-    if kind.text == "Ramp" and numbers[0] >= numbers[1]:
-        letters = "--ba"  # it falls
-    return shape_of(label, kind.text, letters, numbers)
+    return label, kind.text, numbers
+
+
+def _shape(term: Token) -> Shape:
+    label, kind, numbers = _numbers(term, SHAPES)
+    if kind in GAUSSIANS:
+        for word in term.match(TERM)[2].words()[: len(numbers)]:
+            word.number()
+    falls = kind == "Ramp" and numbers[0] >= numbers[1]
+    return shape_of(label, kind, "--ba" if falls else SHAPES[kind], numbers)
 
 
 def _singleton(term: Token) -> Singleton:
@@ -180,23 +184,21 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
         )
     *pairs, target, conclusion, weight = found
     if weight.text and weight.number() != 1.0:
-        told = f"a rule of weight {weight.text} cannot be imported, only of weight 1"
-        raise rule.fault(told)
+        raise rule.fault(f"a rule of weight {weight.text} cannot be imported, only of weight 1")
     target.one_of("output of the rule", (output,))
-    for name in pairs[::2]:
-        name.place(names, "input")
-    terms = {name.text: term for name, term in zip(pairs[::2], pairs[1::2], strict=True)}
-    if sorted(terms) != sorted(names):
+    terms = {
+        name.place(names, "input"): term for name, term in zip(pairs[::2], pairs[1::2], strict=True)
+    }
+    if len(terms) < len(names):
         raise rule.fault(f"a rule has to read both inputs, {names[0]} and {names[1]}")
     first, second = (
-        terms[name].place(item.labels, f"term of {name}")
-        for name, item in zip(names, system.inputs, strict=True)
+        terms[k].place(item.labels, f"term of {names[k]}") for k, item in enumerate(system.inputs)
     )
     conclusion.place(list(singletons), f"term of {output}")
     system.add(rule, (first, second), singletons[conclusion.text])
 
 
-ANY = ALLOWED["fll-sampled"]
+ANY = {kind: keys | ALLOWED["fll-sampled"].get(kind, {}) for kind, keys in KEYS.items()}
 #: What integrates over terms with a shape, in so many places; fuzzylite's own number of these.
 INTEGRALS = [name for name in inference.DEFUZZIFIERS if name[0].isupper()]
 PLACES, MOST_PLACES = 1000, 10_000
@@ -234,12 +236,10 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     kinds = {} if shaped else _kinds(told, more, output)
     conclusions = [] if shaped else [_conclusion(term, kinds) for term in output.all("term")]
     count = _count(told, [word.text for word in more]) if shaped else 0
-    by = (
-        rules.get("conjunction").text,
-        rules.get("disjunction", "none").text,
-        rules.get("implication", "none").text,
-        output.get("aggregation", "none").text,
+    conjunction, disjunction, implication = (
+        rules.get(key, "none").text for key in ("conjunction", "disjunction", "implication")
     )
+    by = conjunction, disjunction, implication, output.get("aggregation", "none").text
     if shaped and "none" in by[2:]:
         raise told.fault(f"{name.text} needs an implication and an aggregation, not none")
     shares: Floats = np.ones(count)
@@ -252,8 +252,7 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
         raise output.get("range").fault("lock-range = true of a range that falls")
     limits = (result.low, result.high) if locked else (-inf, inf)
     methods = inference.Methods(*by, name.text, places, shares, number, limits)
-    variables = (*inputs, result)
-    found = [_rule(rule, variables, by) for rule in rules.all("rule")]
+    found = [_rule(rule, (*inputs, result), by) for rule in rules.all("rule")]
     if not found:
         raise rules.name.fault("there is no rule")
     base = RuleBase(head.name.text, inputs, result, found, methods, conclusions)
@@ -299,18 +298,12 @@ def _variable(block: Block, shaped: bool = True) -> Variable:
 
 
 def _term(term: Token, shaped: bool) -> Term:
-    label, kind, rest = term.match(TERM)
     if not shaped:
-        return Term(label, np.ones_like, [])
-    curve = CURVES[kind.one_of(f"shape of the term {label.text}", CURVES)]
-    numbers = [word.edge() for word in rest.words()]
-    if len(numbers) == curve.needs + 1 and numbers.pop() != 1.0:
-        raise term.fault(f"term {label.text}: only the height 1 can be imported")
-    if len(numbers) != curve.needs:
-        raise term.fault(f"term {label.text}: a {kind.text} has {curve.needs} numbers")
-    if kind.text == "Ramp" and numbers[0] == numbers[1]:
+        return Term(term.match(TERM)[0], np.ones_like, [])
+    label, kind, numbers = _numbers(term, CURVES)
+    if kind == "Ramp" and numbers[0] == numbers[1]:
         raise term.fault(f"term {label.text}: a Ramp has to rise or to fall")
-    return inference.term_of(label, curve, numbers)
+    return inference.term_of(label, CURVES[kind], numbers)
 
 
 def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
@@ -328,7 +321,7 @@ def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
     return inference.plane(*[0.0, 0.0, *numbers][-3:])
 
 
-def _rule(rule: Token, variables: tuple[Variable, ...], by: tuple[str, ...]) -> Rule:
+def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Rule:
     if not (found := rule.match(SAMPLED_RULE)):
         told = "is no rule, which is if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
         raise rule.fault(f"{rule.text[:60]!r} {told}")
@@ -344,7 +337,7 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: tuple[str, ...]) -> 
     return Rule(_condition(condition, inputs, by), term, [], number)
 
 
-def _condition(told: Token, inputs: list[Variable], by: tuple[str, ...]) -> list[Clause | str]:
+def _condition(told: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
     """Clauses, "and" and "or" behind what they join; "and" comes before "or"."""
     found: list[Clause | str] = []
     waiting, words, before = ["("], [], ""
@@ -381,8 +374,10 @@ def _clause(told: Token, inputs: list[Variable]) -> Clause:
 def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:
     """Place of a term, and the hedges before it, the nearest first."""
     *hedges, label = text.words()
+    place = 0
     if label.text == "any":  # which stands without a term
-        return 0, [hedge.one_of("hedge", inference.HEDGES) for hedge in (label, *reversed(hedges))]
-    labels = [term.label.text for term in variable.terms]
-    place = label.place(labels, f"term of {variable.name.text}")
+        hedges.append(label)
+    else:
+        labels = [term.label.text for term in variable.terms]
+        place = label.place(labels, f"term of {variable.name.text}")
     return place, [hedge.one_of("hedge", inference.HEDGES) for hedge in reversed(hedges)]

@@ -166,16 +166,11 @@ def straight(values: Floats, centres: Floats) -> Floats:
     return np.stack([np.interp(values, centres, unit) for unit in np.eye(len(centres))], axis=1)
 
 
-class Sampled(NamedTuple):
-    """A table and how far it is from what it was made of."""
-
-    system: System
-    told: Json  # for the design's provenance
-
-
 @np.errstate(over="ignore", invalid="ignore")  # of any number in a file
-def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
+def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Json]:
     """The table with ``wanted`` terms of each input, or as many as the file has.
+
+    With it what a design's provenance says of how far it is from what it was made of.
 
     Raises:
         ValueError: a range is not finite, or there are values for which no rule fires.
@@ -206,7 +201,7 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
     system = System(base.name, inputs, output, {}, notes=base.notes)
     for i, j in product(range(len(x)), range(len(y))):
         system.add(base.output.name, (i, j), Singleton("", float(table[i, j])))
-    return Sampled(system, told)
+    return system, told
 
 
 def deviation_told(told: Json, chosen: bool) -> str:

@@ -14,8 +14,8 @@ from node import in_node
 from structured_text import FunctionBlock
 
 from hfc_design.formats import FORMATS, code
-from hfc_design.formats.flash.vectors import vectors
-from hfc_design.formats.matlab import function
+from hfc_design.formats.deployment.vectors import vectors
+from hfc_design.formats.scripts import function
 from hfc_design.formats.st import text_of
 from hfc_design.formats.writing import write
 

@@ -9,7 +9,7 @@ from node import in_node
 from random_designs import MADE, design_of, of_the_runtime, samples_of
 
 from hfc_design.formats import code
-from hfc_design.formats.javascript import module
+from hfc_design.formats.scripts import module
 
 SEEDS = range(6)
 #: Kinds that call exp or tanh, which engines have of their own.

@@ -189,9 +189,9 @@ def test_half_a_motion_and_the_rest_in_another_process(name, built, tmp_path):
     controller, _ = of_the_runtime(design, samples)
     numbers = np.fromfile(end)
     found = saving.taken(design, numbers.tolist())
-    assert found == saving.taken(design, numbers[: saving.values(design)["learnt"]].tolist())
-    ours = saving.values(with_learned(design, found, {}))
-    assert ours == saving.values(design)  # the same sizes
+    assert found == saving.taken(design, numbers[: saving.saved(design).learnt].tolist())
+    ours = saving.saved(with_learned(design, found, {}))
+    assert ours == saving.saved(design)  # the same sizes
     samples = happenings(design, 50)
     _, one = of_the_runtime(with_learned(design, found, {}), samples)
     _, other = of_the_runtime(controller.learned(), samples)

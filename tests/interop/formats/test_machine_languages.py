@@ -9,7 +9,7 @@ from structured_text import FunctionBlock
 from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 
 from hfc_design.formats.code import flat
-from hfc_design.formats.matlab import function
+from hfc_design.formats.scripts import function
 from hfc_design.formats.st import text_of
 
 COUNT = 150

@@ -8,7 +8,7 @@ import pytest
 from random_designs import MADE, design_of, of_the_runtime, samples_of
 
 from hfc_design.formats import code
-from hfc_design.formats.matlab import function
+from hfc_design.formats.scripts import function
 
 
 @pytest.mark.parametrize("kind", MADE)

@@ -9,7 +9,7 @@ from structured_text import FunctionBlock
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats import code, laws
-from hfc_design.formats.matlab import function
+from hfc_design.formats.scripts import function
 from hfc_design.formats.st import text_of
 
 

@@ -4,20 +4,15 @@ Of 500 engines none differs, at most by 4e-15 of the largest output; of 300 syst
 Octave half a minute, none either, at most by 3e-15. The suite draws fewer systems.
 """
 
-import json
-import subprocess
 from random import Random
 
 import numpy as np
-import pytest
-from places import TESTS
+from fuzzylite_tool import in_python
 from random_fuzzy import fis, fll
 
 from hfc_design.formats.reading import fis as any_fis
 from hfc_design.formats.reading import fll as any_fll
 
-HERE = TESTS / "interop"
-PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 #: Octave takes 24 ms a point.
 ENGINES, SYSTEMS = 500, 20
 
@@ -51,19 +46,11 @@ def differing(found, wanted):
     ]
 
 
-def in_pyfuzzylite(found):
-    texts, points, _ = zip(*found, strict=True)
-    job = {"texts": texts, "points": [each.T.tolist() for each in points]}
-    script = [str(PYTHON), str(HERE / "evaluate_engines.py")]
-    done = subprocess.run(script, input=json.dumps(job), capture_output=True, text=True, check=True)
-    return [np.array(row, dtype=float) for row in json.loads(done.stdout)]
-
-
 def test_engines_are_those_of_pyfuzzylite():
-    if not PYTHON.exists():
-        pytest.skip("pyfuzzylite is not installed; make interop installs it")
     found = drawn(fll, any_fll.rule_base, ENGINES, 25)
-    assert not differing(found, in_pyfuzzylite(found))
+    texts, points, _ = zip(*found, strict=True)
+    rows = in_python("evaluate_engines.py", texts=texts, points=[x.T.tolist() for x in points])
+    assert not differing(found, [np.array(row, dtype=float) for row in rows])
 
 
 def test_systems_are_those_of_octave(octave, tmp_path):

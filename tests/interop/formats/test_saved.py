@@ -78,7 +78,7 @@ def test_half_a_motion_and_the_rest_in_another_process(name, program, tmp_path):
     # Back on the PC: the record that the runtime has learnt.
     numbers = np.fromfile(end).tolist()
     found = saving.taken(design, numbers)
-    assert found == saving.taken(design, numbers[: saving.values(design)["learnt"]])
+    assert found == saving.taken(design, numbers[: saving.saved(design).learnt])
     assert found != design.controller
     _same(found.model_dump(), controller.adapted().model_dump())
     assert with_learned(design, found, {}).name == f"{design.name}-learned"
@@ -131,11 +131,11 @@ def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, program, tm
     good = np.fromfile(kept)
     commands(run, signals(design)[:0], "-", end)
     fresh = end.read_bytes()
-    saved = saving.values(design)
-    whole = [told for told in saved["members"] if told["whole"]]
-    odd = [good[: saved["learnt"] - 1], np.append(good, 0.0), good[:0]]
+    saved = saving.saved(design)
+    whole = [told for told in saved.members if told.whole]
+    odd = [good[: saved.learnt - 1], np.append(good, 0.0), good[:0]]
     for place, value in [(0, np.nan), (len(good) - 1, np.inf), (3, -np.inf)] + [
-        (told["first"], wrong) for told in whole for wrong in (-1.0, 2.0, 0.5)
+        (told.first, wrong) for told in whole for wrong in (-1.0, 2.0, 0.5)
     ]:
         odd.append(good.copy())
         odd[-1][place] = value

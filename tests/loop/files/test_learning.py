@@ -130,7 +130,7 @@ def numbers(design):
 def test_numbers_of_an_axis_come_back_as_a_design(tmp_path):
     design = hfc.load_design("jee-koren-2004-aflc")
     learnt = numbers(design)
-    assert len(learnt) == saving.values(design)["learnt"]
+    assert len(learnt) == saving.saved(design).learnt
     one, other, hal = tmp_path / "x.json", tmp_path / "both.json", tmp_path / "kept.hal"
     (tmp_path / "x.txt").write_text("\n".join(map(repr, learnt)))
     like = ("--like", design.name)

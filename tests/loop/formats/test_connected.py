@@ -158,7 +158,7 @@ def test_what_connected_code_saved_is_taken():
     design = hfc.load_design("jee-koren-2004-aflc")
     for one in (design, connect(design)):
         starts = {field.name: field.start for field in recorded_law(one).fields}
-        members, _ = saving.members(one)
+        members = saving.saved(one).members
         numbers = [x for member in members for x in starts.get(member.name, [0.0])]
         numbers[0] = -31.5
         rules = saving.taken(design, numbers).rules.centroids

@@ -6,6 +6,7 @@ from itertools import count
 
 import pytest
 
+from hfc_design.codegen import st
 from hfc_design.codegen.c import program
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.codegen.recorded import of_axis, recorded
@@ -101,3 +102,18 @@ def test_what_a_law_remembers_in_rows_is_checked_before_it_is_kept():
     text = "\n".join(found.law)
     assert text.index("overflow <= 0") < text.rindex("state->memory[")
     assert "for (int" in text
+
+
+@pytest.mark.parametrize("name", ["tan", "atan2", "log1p"])
+def test_a_function_that_structured_text_has_not_is_refused(name):
+    """Whatever digits are in its name; a law has it through ``jax.numpy``."""
+
+    def sample(xp, law, gains, memory, signals):
+        x = signals["error"]
+        args = (x, 2.0 * x) if name == "atan2" else (x,)
+        return x.block.trace.made(name, *args), memory, None
+
+    law = AxisLaw(sample, lambda law, zero: (), 0.01)
+    found = recorded(of_axis(law, (2.0,), ["error"], None), flat=True)
+    with pytest.raises(TraceError, match=f"calls {name}, which Structured Text has not"):
+        st.program(found, ["command"])

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from flash_folders import vectors
+from deployment_folders import vectors
 from sledge import hfc
 
 from hfc_design.controllers.hierarchical.code import lookup

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from imported_files import output
 from wording import refused, refused_command
 
 from hfc_design.cli import main
@@ -15,7 +16,6 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported, told
 from hfc_design.formats.reading import fis as any_fis
 from hfc_design.formats.reading import fll as any_fll
-from hfc_design.runtime import Controller
 
 NAMES = {"e": "error", "de": "error_change"}
 SIDE = """InputVariable: {}
@@ -165,12 +165,6 @@ def written(folder, text, encoding="utf-8"):
 
 def taken(file, **wish):
     return imported(file, Wish(signals=NAMES, **wish))
-
-
-def output(design, error, change):
-    runtime = Controller(design)
-    runtime.remember({"error": error - change})
-    return runtime.step({"error": error})
 
 
 @pytest.mark.parametrize("case", SAMPLED)

@@ -5,7 +5,7 @@ import pytest
 from hfc_design.files.design import named_design
 from hfc_design.formats import FORMATS
 
-#: What there is beside the sources of a folder to flash.
+#: What there is beside the sources of a folder of code.
 CHECK = {"Makefile", "README.md", "check/check.c", "check/vectors.csv"}
 C = CHECK | {"pd_only.c", "pd_only.h"}
 HAL = {"controller.hal", "loop.hal", "reference.txt", "hfc_c_axis.comp", "hfc_pd_only.comp"}

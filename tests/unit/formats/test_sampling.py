@@ -9,7 +9,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from imported_files import CHANGE, MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SIGNALS, MAMDANI_SUM, TEXTS
+from imported_files import (
+    CHANGE,
+    MAMDANI_FIS,
+    MAMDANI_FLL,
+    MAMDANI_SIGNALS,
+    MAMDANI_SUM,
+    TEXTS,
+    output,
+)
 from places import ROOT
 from scipy.integrate import quad
 from wording import refused, refused_command
@@ -25,11 +33,6 @@ from hfc_design.runtime import Controller
 
 def taken(file, **wish):
     return imported(file, Wish(signals=MAMDANI_SIGNALS[file.suffix], **wish))
-
-
-def output(runtime, error, change):
-    runtime.remember({"error": error - change})
-    return runtime.step({"error": error})
 
 
 def test_a_centroid_is_that_of_quadrature():
@@ -160,9 +163,9 @@ def test_no_last_bit_of_an_output_moves_a_term(file, monkeypatch):
             return outputs * (1.0 + size * rng.uniform(-1.0, 1.0, outputs.shape))
 
         monkeypatch.setattr(sampling, "_on", off)
-        one = sampling.sampled(base, (6, 5))
-        terms = [[shape.low for shape in side.terms] for side in one.system.inputs]
-        found.append((terms, one.told["at"]))
+        system, told = sampling.sampled(base, (6, 5))
+        terms = [[shape.low for shape in side.terms] for side in system.inputs]
+        found.append((terms, told["at"]))
     assert all(one == found[0] for one in found)
 
 

@@ -6,16 +6,16 @@ from html import unescape
 import made_up
 import numpy as np
 import pytest
+from deployment_folders import page, vectors
 from exported import texts
-from flash_folders import page, vectors
 from markdown_it import MarkdownIt
 from run_folders import hfc
 
 from hfc_design.core.wording import percent
 from hfc_design.files.design import design_json, named_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.formats.flash.single import tolerance
-from hfc_design.formats.flash.vectors import vectors as made
+from hfc_design.formats.deployment.single_precision import tolerance
+from hfc_design.formats.deployment.vectors import vectors as made
 from hfc_design.formats.writing import plain
 
 

@@ -10,8 +10,8 @@ from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import saving
-from hfc_design.formats.flash.sensing import scene
-from hfc_design.formats.flash.vectors import Vectors, unused
+from hfc_design.formats.deployment.signal_conditioning import scene
+from hfc_design.formats.deployment.vectors import Vectors, unused
 from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
 from hfc_design.simulation.in_use import ENOUGH, Told, missed_told, stress_table
 
@@ -72,11 +72,22 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
         "changes": design.changes(axes or (design.axis,)),
         "learns": saving.learns(design),
-        **origin(design),
+        "about": origin(design),
     }
 
 
-def origin(design: Design) -> Json:
+class Origin(NamedTuple):
+    """Where a design comes from, and what it scored; "" and None where that is not told."""
+
+    source: str
+    scored_on: str  # scenario
+    score: list[Measure]
+    chaotic: bool
+    usable: str  # whether it is, in words
+    stress: Told | None
+
+
+def origin(design: Design) -> Origin:
     """Where a design comes from, and what it scored."""
     score, source = design.score, plain(str(design.provenance.get("source", "")))
     sampled: Any = design.provenance.get("sampled")
@@ -84,14 +95,15 @@ def origin(design: Design) -> Json:
         (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
         source += f"; a table sampled from it, off by {off:.3g} at most"
         source += f", {percent(off / (high - low))} of the range of its output"
-    return {
-        "source": source,
-        "scored_on": plain(str(score.get("scenario", ""))),
-        "score": measures(score),
-        "chaotic": score.get("chaotic") is True,
-        "usable": _usable(score.get("usable")),
-        "stress": _stress(score.get("usable")),
-    }
+    used = score.get("usable")
+    return Origin(
+        source,
+        plain(str(score.get("scenario", ""))),
+        measures(score),
+        score.get("chaotic") is True,
+        _usable(used),
+        _stress(used),
+    )
 
 
 def _signals(

@@ -3,7 +3,7 @@
 Deterministic: the same design gives the same numbers.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from itertools import chain
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of, own_scenario
-from hfc_design.formats.flash import driving, single
+from hfc_design.formats.deployment import single_precision, test_inputs
 from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
 
@@ -38,7 +38,7 @@ class Vectors(NamedTuple):
     resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
     inputs: list[list[float]]  # (samples, axes x signals + path)
     commands: list[list[float]]  # (samples, axes)
-    tolerance: single.Tolerance
+    tolerance: single_precision.Tolerance
 
     @property
     def columns(self) -> list[str]:
@@ -65,24 +65,31 @@ class Vectors(NamedTuple):
 
 def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     """The vectors of a design, or of the part of one axis; ``law`` as of ``runtime.Controller``."""
-    kind = design.kind
-    axes = (design.axis or "axis",) if kind.law else axes_of(design)
+    kind, axes = design.kind, _axes(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
     if own := design.connected:
         names = tuple(own.units)
         law = _connected_law(design, law) if kind.law else None
     path = PATH[: len(of_path(design))]
     inputs = _inputs(design, axes, names, len(path))
-    views = [_view(row, axes, names) for row in inputs]
-    commands = _commands(design, axes, views, law)
+    commands = _commands(design, names, inputs, law)
 
-    near, far = ([*tried(np.array(inputs))] for tried in (single.rounded, single.disturbed))
+    tried = (single_precision.rounded, single_precision.disturbed)
+    near, far = ([*off(np.array(inputs))] for off in tried)
     rows = np.stack([*near, *far], axis=-1)  # (samples, inputs, tries)
-    stepped = _unrated(design) if design.connected else design
-    in_single = single.commands(stepped, axes, rows, lambda row: _view([*row], axes, names), law)
-    found = single.tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
-    resets = tuple(k in driving.RESETS for k in range(len(inputs)))
-    return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
+    in_single = single_precision.commands(
+        _unrated(design), axes, rows, lambda row: _view([*row], axes, names), law
+    )
+    count = len(near)
+    tolerance = single_precision.tolerance(np.array(commands), in_single[:count], in_single[count:])
+    resets = tuple(k in test_inputs.RESETS for k in range(len(inputs)))
+    told = ("",) if kind.law else axes
+    return Vectors(told, names, path, resets, inputs, commands, tolerance)
+
+
+def _axes(design: Design) -> tuple[str, ...]:
+    """The axes of a machine, or that of the part of one axis."""
+    return (design.axis or "axis",) if design.kind.law else axes_of(design)
 
 
 def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
@@ -94,16 +101,15 @@ def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
 
 
 def _unrated(design: Design) -> Design:
-    """A connected design, which keeps to a rate inside, without one around it."""
+    """A connected design without a rate around it, as it keeps to one inside; or another one."""
+    if not design.connected:
+        return design
     return design.model_copy(update={"limits": design.limits.without_rate()})
 
 
 def deviation(design: Design, found: Vectors) -> float:
     """The largest difference of the vectors' commands, of another law, from the design's own."""
-    axes = (design.axis or "axis",) if design.kind.law else found.axes
-    views = [_view(row, axes, found.signals) for row in found.inputs]
-    exact = np.array(_commands(design, axes, views, None))
-    return float(np.abs(np.array(found.commands) - exact).max())
+    return _furthest(found, _commands(design, found.signals, found.inputs))
 
 
 def of_the_last_digit(design: Design, found: Vectors) -> float:
@@ -111,78 +117,72 @@ def of_the_last_digit(design: Design, found: Vectors) -> float:
 
     What learns may make much of that, as of the last digit of an ``EXP`` that is another one's.
     """
-    axes = (design.axis or "axis",) if design.kind.law else found.axes
-    told, random = np.array(found.inputs), np.random.default_rng(0)
-    told *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], told.shape)
-    views = [_view(row, axes, found.signals) for row in told.tolist()]
-    off = np.array(_commands(design, axes, views, None)) - np.array(found.commands)
-    return float(np.abs(off).max())
+    inputs, random = np.array(found.inputs), np.random.default_rng(0)
+    inputs *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], inputs.shape)
+    return _furthest(found, _commands(design, found.signals, inputs.tolist()))
+
+
+def _furthest(found: Vectors, commands: list[list[float]]) -> float:
+    return float(np.abs(np.array(commands) - np.array(found.commands)).max())
 
 
 def unused(design: Design, found: Vectors) -> set[str]:
     """The signals that no command depends on, as where their gains are 0."""
-    axes = (design.axis or "axis",) if design.kind.law else found.axes
-    count, names = len(found.signals), []
-    told = np.array(found.inputs)
+    count, names = len(found.signals), set()
     for k, name in enumerate(found.signals):
-        without = told.copy()
-        without[:, k : count * len(axes) : count] = 0.0
-        for most in (SOON, len(told)):  # nearly always it shows soon
-            views = [_view(row, axes, found.signals) for row in without[:most].tolist()]
-            if _commands(design, axes, views, None) != found.commands[:most]:
-                break
-        else:
-            names.append(name)
-    return {*names}
+        without = np.array(found.inputs)
+        without[:, k : count * len(_axes(design)) : count] = 0.0
+        samples = (SOON, len(without))  # nearly always it shows soon
+        if all(
+            _commands(design, found.signals, without[:most].tolist()) == found.commands[:most]
+            for most in samples
+        ):
+            names.add(name)
+    return names
 
 
 def _commands(
-    design: Design, axes: tuple[str, ...], views: list[View], law: AxisLaw | None
+    design: Design, names: tuple[str, ...], inputs: list[list[float]], law: AxisLaw | None = None
 ) -> list[list[float]]:
-    """(samples, axes) what the runtime commands."""
-    if design.connected:
-        law = law or (_connected_law(design, None) if design.kind.law else None)
-        design = _unrated(design)
-    if design.kind.law is not None:
-        one = Controller(design, law=law)
-        return _stepped(one.reset, lambda view: [one.step(view.axes[0])], views)
-    machine = Machine(design, axes)
-
-    def step(view: View) -> list[float]:
-        told = dict(zip(axes, view.axes, strict=True))
-        return list(machine.step(told, view.path).values())
-
-    return _stepped(machine.reset, step, views)
-
-
-def _stepped(
-    reset: Callable[[], None], step: Callable[[View], list[float]], views: list[View]
-) -> list[list[float]]:
-    found = []
-    for k, view in enumerate(views):
-        if k in driving.RESETS:
-            reset()
-        found.append(step(view))
-    return found
+    """(samples, axes) what the runtime commands, where it begins anew at the resets."""
+    axes = _axes(design)
+    one: Controller | Machine
+    if design.kind.law is None:
+        one = machine = Machine(_unrated(design), axes)
+    else:
+        if design.connected:
+            law = law or _connected_law(design, None)
+        one = controller = Controller(_unrated(design), law=law)
+    commands = []
+    for k, row in enumerate(inputs):
+        if k in test_inputs.RESETS:
+            one.reset()
+        view = _view(row, axes, names)
+        if design.kind.law is None:
+            each = dict(zip(axes, view.axes, strict=True))
+            commands.append([*machine.step(each, view.path).values()])
+        else:
+            commands.append([controller.step(view.axes[0])])
+    return commands
 
 
 def _inputs(
     design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: int
 ) -> list[list[float]]:
-    sizes = driving.reach(design.controller, axes, design.limits.commands(axes))
+    sizes = test_inputs.reach(design.controller, axes, design.limits.commands(axes))
     for axis, name, most in _moved(design):
         own = sizes[axis if axis in axes else axes[0]]
         own[name] = max(own.get(name, 0.0), most)
     parts = []
     for k, (axis, own) in enumerate(sizes.items()):
-        if design.connected:
-            own["reference"] = 3.0 * own.get("error", 1.0)
-        rows = driving.driven(names, own, str(k))
         if told := design.connected:
+            own["reference"] = 3.0 * own.get("error", 1.0)
+        rows = test_inputs.driven(names, own, str(k))
+        if told:
             fed_back = told.fed_back.get(axis) or next(iter(told.fed_back.values()))
-            rows = driving.connected(rows, names, fed_back, own)
+            rows = test_inputs.connected(rows, names, fed_back, own)
         parts.append(rows)
-    parts += [driving.path(sizes[axes[0]], path)] if path else []
+    parts += [test_inputs.path(sizes[axes[0]], path)] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
 
 

@@ -27,7 +27,7 @@ from hfc_design.controllers.controller import (
 )
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Plain
 from hfc_design.files.design import Design
-from hfc_design.formats.flash.driving import RESETS
+from hfc_design.formats.deployment.test_inputs import RESETS
 
 #: Those of C's float are no less exact than these.
 SINGLE = ARRAYS._replace(

@@ -1,11 +1,11 @@
-"""Folders to flash: what a page names, what vectors are, and that a PLC runs them."""
+"""Folders of code: what a page names, what vectors are, and that a PLC runs them."""
 
 import re
 
 import numpy as np
 import pytest
+from deployment_folders import ALL, FEW, runs_in_a_plc, vectors
 from exported import texts
-from flash_folders import ALL, FEW, runs_in_a_plc, vectors
 
 from hfc_design.formats import code
 

@@ -1,4 +1,4 @@
-"""Folders to flash a design with, for tests: designs of every sort, their checks and vectors."""
+"""Folders that code is shipped in, for tests: designs of every sort, their checks and vectors."""
 
 import csv
 import re
@@ -49,7 +49,7 @@ def written(make_folder):
 
     def of(name):
         if name not in known:
-            known[name] = make_folder("flash") / "out"
+            known[name] = make_folder("deployment") / "out"
             FORMATS["c"].write(ALL[name], known[name])
         return known[name]
 

@@ -11,7 +11,7 @@ import subprocess
 import made_up
 import numpy as np
 import pytest
-from flash_folders import ALL, BUILT_IN, FEW, checked, passes, vectors, written
+from deployment_folders import ALL, BUILT_IN, FEW, checked, passes, vectors, written
 from whole_machines import DESIGNS
 
 from hfc_design.controllers.controller import PathView

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from flash_folders import ALL, page, runs_in_a_plc
+from deployment_folders import ALL, page, runs_in_a_plc
 from st_cases import CASES, samples
 from structured_text import FunctionBlock
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
-from hfc_design.formats.flash import readme
-from hfc_design.formats.flash.vectors import Vectors, vectors
+from hfc_design.formats.deployment import readme
+from hfc_design.formats.deployment.vectors import Vectors, vectors
 from hfc_design.formats.writing import Content, csv_text, head, rendered, signal_units
 
 #: Of ``math.h``, as sources name them.
@@ -17,14 +17,14 @@ FUNCTIONS = ("exp", "tanh", "sqrt")
 def with_check(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> dict[str, Content]:
-    """The sources with all one needs to flash them, and a ``note`` on them.
+    """The sources with all that is shipped with them, and a ``note`` on them.
 
     ``same`` are vectors of what they do, where it is not exactly that of the design's kind.
     """
     found = values(design, files, same, note)
     return {
         **files,
-        "README.md": rendered("flash/README.md.j2", design, **found),
+        "README.md": rendered("deployment/README.md.j2", design, **found),
         **checked(design, found),
     }
 
@@ -32,21 +32,21 @@ def with_check(
 def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """What lies beside the folders of axes: a page that names them, and a ``make check`` of all."""
     return page_of_axes(design, axes) | {
-        "Makefile": rendered("flash/axes.mk.j2", design, axes=axes)
+        "Makefile": rendered("deployment/axes.mk.j2", design, axes=axes)
     }
 
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """The page that names the folders of axes."""
-    own = {"axes": axes, **readme.origin(design)}
-    return {"README.md": rendered("flash/axes.md.j2", design, name=code.c_name(design), **own)}
+    values = {"name": code.c_name(design), "axes": axes, "about": readme.origin(design)}
+    return {"README.md": rendered("deployment/axes.md.j2", design, **values)}
 
 
 def checked(design: Design, found: Json) -> dict[str, Content]:
     """``Makefile``, and ``check/`` with what it compiles beside the sources, and the vectors."""
-    program = rendered("flash/check.c.j2", design, **found)
+    program = rendered("deployment/check.c.j2", design, **found)
     return {
-        "Makefile": rendered("flash/Makefile.j2", design, **found),
+        "Makefile": rendered("deployment/Makefile.j2", design, **found),
         "check": {
             "check.c": program,
             "vectors.csv": table(design, found["vectors"], found["note"]),
