@@ -8,19 +8,16 @@ from typing import Any
 import click
 
 from hfc_design import __version__
-from hfc_design.cli.attaining import attainable
 from hfc_design.cli.comparing import compare
 from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.identifying import identify
-from hfc_design.cli.insight import explain, list_, stability
+from hfc_design.cli.insight import attainable, explain, stability
 from hfc_design.cli.plotting import plot
 from hfc_design.cli.reporting import report
-from hfc_design.cli.showing import show
-from hfc_design.cli.simulating import batch, score, simulate
-from hfc_design.cli.starting import init
+from hfc_design.cli.showing import init, list_, show
+from hfc_design.cli.simulating import batch, score, simulate, train
 from hfc_design.cli.trading import pick
-from hfc_design.cli.training import train
 from hfc_design.cli.usage import check_once, told
 
 #: In the order in which a user meets them.

@@ -8,30 +8,24 @@ from typing import Any
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Papers, Texts
+from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.names import SCENARIO
+from hfc_design.cli.options import Papers
+from hfc_design.cli.usage import refusal
 from hfc_design.core.console import busy
 
 
-@click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
-@click.argument("place", metavar="FOLDER|DESIGN", type=common.PATH)
-@common.changing
-@common.named("--scenario", kind=common.SCENARIO, help=common.SCENARIO_HELP)
-@common.setting
-@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
-@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
-@common.output("--out", help="Page of a lone DESIGN [default: NAME.html].")
-@common.for_a_paper
-@common.force
-@common.knowing_plugins
+@command("Write the page of a run, of many runs, or of a lone DESIGN.", last=common.KNOWING)
 def report(
-    place: Path,
-    others: Texts,
-    scenario: str | None,
-    changes: Texts,
-    each: bool,
-    parquet: bool,
-    out: Path | None,
-    papers: Papers,
+    place: Path = argument(PATH, metavar="FOLDER|DESIGN"),
+    others: Texts = common.CHANGING,
+    scenario: str | None = option(common.SCENARIO_HELP, kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    each: bool = option("Also write the page of every run that lacks one."),
+    parquet: bool = option("Also write runs.parquet (needs pyarrow)."),
+    out: Path | None = common.output("Page of a lone DESIGN [default: NAME.html]."),
+    papers: Papers = common.PAPERS,
+    _force: bool = common.FORCE,
 ) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
@@ -46,18 +40,17 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
-    from hfc_design.core.records import UserError
     from hfc_design.files.design import builtin_designs
 
     if not (exists(place) or str(place) in builtin_designs()):
-        raise UserError(f"{place}: is no folder, no design file and no built-in design")
+        raise refusal(f"{place}: is no folder, no design file and no built-in design")
     if isdir(place) and not (scenario or changes or others):
         if out is not None:
-            raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
+            raise refusal(f"--out {out}: is for a lone design; the page of a folder lies in it")
         _of_folder(place, each, parquet, papers)
         return
     if each or parquet:
-        raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
+        raise refusal(f"{place}: is a design; --each and --parquet are for folders of runs")
     path = out or common.free(Path(f"{place.stem}.html"))
     _of_design(str(place), path, (others, scenario, changes), papers)
     click.echo(path)

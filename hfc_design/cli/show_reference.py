@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
+from hfc_design.cli.names import ENTRY_POINTS
 from hfc_design.cli.show_tables import show_list, show_owners, show_scenario, show_thing
-from hfc_design.cli.showing import PLUGINS
 from hfc_design.core.plugins import GROUPS
 from hfc_design.core.texts import no_such, read_toml
 from hfc_design.reference import entries as reference
@@ -46,7 +46,7 @@ def listed(kind: str) -> list[Entry]:
 
 def _own(kind: str, name: str) -> list[Entry]:
     """The entries of a user's own part; UserError: there is none of that name."""
-    if kind in PLUGINS and (":" in name or name in _own_names(kind)):
+    if kind in ENTRY_POINTS and (":" in name or name in _own_names(kind)):
         from hfc_design.gather.gather import live
 
         return live(kind, name)
@@ -61,11 +61,11 @@ def _own(kind: str, name: str) -> list[Entry]:
 
 def _own_names(kind: str) -> list[str]:
     """Names of what is not built in: parts of installed packages, and those of --use."""
-    if kind not in PLUGINS:
+    if kind not in ENTRY_POINTS:
         return []
     group = GROUPS.get("fitness" if kind == "objective" else kind)
     known = [name for name in group.known if name not in group.built_in] if group else []
-    return list(dict.fromkeys([*known, *metadata.entry_points(group=PLUGINS[kind]).names]))
+    return list(dict.fromkeys([*known, *metadata.entry_points(group=ENTRY_POINTS[kind]).names]))
 
 
 def _print(data: Any) -> None:

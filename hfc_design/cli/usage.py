@@ -34,6 +34,13 @@ class Plain(click.Command):
             return super().invoke(ctx)
 
 
+def refusal(text: str) -> Exception:
+    """The UserError of a command line with this line, imported late so that help is quick."""
+    from hfc_design.core.records import UserError
+
+    return UserError(text)
+
+
 @contextmanager
 def told() -> Iterator[None]:
     """What a user did wrong becomes lines on stderr and an exit code."""
