@@ -87,7 +87,7 @@ def init(
     plant = plants[0].name if plants else plant
     controller = controllers[0].name if controllers else controller
     text = beginning(plant, controller, [*plants, *controllers])
-    _check_ranges(controller, plant, units_of(plant, plants or None))
+    _check_ranges(controller, plant, units_of(plant, plants))
     path = out or common.free(Path(f"{plant}.toml"))
     write_whole(path, text.encode())
     click.echo(path)

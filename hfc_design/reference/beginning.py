@@ -41,9 +41,9 @@ def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
     Raises:
         UserError: the controller needs keys that have no default.
     """
-    every = reference.parts(reference.PLANT, plant) or reference.parts(reference.PLANT, plant, own)
+    every = reference.parts(reference.PLANT, plant, own)
     axes = next(one.meaning for one in every if one.key == "axes").split(", ")
-    units, several = reference.units_of(plant, every), axes != ["one"]
+    units, several = reference.units_of(plant, own), axes != ["one"]
     named = {reference.PLANT: plant, reference.REFERENCE: "per-axis" if several else "trapezoidal"}
     named |= {reference.OBJECTIVE: "tolerances", reference.CONTROLLER: controller}
     named |= {reference.STRATEGY: "cma" if controller == HIERARCHY else "l-shade"}

@@ -36,7 +36,7 @@ def values(data: Json, known: Sequence[Entry], own: Sequence[Entry] = ()) -> lis
     """
     named = reference.chosen(data)
     plant, followed = named[reference.PLANT], named[reference.REFERENCE]
-    units = reference.units_of(plant, None) or reference.units_of(plant, own)
+    units = reference.units_of(plant, own)
     found = [_said(key, value, known, units) for key, value in reference.leaves(data)]
     unset = [x.key for x in known if "left out:" in x.meaning and x.type == "table"]
     unset = [key for key in unset if not any(f"{one.key}.".startswith(f"{key}.") for one in found)]
