@@ -50,7 +50,7 @@ def design(
     Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
     sensors and limits as drives have them.
     """
-    from hfc_design.cli import shown
+    from hfc_design.cli.search_progress import Watch, free_folder
     from hfc_design.core.lock import alone
     from hfc_design.runs import run
 
@@ -71,7 +71,7 @@ def design(
         found = _scenario(scenario or DEFAULT, pareto, told, changes)
         if gains is not None:
             by_hand = _by_hand(found, gains)
-        folder = out or shown.free_folder(found.name)
+        folder = out or free_folder(found.name)
     elif out is None or scenario is not None or told or changes or pareto or gains:
         raise refusal("--resume needs --out DIR and nothing else: config.toml says the rest")
     else:
@@ -80,7 +80,7 @@ def design(
     if not resume:
         found = run.new_run(found, folder, by_hand)
     _warn(found)
-    watch = None if quiet or by_hand is not None else shown.Watch(found)
+    watch = None if quiet or by_hand is not None else Watch(found)
     result = _searched(found, folder, anyway, watch)
     _show(found, folder, result, watch.summary() if watch else "", quiet)
 
@@ -145,8 +145,7 @@ def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "
 
 def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, quiet: bool) -> None:
     """Write the report, and tell what came out."""
-    from hfc_design.cli import shown
-    from hfc_design.cli.usable_table import again_told, settling_told, show_usable
+    from hfc_design.cli.scoring import again_told, settling_told, show_table, show_usable
     from hfc_design.core.console import busy
     from hfc_design.report.page import write_page
     from hfc_design.report.parts import baselines
@@ -162,7 +161,7 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
         click.echo(line)
     names = baselines(scenario)
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
-    shown.show_table(scenario, rows, summary)
+    show_table(scenario, rows, summary)
     if line := polish_told(result.design):
         click.echo(line)
     if result.front is not None:

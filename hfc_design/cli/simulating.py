@@ -38,7 +38,7 @@ def score(
     a little off ends on the same motion, no drive stays at a limit of its command, the error of
     the last quarter stays near that of the nominal machine or within 5 % of the way.
     """
-    from hfc_design.cli import shown
+    from hfc_design.cli.scoring import score_one
     from hfc_design.files.pairing import machine
 
     options = {"samples": samples, "seed": seed, "plot": plot}
@@ -54,7 +54,7 @@ def score(
     for k, where in enumerate(loops.scenarios):
         if k and not as_json:
             click.echo()
-        shown.score_one(loops.design, where, spread, as_json, **given)
+        score_one(loops.design, where, spread, as_json, **given)
         if not as_json:
             _show_kept(loops, k)
 

@@ -97,8 +97,7 @@ def pick(
     best design that can be used: by the share of machines that pass, then by the merit.
     """
     from hfc_design.batch.runs import best_usable, is_run
-    from hfc_design.cli.shown import show_table
-    from hfc_design.cli.usable_table import show_usable
+    from hfc_design.cli.scoring import show_table, show_usable
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.texts import content
     from hfc_design.files.design import design_json

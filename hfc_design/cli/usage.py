@@ -15,23 +15,27 @@ TYPED = "hfc.typed"
 KEYED = re.compile(r"[A-Z]+=[A-Z]+")
 
 
-class Plain(click.Command):
-    """A command whose mistakes are told in a line, as a script of its own."""
+class Refusing(click.Command):
+    """A command whose mistakes are told in a line."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
         """Read the arguments."""
         with told():
             return super().make_context(*arguments, **options)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it; UserError becomes lines on stderr and its exit code."""
+        with told():
+            return super().invoke(ctx)
+
+
+class Plain(Refusing):
+    """Such a command that is a script of its own."""
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Its parameters; none is given twice."""
         check_once(self, ctx, args)
         return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: click.Context) -> object:
-        """Run it; UserError becomes lines on stderr and its exit code."""
-        with told():
-            return super().invoke(ctx)
 
 
 def refusal(text: str) -> Exception:
