@@ -91,9 +91,9 @@ def plain(value: Any) -> Plain:
 
 def _schema(field: Any) -> Json:
     """What a field asks for, as a JSON schema with all that it refers to in its place."""
-    annotation = (
-        Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-    )
+    annotation: Any = field.annotation
+    if field.metadata:
+        annotation = Annotated[(annotation, *field.metadata)]
     schema: Json = TypeAdapter(annotation).json_schema()
     return _resolved(schema, schema.get("$defs", {}))
 
