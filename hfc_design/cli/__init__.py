@@ -18,7 +18,7 @@ from hfc_design.cli.reporting import report
 from hfc_design.cli.showing import init, list_, show
 from hfc_design.cli.simulating import batch, score, simulate, train
 from hfc_design.cli.trading import pick
-from hfc_design.cli.usage import Refusing, check_once, refusal, told
+from hfc_design.cli.usage import Refusing, refusal, told
 
 #: In the order in which a user meets them.
 COMMANDS = (
@@ -44,15 +44,12 @@ class Commands(Refusing, click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named, which gets no option twice; UserError: there is none."""
+        """The command that is named; UserError: there is none."""
         from hfc_design.core.wording import one_of
 
         if args[0] not in self.commands and not args[0].startswith("-"):
             raise refusal(f"{args[0]}: no such command; {one_of(args[0], self.commands)}")
-        name, command, rest = super().resolve_command(ctx, args)
-        if command is not None and not ctx.resilient_parsing:
-            check_once(command, ctx, rest)
-        return name, command, rest
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command, which an interrupt ends, where JAX can run."""

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, get_args
 import click
 
 from hfc_design.cli.names import Named, NamedOption
+from hfc_design.cli.usage import Plain
 
 Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
@@ -102,7 +103,7 @@ def command(
             if answer := _called(function, given):
                 answer.print(click.get_current_context().meta[AS_JSON])
 
-        return click.Command(
+        return Plain(
             name or function.__name__,
             callback=call,
             params=[*_parameters(function), *last],
