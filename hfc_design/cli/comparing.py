@@ -1,7 +1,6 @@
 """``hfc compare``: designs side by side, as tables, as a page, as data."""
 
 import json
-import shlex
 import sys
 import time
 from collections.abc import Callable
@@ -79,7 +78,6 @@ def compare(
     """
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
     from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
@@ -90,30 +88,30 @@ def compare(
     else:
         paper = papers(*((html.parent, f"{html.stem}-") if html else (Path(), "comparison-")))
     every = (*common.choosing("plant"), *changes)
-    where = [load_scenario(name, every) for name in scenarios]
-    if designs and not where:
+    if designs and not scenarios:
         first = next(iter(labelled(designs).values()))
-        where = [own_scenario(first, designs[0], every)]
+        where = common.scenarios_of(first, designs[0], (), every)
+    else:
+        where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
     with Progress() as bar:
         found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    again = _again(found, designs, scenarios, changes)
-    written = _written(found, again, {out: "", html: PAGE, csv: TABLE}, paper)
+    options = _options(found, scenarios, changes)
+    again = common.again(["hfc", "compare", *designs], options, found.designs.values())
+    written = _written(found, again, {html: PAGE, csv: TABLE}, out, paper)
     if plot is not None:
         save(machines_drawn(found), plot)
         written.append(plot)
     return Answer(found.numbers(), partial(show, found), written)
 
 
-def _again(found: "Comparison", designs: Texts, scenarios: Texts, changes: Texts) -> str:
-    """The command line that compares the same once more, own parts of the designs included."""
-    from hfc_design.core.plugins import uses
-    from hfc_design.core.records import harmless
+def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
+    """Those of the command that compares the same once more."""
     from hfc_design.files.machine import ALL_PLANTS
 
     plant = common.named_part("plant")
-    options = {
+    return {
         "--scenario": scenarios,
         "--plant": (ALL_PLANTS.source(plant) or plant,) if plant else (),
         "--set": changes,
@@ -122,16 +120,16 @@ def _again(found: "Comparison", designs: Texts, scenarios: Texts, changes: Texts
         "--machines": (str(found.machines),),
         "--seed": (str(found.seed),),
     }
-    again = ["hfc", "compare", *designs]
-    again += [part for option, values in options.items() for x in values for part in (option, x)]
-    own = dict.fromkeys(uses(one.provenance.get("plugins")) for one in found.designs.values())
-    return harmless(shlex.join(again)) + "".join(own)
 
 
 def _written(
-    found: "Comparison", again: str, wanted: dict[Path | None, str], paper: "Paper | None"
+    found: "Comparison",
+    again: str,
+    wanted: dict[Path | None, str],
+    folder: Path | None,
+    paper: "Paper | None",
 ) -> list[Path]:
-    """Write what is wanted of it, "" for a folder of everything; where that is."""
+    """Write what is wanted of it, and everything into a folder; where that is."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import writing
     from hfc_design.formats.writing import csv_text
@@ -144,8 +142,8 @@ def _written(
         TABLE: lambda: csv_text(rows(found)),
         NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
     }
-    paths = {path: name for path, name in wanted.items() if path is not None and name}
-    for folder in (path for path, name in wanted.items() if path is not None and not name):
+    paths = {path: name for path, name in wanted.items() if path is not None}
+    if folder is not None:
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
         paths |= {folder / name: name for name in made}

@@ -36,8 +36,7 @@ def export(
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
     from hfc_design.core.wording import one_of
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design, made_for, own_scenario
+    from hfc_design.files.pairing import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.flash.readme import origin
 
@@ -46,10 +45,9 @@ def export(
     if lookup is not None and target != "c":
         raise refusal(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
-    if scenario:
-        found = made_for(found, load_scenario(scenario, changes))
-    elif changes:
-        found = made_for(found, own_scenario(found, design, changes))
+    if scenario or changes:
+        chosen = (scenario,) if scenario else ()
+        found = made_for(found, *common.scenarios_of(found, design, chosen, changes))
     check_score(found, anyway)
     if (told := origin(found)["usable"]) and not told.startswith("usable"):
         click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
@@ -121,43 +119,24 @@ def import_(
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import (
-        Wish,
-        assumed,
-        deviation_told,
-        imported,
-        left_out_told,
-        told,
-    )
+    from hfc_design.formats import reading
 
     pairs = {}
     for item in (one for text in signals for one in text.split(",")):  # as --at has them
-        name, equals, signal = item.partition("=")
+        key, equals, signal = item.partition("=")
         if not equals:
             raise refusal(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
-        pairs[name] = signal
-    if plant is not None:
-        plant = ALL_PLANTS.resolve(plant).name
-    wish = Wish(
-        kind=kind,
-        name=name,
-        plant=plant,
-        sample_time=sample_time,
-        like=like,
-        signals=pairs,
-        terms=term_counts(terms),
-        axis=axis,
-        output=output,
-    )
-    design = imported(file, wish)
+        pairs[key] = signal
+    own = plant and ALL_PLANTS.resolve(plant).name
+    counts = term_counts(terms)
+    wish = reading.Wish(kind, name, own, sample_time, like, pairs, counts, axis, output)
+    design = reading.imported(file, wish)
     path = out or common.free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
     if isinstance(sample := design.provenance.get("sampled"), dict):
-        click.echo(deviation_told(sample, chosen=terms is not None))
-        if holes := left_out_told(sample):
+        click.echo(reading.deviation_told(sample, chosen=terms is not None))
+        if holes := reading.left_out_told(sample):
             click.echo(f"hfc: warning: {holes}", err=True)
-    for line in told(design.provenance):
+    note = reading.assumed(wish, design)
+    for line in (*reading.told(design.provenance), *filter(None, [note]), path):
         click.echo(line)
-    if note := assumed(wish, design):
-        click.echo(note)
-    click.echo(path)

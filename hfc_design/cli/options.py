@@ -1,7 +1,8 @@
 """Options that commands share: changes, the scenario of a design, what to write, own parts."""
 
 import os
-from collections.abc import Callable, Iterator
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from os.path import exists, isdir, isfile, realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -165,13 +166,35 @@ class Loops(NamedTuple):
         return self.scenarios[0]
 
 
-def _loops(name: str, others: Texts, scenarios: Texts, changes: Texts) -> Loops:
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design, own_scenario
+def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts: str) -> Loops:
+    """A design with changes, on scenarios with changes and the ``parts`` that the options choose.
 
-    every, design = (*choosing("plant", "fitness"), *changes), load_design(name, others)
-    found = [load_scenario(one, every) for one in scenarios]
-    return Loops(design, found or [own_scenario(design, name, every)], bool(scenarios))
+    Without scenarios it is the one that it was made for.
+    """
+    from hfc_design.files.pairing import load_design
+
+    design = load_design(name, others)
+    every = (*choosing(*parts), *changes)
+    return Loops(design, scenarios_of(design, name, scenarios, every), bool(scenarios))
+
+
+def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
+    """The scenarios with changes, without any the one that the design of a name was made for."""
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import own_scenario
+
+    named = [load_scenario(one, changes) for one in scenarios]
+    return named or [own_scenario(design, name, changes)]
+
+
+def again(words: Sequence[str], options: dict[str, Texts], designs: Iterable["Design"]) -> str:
+    """The command line that does the same once more, own parts of the designs included."""
+    from hfc_design.core.plugins import uses
+    from hfc_design.core.records import harmless
+
+    pairs = [part for option, values in options.items() for x in values for part in (option, x)]
+    parts = dict.fromkeys(uses(one.provenance.get("plugins")) for one in designs)
+    return harmless(shlex.join([*words, *pairs])) + "".join(parts)
 
 
 def _on_one(
@@ -180,7 +203,7 @@ def _on_one(
     scenario: str | None = option(SCENARIO_HELP, kind=SCENARIO),
     changes: Texts = SETTING,
 ) -> Loops:
-    return _loops(name, others, (scenario,) if scenario else (), changes)
+    return loops_of(name, others, (scenario,) if scenario else (), changes, "plant", "fitness")
 
 
 def _on_several(
@@ -189,7 +212,7 @@ def _on_several(
     scenario: Texts = option(SCENARIOS_HELP, kind=SCENARIO),
     changes: Texts = SETTING,
 ) -> Loops:
-    return _loops(name, others, scenario, changes)
+    return loops_of(name, others, scenario, changes, "plant", "fitness")
 
 
 #: Of a command on a design and a scenario, and of one on several.

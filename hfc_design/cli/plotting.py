@@ -116,15 +116,13 @@ def _check(names: Texts, what: str) -> None:
 
 
 def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
     from hfc_design.report.overlaid import motions
     from hfc_design.simulation.evaluating import evaluate, notes
 
     designs = labelled(names)
     first = next(iter(designs.values()))
-    where = load_scenario(scenario, changes) if scenario else own_scenario(first, names[0], changes)
+    (where,) = common.scenarios_of(first, names[0], (scenario,) if scenario else (), changes)
     shared = on_one_machine(designs, where)
     if told := own_machine(next(iter(designs)), where, shared):
         click.echo(told, err=True)

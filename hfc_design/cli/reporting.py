@@ -1,6 +1,5 @@
 """The command that writes pages: of a run, of many runs, of a lone design."""
 
-import shlex
 from os.path import exists, isdir
 from pathlib import Path
 from typing import Any
@@ -40,7 +39,9 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
+    from hfc_design.core.checkpoint import write_whole
     from hfc_design.files.design import builtin_designs
+    from hfc_design.report.page import design_page
 
     if not (exists(place) or str(place) in builtin_designs()):
         raise refusal(f"{place}: is no folder, no design file and no built-in design")
@@ -52,7 +53,16 @@ def report(
     if each or parquet:
         raise refusal(f"{place}: is a design; --each and --parquet are for folders of runs")
     path = out or common.free(Path(f"{place.stem}.html"))
-    _of_design(str(place), path, (others, scenario, changes), papers)
+    paper = papers(path.parent, f"{path.stem}-")
+    chosen = (scenario,) if scenario else ()
+    design, (where,), _ = common.loops_of(str(place), others, chosen, changes)
+    differs = {"--change": others, "--scenario": chosen, "--set": changes}
+    with busy("the page, on machines that no search has seen"):
+        line = common.again(["hfc", "score", str(place)], differs, [design])
+        page = design_page(design, where, line)
+    write_whole(path, page.html)
+    if paper:
+        paper.write(page)
     click.echo(path)
 
 
@@ -68,29 +78,3 @@ def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     finally:
         for found in told:
             tell(*found)
-
-
-def _of_design(
-    name: str, path: Path, differs: tuple[Texts, str | None, Texts], papers: Papers
-) -> None:
-    """Write the page of a design with changes, on a scenario (None: its own) with changes."""
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.core.plugins import uses
-    from hfc_design.core.records import harmless
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design, own_scenario
-    from hfc_design.report.page import design_page
-
-    others, scenario, changes = differs
-    paper = papers(path.parent, f"{path.stem}-")
-    design = load_design(name, others)
-    where = load_scenario(scenario, changes) if scenario else own_scenario(design, name, changes)
-    asked = {"--change": others, "--scenario": (scenario,) if scenario else (), "--set": changes}
-    again = ["hfc", "score", name]
-    again += [part for option, values in asked.items() for one in values for part in (option, one)]
-    line = harmless(shlex.join(again)) + uses(design.provenance.get("plugins"))
-    with busy("the page, on machines that no search has seen"):
-        page = design_page(design, where, line)
-    write_whole(path, page.html)
-    if paper:
-        paper.write(page)
