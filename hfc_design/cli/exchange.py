@@ -116,10 +116,8 @@ def import_(
     A .txt holds the numbers that NAME_save of exported C code has written, a .hal what halcmd save
     param has printed: what the code has learnt becomes a design again, that of --like.
     """
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats import reading
+    from hfc_design.formats import FORMATS, reading
 
     pairs = {}
     for item in (one for text in signals for one in text.split(",")):  # as --at has them
@@ -132,7 +130,7 @@ def import_(
     wish = reading.Wish(kind, name, own, sample_time, like, pairs, counts, axis, output)
     design = reading.imported(file, wish)
     path = out or common.free(Path(f"{design.name}.json"))
-    write_whole(path, (design_json(design) + "\n").encode())
+    FORMATS["json"].write(design, path)
     if isinstance(sample := design.provenance.get("sampled"), dict):
         click.echo(reading.deviation_told(sample, chosen=terms is not None))
         if holes := reading.left_out_told(sample):

@@ -100,7 +100,7 @@ def pick(
     from hfc_design.cli.scoring import show_table, show_usable
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.texts import content
-    from hfc_design.files.design import design_json
+    from hfc_design.formats import FORMATS
     from hfc_design.runs.front import chosen
     from hfc_design.runs.run import DESIGN, finished_run, front_needed, picked
 
@@ -128,7 +128,7 @@ def pick(
     wanted = None if nearest is None else numbers_of("--nearest", nearest, "chatter=2")
     point = chosen(front, scenario, point, wanted)
     design, evaluation, numbers = picked(scenario, result, point)
-    write_whole(out, (design_json(design) + "\n").encode())
+    FORMATS["json"].write(design, out)
     if numbers is not None:
         show_usable(numbers)
     show_table(scenario, {f"point {point + 1}": evaluation})
