@@ -155,8 +155,8 @@ def batch(
         run_cells(out, plan.cells, place, outcome)
     report(out, tell=lambda page, found: None)
     if failed:
-        told = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
-        raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {told}")
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {reasons}")
     return findings(out)
 
 

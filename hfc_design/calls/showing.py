@@ -220,8 +220,8 @@ def report(
     """
     if isinstance(of, str | PathLike) and isdir(of):
         if path is not None:
-            told = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
-            raise UserError(f"{told}, as {Path(of) / REPORT}")
+            line = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
+            raise UserError(f"{line}, as {Path(of) / REPORT}")
         if scenario is not None:
             raise UserError("scenario: is for a lone design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)
@@ -265,5 +265,5 @@ def column(width: str) -> float:
     try:
         return millimetres(width)
     except (ValueError, TypeError):
-        told = "a text with a number and a unit (mm, cm, in, pt), 40 to 400 mm in all"
-        raise UserError(f"width = {width!r}: has to be {told}") from None
+        rule = "a text with a number and a unit (mm, cm, in, pt), 40 to 400 mm in all"
+        raise UserError(f"width = {width!r}: has to be {rule}") from None

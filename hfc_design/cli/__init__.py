@@ -18,7 +18,7 @@ from hfc_design.cli.reporting import report
 from hfc_design.cli.showing import init, list_, show
 from hfc_design.cli.simulating import batch, score, simulate, train
 from hfc_design.cli.trading import pick
-from hfc_design.cli.usage import Refusing, refusal, told
+from hfc_design.cli.usage import Refusing, as_lines, refusal
 
 #: In the order in which a user meets them.
 COMMANDS = (
@@ -57,7 +57,7 @@ class Commands(Refusing, click.Group):
 
         if threading.current_thread() is threading.main_thread():  # others cannot
             listen()
-        with told():
+        with as_lines():
             check_environment()
         return super().invoke(ctx)
 

@@ -63,16 +63,16 @@ def design(
         "run.polish": polish,
         "run.extend": 1 if extend is False else None,
     }
-    told = {key: x for key, x in options.items() if x is not None}
+    settings = {key: x for key, x in options.items() if x is not None}
     by_hand = None
     if not resume:
         if anyway:
             raise refusal("--anyway needs --resume")
-        found = _scenario(scenario or DEFAULT, pareto, told, changes)
+        found = _scenario(scenario or DEFAULT, pareto, settings, changes)
         if gains is not None:
             by_hand = _by_hand(found, gains)
         folder = out or free_folder(found.name)
-    elif out is None or scenario is not None or told or changes or pareto or gains:
+    elif out is None or scenario is not None or settings or changes or pareto or gains:
         raise refusal("--resume needs --out DIR and nothing else: config.toml says the rest")
     else:
         folder, found = out, run.opened_run(out)
@@ -85,15 +85,17 @@ def design(
     _show(found, folder, result, watch.summary() if watch else "", quiet)
 
 
-def _scenario(name: str, pareto: str | None, told: dict[str, Any], changes: Texts) -> "Scenario":
+def _scenario(
+    name: str, pareto: str | None, settings: dict[str, Any], changes: Texts
+) -> "Scenario":
     """The scenario that the options ask for; UserError: they do not go together."""
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.runs.problem import check_memory
 
     changes = (*common.choosing("plant", "fitness", "controller"), *changes)
     if pareto is not None:
-        told = trading(name, pareto, told, changes)
-    found = load_scenario(name, [*(f"{key}={x}" for key, x in told.items()), *changes])
+        settings = trading(name, pareto, settings, changes)
+    found = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
     known = common.named_part("strategy") or found.search.preset
     if known != found.search.preset:  # it is easily thought to be the one that searches
         raise refusal(
@@ -108,8 +110,8 @@ def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.calls.searching import with_gains
     from hfc_design.core.dotted import changed
 
-    told = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, changed({}, told, "--gains"))
+    numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
+    return with_gains(scenario, scenario.controller.kind, changed({}, numbers, "--gains"))
 
 
 def _warn(scenario: "Scenario") -> None:

@@ -49,8 +49,8 @@ def export(
         chosen = (scenario,) if scenario else ()
         found = made_for(found, *common.scenarios_of(found, design, chosen, changes))
     check_score(found, anyway)
-    if (told := origin(found)["usable"]) and not told.startswith("usable"):
-        click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
+    if (verdict := origin(found)["usable"]) and not verdict.startswith("usable"):
+        click.echo(f"hfc: warning: design {found.name}: {verdict.replace('**', '')}", err=True)
     form = FORMATS[target]
     name = identifier(found.name) if form.called else found.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))

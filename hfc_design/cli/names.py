@@ -17,6 +17,10 @@ ENTRY_POINTS = {
 }
 
 
+#: Kinds of things that may be files as well.
+FILES = "scenario", "design"
+
+
 class Named(click.types.StringParamType):
     """A name of one thing: built in, of an installed package, or what else its option takes.
 
@@ -26,56 +30,43 @@ class Named(click.types.StringParamType):
 
     name = "name"
 
-    def __init__(self, kind: str, files: bool = False):
-        """``kind`` is that of the entries of the reference; with ``files`` a path will do too."""
-        self.kind, self.files = kind, files
-
-    def meanings(self) -> dict[str, str]:
-        """Every name, with what it is."""
-        from hfc_design.reference.entries import things
-
-        found = {one.name: one.meaning for one in things(self.kind)}
-        if self.kind in ENTRY_POINTS:
-            installed = metadata.entry_points(group=ENTRY_POINTS[self.kind]).names
-            found |= dict.fromkeys(sorted(installed), "of an installed package")
-        return found
+    def __init__(self, kind: str = ""):
+        """``kind`` is one of the entries of the reference; "" for that of the argument before."""
+        self.kind = kind
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """The names that begin like this, and files."""
-        items = completions(self.meanings(), incomplete)
+        kind = self.kind or str(ctx.params.get("kind"))
+        items = completions(meanings(kind), incomplete)
         # In front: Bash forgets what came before, and takes files where no name begins so.
-        return [CompletionItem(incomplete, type="file"), *items] if self.files else items
+        return [CompletionItem(incomplete, type="file"), *items] if kind in FILES else items
 
 
-def completions(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
+def meanings(kind: str) -> dict[str, str]:
+    """Every name of a kind, with what it is."""
+    from hfc_design.reference.entries import things
+
+    found = {one.name: one.meaning for one in things(kind)}
+    if kind in ENTRY_POINTS:
+        installed = metadata.entry_points(group=ENTRY_POINTS[kind]).names
+        found |= dict.fromkeys(sorted(installed), "of an installed package")
+    return found
+
+
+def completions(names: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
     """The names that begin like this, each with its meaning."""
     return [
         CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
-        for name, meaning in meanings.items()
+        for name, meaning in names.items()
         if name.startswith(incomplete)
     ]
 
 
-SCENARIO = Named("scenario", files=True)
-DESIGN = Named("design", files=True)
+SCENARIO, DESIGN, OF_KIND = Named("scenario"), Named("design"), Named()
 PLANT, FITNESS, CONTROLLER = Named("plant"), Named("objective"), Named("controller")
 STRATEGY, FORMAT = Named("strategy"), Named("format")
-
-
-class NamedOfKind(click.types.StringParamType):
-    """A name of the kind that the argument before it says."""
-
-    name = "name"
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
-        """The names of that kind."""
-        kind = str(ctx.params.get("kind"))
-        own = Named(kind, files=kind in ("scenario", "design"))
-        return own.shell_complete(ctx, param, incomplete)
 
 
 class OrElse(click.Choice):  # type: ignore[type-arg]
@@ -99,4 +90,4 @@ class NamedOption(click.Option):
         found = super().get_help_record(ctx)
         if found is None or not isinstance(self.type, Named):
             return found
-        return found[0], found[1].replace("NAMES", ", ".join(self.type.meanings()))
+        return found[0], found[1].replace("NAMES", ", ".join(meanings(self.type.kind)))

@@ -28,16 +28,16 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
             another option names too; or a file in a folder that is not there, which would only
             be found once everything has been computed.
     """
-    told, meta = f"{option} {path}", click.get_current_context().meta
+    where, meta = f"{option} {path}", click.get_current_context().meta
     if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
-        raise refusal(f"{told}: is neither a file nor a folder; name another path")
+        raise refusal(f"{where}: is neither a file nor a folder; name another path")
     if exists(path) and not meta["hfc.force"]:
-        raise refusal(f"{told}: exists already; name another path, or add --force")
+        raise refusal(f"{where}: exists already; name another path, or add --force")
     if not folder and not isdir(path.absolute().parent):
-        raise refusal(f"{told}: there is no folder {path.parent}")
+        raise refusal(f"{where}: there is no folder {path.parent}")
     other = meta.setdefault("hfc.named", {}).setdefault(realpath(path), option)
     if other != option:
-        raise refusal(f"{told}: {other} names it too")
+        raise refusal(f"{where}: {other} names it too")
     return path
 
 
@@ -59,16 +59,16 @@ def output(text: str, folder: bool = False, **others: Any) -> Any:
 
 def _noted(key: str) -> Callable[[click.Context, click.Parameter, bool], bool]:
     """Keeps what a flag says in the context, where whoever needs it looks."""
-    return lambda context, _, told: context.meta.setdefault(key, told)
+    return lambda context, _, value: context.meta.setdefault(key, value)
 
 
-def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> None:
+def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> None:
     """Bound the memory of this process and of its workers."""
-    if told is not None:
+    if value is not None:
         from hfc_design.simulation import memory
 
-        memory.size(told)
-        os.environ[memory.VARIABLE] = told
+        memory.size(value)
+        os.environ[memory.VARIABLE] = value
 
 
 #: Eager: the paths ask for it.
@@ -114,19 +114,19 @@ def plugins(helps: dict[str, str]) -> Iterator[click.Parameter]:
     yield option(USE_HELP, **use).of("_use", Texts)
 
 
-def _known(ctx: click.Context, option: click.Parameter, told: str | Texts | None) -> None:
+def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | None) -> None:
     """Make known what an option names, and note it."""
-    if not told:
+    if not value:
         return
     import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
     from hfc_design.core.plugins import GROUPS, use
 
-    if not isinstance(told, str):
-        for text in told:
+    if not isinstance(value, str):
+        for text in value:
             use(text)
         return
     key = str(option.name)
-    name = told if told in GROUPS[key].built_in else GROUPS[key].resolve(told).name
+    name = value if value in GROUPS[key].built_in else GROUPS[key].resolve(value).name
     ctx.meta[f"hfc.{key}"] = name
 
 
@@ -225,14 +225,14 @@ KINDS = "pdf", "svg", "pgf"
 Papers = Callable[[Path, str], "Paper | None"]
 
 
-def millimetres_of(_: click.Context, option: click.Parameter, told: str | None) -> float | None:
+def millimetres_of(_: click.Context, option: click.Parameter, value: str | None) -> float | None:
     """A width in millimetres."""
-    if told is None:
+    if value is None:
         return None
     from hfc_design.report.paper import millimetres
 
     try:
-        return millimetres(told)
+        return millimetres(value)
     except ValueError as error:
         raise click.BadParameter(str(error)) from None
 

@@ -43,7 +43,7 @@ class NameOrWhat(Named):
         return found + completions(WHATS, incomplete) if ctx.params.get("what") else found
 
 
-NAME_OR_WHAT = NameOrWhat("design", files=True)
+NAME_OR_WHAT = NameOrWhat("design")
 WIDTH_HELP = "Of the column of a paper that it is laid out for, as in 88mm, 3.5in, 252pt."
 
 
@@ -124,8 +124,8 @@ def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | N
     first = next(iter(designs.values()))
     (where,) = common.scenarios_of(first, names[0], (scenario,) if scenario else (), changes)
     shared = on_one_machine(designs, where)
-    if told := own_machine(next(iter(designs)), where, shared):
-        click.echo(told, err=True)
+    if note := own_machine(next(iter(designs)), where, shared):
+        click.echo(note, err=True)
     for name, design in designs.items():
         for note in differences(design, where, shared):
             click.echo(f"{name}: {note}", err=True)

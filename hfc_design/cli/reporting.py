@@ -71,10 +71,10 @@ def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     from hfc_design.batch.report import report
     from hfc_design.batch.summary import tell
 
-    told: list[Any] = []
+    findings: list[Any] = []
     try:
         with busy("writing the pages"):
-            report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
+            report(place, each, parquet, lambda *found: findings.append(found), papers(place, ""))
     finally:
-        for found in told:
+        for found in findings:
             tell(*found)

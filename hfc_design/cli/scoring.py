@@ -45,7 +45,7 @@ def score_one(
     samples: int | None = None,
     seed: int | None = None,
 ) -> None:
-    """``hfc score`` on one scenario: can it be used, where tolerances are told, then how good.
+    """``hfc score`` on one scenario: can it be used, where there are tolerances, then how good.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
@@ -174,8 +174,8 @@ def _show_motions(found: Json) -> None:
         mark = " *" if one.get("asked_of") == "nominal" else ""
         values = [(factor, one["measures"][key][which]) for factor, key, which in columns]
         cells = [(100.0, one["share"]), *values]
-        told = (in_use.measured(x, factor, three_digits, "-") for factor, x in cells)
-        rows.append([name + mark, *told])
+        numbers = (in_use.measured(x, factor, three_digits, "-") for factor, x in cells)
+        rows.append([name + mark, *numbers])
     show_rows([*heads, "| at limit\nlargest\n[% time]"], rows)
 
 
@@ -221,8 +221,8 @@ def _below(found: Json) -> Iterator[str]:
             name: "without end" if one["value"] is None else three_digits(one["value"])
             for name, one in worst.items()
         }
-        told = ", ".join(f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
-        yield f"margins of the nominal loop: {told}; hfc stability tells all"
+        each = ", ".join(f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
+        yield f"margins of the nominal loop: {each}; hfc stability tells all"
     if found["precision"] is not None:
         changes = f"numerics: merit changes by {percent(found['precision'])} in float64"
         if found["substeps"] is not None:
@@ -240,10 +240,10 @@ def _answer(found: Robustness) -> str:
     machines = f"of {len(found.stable)} machines within +-{100 * found.spread:g} %"
     if not (found.usable or share):
         return f"no: not one {machines} is stable"
-    told = f"{100 * share:.4g} % {machines} are stable ({100 * low:.3g} to {100 * high:.3g} %)"
+    stable = f"{100 * share:.4g} % {machines} are stable ({100 * low:.3g} to {100 * high:.3g} %)"
     if found.usable:
-        return f"yes: {told}"
-    return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
+        return f"yes: {stable}"
+    return f"no: {'' if found.nominal_stable else 'the nominal machine is not stable; '}{stable}"
 
 
 def _missed(scenario: Scenario, found: Robustness) -> str:
@@ -286,5 +286,5 @@ def _show_spread(found: Robustness, numbers: Json) -> None:
 
 def _refused(draws: int) -> str:
     """What became of machines that were drawn and cannot be, a line; "" without any."""
-    told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
-    return told if draws else ""
+    line = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    return line if draws else ""

@@ -116,9 +116,9 @@ def _scenario(name: str, as_json: bool) -> None:
     reference.check_keys(data, known, name)
     found, each = values(data, known, own), list(motions(data))
     if as_json:
-        rows = [one._asdict() for one in found]
-        inside = {motion: [one._asdict() for one in told] for motion, told in each}
-        _print({"name": name, "names": chosen, "keys": rows, "motions": inside})
+        keys = [one._asdict() for one in found]
+        inside = {motion: [one._asdict() for one in rows] for motion, rows in each}
+        _print({"name": name, "names": chosen, "keys": keys, "motions": inside})
     else:
         show_tables.show_scenario(name, data, found, each)
 

@@ -201,9 +201,9 @@ def show_design(found: Json) -> None:
     say(f"for the plant {found['plant']}{axes}, every {found['sample_time_s']:g} s")
     limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(found["limits"]).items() if x)
     score = ", ".join(f"{key} {text_of(x)}" for key, x in found["score"].items())
-    for what, told in (("source", found["source"]), ("limits", limits), ("score", score)):
-        if told:
-            say(f"{what}: {told}")
+    for what, text in (("source", found["source"]), ("limits", limits), ("score", score)):
+        if text:
+            say(f"{what}: {text}")
     signals = [(one["name"], one["unit"], one["meaning"]) for one in found["signals"]]
     tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in found["units"]]
     keys = [(x["key"], text_of(x["value"], x["unit"]), x["meaning"]) for x in found["keys"]]

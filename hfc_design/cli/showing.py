@@ -6,7 +6,7 @@ import click
 
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import argument, command, option
-from hfc_design.cli.names import CONTROLLER, ENTRY_POINTS, PLANT, NamedOfKind, OrElse
+from hfc_design.cli.names import CONTROLLER, ENTRY_POINTS, OF_KIND, PLANT, OrElse
 
 #: What can be shown; the first four may be a user's own.
 KINDS = (*ENTRY_POINTS, "scenario", "design", "reference", "metric", "format", "key")
@@ -47,7 +47,7 @@ def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> No
 @command("What a plant, controller, scenario or key is, with units.", last=common.KNOWING)
 def show(
     kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
-    name: str | None = argument(NamedOfKind(), required=False),
+    name: str | None = argument(OF_KIND, required=False),
     as_json: bool = common.AS_JSON,
 ) -> None:
     """What NAME is: its parameters, units, defaults, what is allowed, where the equations are from.

@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 #: The strategy that --pareto means where nothing says which.
 PRESET = "nsga-ii"
 #: The strategy that leads to where a front begins: then this many generations more, or of so many
-#: as are told this share.
+#: as are set this share.
 LEADER, SPREAD, LED = "cma", 120, 0.75
 
 
-def trading(scenario: str, names: str, told: dict[str, Any], changes: Texts) -> dict[str, Any]:
-    """The changes of a scenario that ``--pareto names`` means, besides those that are ``told``.
+def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts) -> dict[str, Any]:
+    """The changes of a scenario that ``--pareto names`` means, with the ``settings`` of options.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are told. The strategy ``cma`` of a scenario leads to where a front begins.
+    own unless they are set. The strategy ``cma`` of a scenario leads to where a front begins.
 
     Raises:
-        UserError: the strategy that is told of, or the objectives, cannot be.
+        UserError: the strategy that is set, or the objectives, cannot be.
     """
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.objectives.traded import check_names
@@ -44,7 +44,7 @@ def trading(scenario: str, names: str, told: dict[str, Any], changes: Texts) -> 
     set_here = {change.partition("=")[0] for change in changes}
     trade = [name for name in STRATEGIES.names() if STRATEGIES.get(name).trades is not None]
     preset = search.preset if search.preset in trade else PRESET
-    preset = told.get("search.preset", preset)
+    preset = settings.get("search.preset", preset)
     if "search.preset" in set_here:
         preset = search.preset
     if preset in STRATEGIES.names() and preset not in trade:
@@ -56,13 +56,13 @@ def trading(scenario: str, names: str, told: dict[str, Any], changes: Texts) -> 
         fields = STRATEGIES.get(preset).settings.model_fields
         default = {f"search.{key}": fields[key].default for key in ("population", "generations")}
         if (search.preset, preset) == (LEADER, PRESET):
-            whole = told.get("search.generations")
+            whole = settings.get("search.generations")
             if "search.generations" in set_here:
                 whole = search.generations
             lead = search.generations if whole is None else round(LED * whole)
             default |= {"search.lead": lead, "search.generations": lead + SPREAD}
-        told = {key: x for key, x in default.items() if key not in set_here} | told
-    return told | {"search.preset": preset, "search.objectives": str(each)}
+        settings = {key: x for key, x in default.items() if key not in set_here} | settings
+    return settings | {"search.preset": preset, "search.objectives": str(each)}
 
 
 def show_front(front: "Front") -> None:
@@ -135,15 +135,15 @@ def pick(
     click.echo(f"design {out}")
 
 
-def numbers_of(option: str, told: str, example: str) -> dict[str, float | str]:
+def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
     """Numbers, or texts with a unit, by their names; UserError: the text is of another form."""
     from hfc_design.core.numbers import number_or_none
 
     wanted: dict[str, float | str] = {}
-    for pair in told.split(","):
-        name, equals, text = pair.partition("=")
-        if not equals or not text.strip():
-            raise refusal(f"{option} {told}: has to be NAME=NUMBER,... as in {example}")
-        number = number_or_none(text)
-        wanted[name.strip()] = text.strip().strip("'\"") if number is None else number
+    for pair in text.split(","):
+        name, equals, value = pair.partition("=")
+        if not equals or not value.strip():
+            raise refusal(f"{option} {text}: has to be NAME=NUMBER,... as in {example}")
+        number = number_or_none(value)
+        wanted[name.strip()] = value.strip().strip("'\"") if number is None else number
     return wanted

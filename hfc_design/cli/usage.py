@@ -17,16 +17,16 @@ NUMBERS = click.types.IntParamType, click.types.FloatParamType
 
 
 class Refusing(click.Command):
-    """A command whose mistakes are told in a line."""
+    """A command whose mistakes are reported in a line."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
         """Read the arguments."""
-        with told():
+        with as_lines():
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it; UserError becomes lines on stderr and its exit code."""
-        with told():
+        with as_lines():
             return super().invoke(ctx)
 
 
@@ -48,7 +48,7 @@ def refusal(text: str) -> Exception:
 
 
 @contextmanager
-def told() -> Iterator[None]:
+def as_lines() -> Iterator[None]:
     """What a user did wrong becomes lines on stderr and an exit code."""
     try:
         yield

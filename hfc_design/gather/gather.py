@@ -68,8 +68,8 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
             key = f"{axis}.{name}" if several else name
             one = head._replace(part="signal", key=key, type="number", unit=unit)
             yield one._replace(meaning=known.get(name, ""))
-    for name, told in _metrics(machine).items():
-        comment = said(told)
+    for name, text in _metrics(machine).items():
+        comment = said(text)
         one = head._replace(part="metric", key=name, type="number", unit=comment.unit)
         yield one._replace(meaning=comment.meaning)
 
@@ -105,7 +105,7 @@ def _metrics(machine: Machine) -> dict[str, str]:
     found = dict(meanings(drive))
     if drive.millimetres is not None:
         path = contour_meanings([drive, drive])
-        found |= {name: f"in X-Y: {told}" for name, told in path.items() if name not in found}
+        found |= {name: f"in X-Y: {text}" for name, text in path.items() if name not in found}
     return found
 
 

@@ -48,7 +48,7 @@ def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
 
 def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> str:
     """A file as ``tomli_w`` writes it, with what a table or a key means in front of its first."""
-    lines, told, table = [], {""}, ""
+    lines, written_before, table = [], {""}, ""
     counts: dict[str, int] = {}
     for line in text.splitlines():
         if head := HEAD.fullmatch(line):
@@ -62,8 +62,8 @@ def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> st
             key = f"{first}.{counts[first]}.{below}".strip(".")
         one = entry_of(key, known) if key else None
         meaning = _told(one, units) if one else ""
-        lines.append(("" if meaning in told else meaning) + line)
-        told.add(meaning)
+        lines.append(("" if meaning in written_before else meaning) + line)
+        written_before.add(meaning)
     return "\n".join(lines) + "\n"
 
 

@@ -75,20 +75,20 @@ def unknown(
     """The line for a name that there is not: what is near it, and what there is or is listed."""
     names = [*known]
     if listed is None:
-        told = one_of(name, names)
+        there = one_of(name, names)
     else:
         meant = " or ".join(near(name, names, 2))
-        told = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
-    return UserError(f"{short(name)}: no such {what}; {told}")
+        there = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
+    return UserError(f"{short(name)}: no such {what}; {there}")
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
     """A unit of the reference with those of a plant: command/error of a C-axis is V/rad."""
 
     def own(found: re.Match[str]) -> str:
-        told = units.get(found[0], found[0])
-        alone = found[0] == unit or not re.search(r"[ /]", told)
-        return told if alone else f"({told})"
+        text = units.get(found[0], found[0])
+        alone = found[0] == unit or not re.search(r"[ /]", text)
+        return text if alone else f"({text})"
 
     return re.sub(r"\b(error|command|load|signal)\b", own, unit)
 
@@ -218,8 +218,8 @@ def _fits(pattern: str, key: str) -> bool:
     """Whether a key is one of a pattern with places for names."""
     if not PLACES.keys() & set(pattern.split(".")):
         return pattern == key
-    told = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
-    return re.fullmatch(told, key) is not None
+    expression = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
+    return re.fullmatch(expression, key) is not None
 
 
 def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
@@ -242,8 +242,8 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
         entry = entry_of(key, known)
         if entry and entry.type in NUMBERS and type(value) not in (int, float):
             unit = keys_in(data).unit(key)
-            told = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
-            wrong.append(f"{key} = {short(value)}: {told}")
+            rule = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
+            wrong.append(f"{key} = {short(value)}: {rule}")
         if OWN.match(key) or entry is not None:
             continue
         meant = " or ".join(near(key, (one.key for one in known), 2))
