@@ -52,11 +52,12 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: tuple[type[Any], ...]  # any of which has a ``name``
+    kind: tuple[type[Any], ...]  # any of which has a ``name``; in ``classes`` it is one itself
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
+    classes: tuple[type[Any], ...] = ()
     built_in: frozenset[str] = field(init=False)  # known at first: names that nobody may take
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
     modules: dict[str, str] = field(default_factory=dict)  # name -> module of an added one's code
@@ -71,8 +72,8 @@ class Group(Generic[Thing]):
         Raises:
             UserError: it is none of this kind, cannot work, or has a name that is taken.
         """
-        if not isinstance(thing, self.kind):
-            wanted = " or ".join(kind.__name__ for kind in self.kind)
+        if not self.takes(thing):
+            wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
             raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(thing.name)
         if not re.fullmatch(NAME, name):
@@ -88,6 +89,11 @@ class Group(Generic[Thing]):
             raise UserError(f"{self.what} {name!r}: {fault}")
         self.known[name] = thing
         return thing
+
+    def takes(self, thing: Any) -> bool:
+        """Whether that is one of these."""
+        own = isinstance(thing, type) and issubclass(thing, self.classes)
+        return own or isinstance(thing, self.kind)
 
     def get(self, name: str) -> Thing:
         """The one with a name, of an installed package if need be.
@@ -168,7 +174,7 @@ def use(text: str) -> None:
 def group_of(thing: Any) -> Group[Any]:
     """The group that takes ``thing``; UserError: there is none."""
     for group in GROUPS.values():
-        if isinstance(thing, group.kind):
+        if group.takes(thing):
             return group
     raise UserError(f"{short(thing)} is none of {', '.join(GROUPS)}")
 
@@ -288,6 +294,8 @@ def resuming(folder: Path) -> str:
 
 def _check_fields(thing: Any, source: str) -> None:
     """UserError: a field of a NamedTuple or dataclass is not what its annotation says."""
+    if isinstance(thing, type):
+        return
     hints: Any = {name: (hint, ...) for name, hint in get_type_hints(type(thing)).items()}
     fields = create_model("Fields", __config__=ANY_CLASS, **hints)
     checked(fields, {name: getattr(thing, name) for name in hints}, source, Path())

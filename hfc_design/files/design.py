@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.controller import Controller, rate_limited, within_rate
-from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
@@ -160,9 +160,9 @@ class Design(Record, metaclass=Asked):
         return {**told, "sample_time_s": own.sample_time_s}
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> type[ControllerRecord]:
         """The kind of the controller."""
-        return KINDS.get(self.controller.kind)
+        return type(self.controller)
 
     @property
     def failed(self) -> bool:
@@ -188,7 +188,7 @@ class Design(Record, metaclass=Asked):
         if self._connected and self._connected.machine:
             return self._connected.machine
         limits = self.limits.commands(axes := tuple(axes))
-        found = self.kind.controller_of(self.controller, limits)
+        found = self.controller.controller_of(limits)
         return rate_limited(found, limits, self.changes(axes))
 
     def changes(self, axes: Iterable[str]) -> dict[str, float | None]:
@@ -200,9 +200,9 @@ class Design(Record, metaclass=Asked):
 
         Itself too where its controller is one of the whole machine.
         """
-        if self.kind.controller and not self.kind.axes:
+        if self.kind.controller and not self.kind.axis_records:
             return {"": self}
-        records = self.kind.axes(self.controller) if self.kind.axes else {}
+        records = self.controller.axis_records() if self.kind.axis_records else {}
         names = list(records) or (list(self.plant.axes) if self.limits.axes else [])
         found = {}
         for axis in names:

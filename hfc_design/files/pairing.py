@@ -99,7 +99,7 @@ def check_laws(design: Design, machine: Machine) -> None:
                 if name not in known:
                     why = f"no signal of the plant {drive.name!r}; there is {', '.join(known)}"
                     raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
-            law, gains = kind.law(record, part.limits.of(axis).command), kind.gains(record)
+            law, gains = kind.law(record, part.limits.of(axis).command), record.law_gains()
             try:
                 law.step(SCALARS, gains, law.begun(SCALARS, 0.0, gains), dict.fromkeys(read, SMALL))
             except KeyError as error:
@@ -266,7 +266,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
     slower = slower_drives(design, scenario)
     controller = design.commanding(slower)
     controller = rate_limited(controller, scenario.limits.commands(slower), slower)
-    return controller, population_of_one(design.kind.gains(design.controller))
+    return controller, population_of_one(design.controller.law_gains())
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:

@@ -172,7 +172,7 @@ class Scenario(Record, metaclass=Asked):
             names = [one.name for one in self.traded]
         except ValueError as error:
             raise ValueError(f"search.objectives: {error}") from None
-        if UNITS in names and KINDS.get(self.controller.kind).units is None:
+        if UNITS in names and KINDS.get(self.controller.kind).units_that_matter is None:
             raise ValueError(
                 f"search.objectives: {UNITS}: a controller of kind {self.controller.kind!r} has no "
                 "hierarchy whose units could be counted"

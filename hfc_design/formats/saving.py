@@ -27,7 +27,7 @@ class Member(NamedTuple):
 
 def learns(design: Design) -> bool:
     """Whether the code of a design learns."""
-    if design.kind.axes:
+    if design.kind.axis_records:
         return any(map(learns, design.by_axis().values()))
     return design.kind.reads is not None and bool(laws.learnt(design))
 

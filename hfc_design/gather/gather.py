@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hfc_design.controllers.kind import ControllerRecord, Kind
+from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import Group
 from hfc_design.core.texts import read_toml
@@ -109,7 +109,7 @@ def _metrics(machine: Machine) -> dict[str, str]:
     return found
 
 
-def kind_entries(kind: Kind) -> Iterator[Entry]:
+def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
     """The entries of a kind of controller: what is searched, what stands in a design file."""
     sources = [source_in(text) for text in (_law_text(kind), kind.summary)]
     source = max(sources, key=len)  # the one that has an equation too
@@ -136,7 +136,7 @@ def kind_entries(kind: Kind) -> Iterator[Entry]:
         yield entry if gain is None else entry._replace(meaning=gain.meaning, unit=gain.unit)
 
 
-def _law_text(kind: Kind) -> str:
+def _law_text(kind: type[ControllerRecord]) -> str:
     """What the module of a kind's law says of it."""
     package = kind.record.__module__.removesuffix(".record")
     if not hasattr(sys.modules.get(package), "__path__") or find_spec(f"{package}.law") is None:

@@ -52,7 +52,7 @@ def write_page(
     """
     rivals = _published(scenario) if rivals is None else rivals
     design, own, search, front = result
-    tables = all(part.kind.rules for part in design.by_axis().values())
+    tables = all(part.kind.rule_base for part in design.by_axis().values())
     if tables:
         if (folder / TABLES).is_symlink():  # of others' files none is overwritten
             raise RunError(f"{folder / TABLES}: is a link; remove it, tables are not written there")

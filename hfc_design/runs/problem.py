@@ -7,7 +7,6 @@ import numpy as np
 
 from hfc_design.controllers.controller import RateLimited
 from hfc_design.controllers.genome import Population, taken
-from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
@@ -189,10 +188,8 @@ class Problem(Judging):
         values = np.asarray(judged.values)[..., first:]
         each = (self._ensemble or Ensemble((1.0,))).costs(values)
         measured = iter(each.T)  # those of constraints come last
-        counted = kinds().get(self._record.kind).units
-        columns = (
-            next(measured) if one.measure else counted(self._record, gains) for one in self._traded
-        )
+        counted = self._record.units_that_matter
+        columns = (next(measured) if one.measure else counted(gains) for one in self._traded)
         return np.stack([*columns], axis=1).astype(float)
 
     def nearest_to_breaking(self, individual: Population, count: int) -> Integers:

@@ -17,7 +17,7 @@ from typing import Any
 
 from hfc_design.controllers import controller
 from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View
-from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
@@ -51,7 +51,7 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
     return error
 
 
-def reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
+def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
@@ -82,7 +82,7 @@ class Controller:
         named = axis or design.axis
         limit = design.limits.of(named).command
         self._law: AxisLaw = law or made(self.design, limit)
-        self._gains = kind.gains(self.design)
+        self._gains = self.design.law_gains()
         self._sample = partial(self._law.sample, SCALARS, self._law, self._gains)
         self._limited = partial(controller.limited, SCALARS, self._law.limit)
         self._ramped = partial(controller.ramped, SCALARS, design.changes([named])[named])
@@ -180,7 +180,7 @@ class Machine:
             raise UserError(f"{told}; name all of the machine's: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
-        self._gains = kind.gains(design.controller)
+        self._gains = design.controller.law_gains()
         self._reads = reader(kind, design.controller)
         self._memory: Memory = None
         self._fresh = True
@@ -189,7 +189,7 @@ class Machine:
         self._each: dict[str, Controller] = {}
         whole = self._controller
         inside = whole.inner if isinstance(whole, controller.RateLimited) else whole
-        if isinstance(inside, controller.PerAxis) and (kind.law or kind.axes):
+        if isinstance(inside, controller.PerAxis) and (kind.law or kind.axis_records):
             self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Explain, Inside, needed
+from hfc_design.controllers.kind import Explain, needed
+from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -28,18 +29,18 @@ def part(design: Design, axis: str) -> Design:
     Raises:
         UserError: it has no such axis, or axes that differ.
     """
-    if design.kind.inside is not None:
-        return _inside(design, design.kind.inside, axis)
+    if isinstance(design.controller, OuterDesign):
+        return _inside(design, axis)
     parts = design.by_axis()
     if axis not in parts and (axis or len(parts) > 1):
         raise _no_axis(design, axis, parts)
     return parts.get(axis, design)
 
 
-def _inside(design: Design, inside: Inside, axis: str) -> Design:
+def _inside(design: Design, axis: str) -> Design:
     from hfc_design.files.pairing import axes_of  # with JAX
 
-    records = inside.records(design.controller, axes_of(design))
+    records = design.controller.inside(axes_of(design))
     if "" in records:  # of all axes, with others inside
         return part(design.model_copy(update={"controller": records[""]}), axis)
     first, *others = records
@@ -74,7 +75,8 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
     every = PlantSettings(**read.plant.model_dump()).each()
     own = next((one for one in every if one.name == read.axis), every[0])
     found = explanation(read, own.drive, own.parameters, samples)
-    return found | {"inside": design.controller.kind} if design.kind.inside else found
+    outer = isinstance(design.controller, OuterDesign)
+    return found | {"inside": design.controller.kind} if outer else found
 
 
 def explanation(
@@ -101,7 +103,7 @@ def explanation(
     for sample in samples:
         _check(design, kind, sample, alone, names)
     # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
-    own = {"controller": kind.held(record), "limits": design.limits.without_rate()}
+    own = {"controller": record.held(), "limits": design.limits.without_rate()}
     held = design.model_copy(update=own) if alone else design
     controller = Controller(held)
     before = _memory(kind, samples[0])

@@ -12,7 +12,7 @@ class AflcGenome(flc.FuzzyGenome):
 
     def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
         """The population as the simulator wants it."""
-        steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
+        steps = (np.full(len(population.tree), step) for step in self.start.law_gains().rates[:3])
         rates = Rates(*steps, *self.overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 

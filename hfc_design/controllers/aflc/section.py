@@ -41,7 +41,7 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
     Stepped over what the axis measured, some 0.1 ms a sample.
     """
     found: dict[str, FuzzyRecord] = {}
-    law, gains = aflc(record.sample_time_s, judge=record.judge()), record.gains()
+    law, gains = aflc(record.sample_time_s, judge=record.judge()), record.law_gains()
     for axis, signals in (shown.signals or {}).items():
         memory = law.begun(SCALARS, 0.0, gains)
         read = {name: signals[name].tolist() for name in record.reads()}

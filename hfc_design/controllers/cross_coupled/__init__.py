@@ -8,14 +8,8 @@ from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Target, later
-from hfc_design.controllers.per_axis import INSIDE, OuterDesign
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Json
-
-
-def _reads(record: CrossCoupledDesign) -> list[str]:
-    own = ["error", *(["reference_rate"] if record.feed_forward else [])]
-    return list(dict.fromkeys([*own, *record.inner_reads()]))
 
 
 class _OwnGenome(GainsGenome):
@@ -54,20 +48,4 @@ class CrossCoupledGenome(AroundGenome):
         }
 
 
-KIND = Kind(
-    name="cross-coupled",
-    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
-    summary="a PID on the contour error beside axis controllers of any kind (Koren 1980)",
-    record=CrossCoupledDesign,
-    settings=CrossCoupledSettings,
-    gains=CrossCoupledDesign.gains,
-    controller=CrossCoupledDesign.controller,
-    genome=CrossCoupledGenome,
-    learnt=lambda record, axes, memory: record.learnt(axes, memory.inner),
-    inside=INSIDE,
-    structure=OuterDesign.structure,
-    path=True,
-    reads=_reads,
-    reach=CrossCoupledDesign.reach,
-    sections=later("hfc_design.controllers.cross_coupled.section", "sections"),
-)
+KIND = CrossCoupledDesign

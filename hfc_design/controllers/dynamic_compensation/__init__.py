@@ -9,8 +9,7 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationSettings,
 )
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Target, later
-from hfc_design.controllers.per_axis import INSIDE, OuterDesign
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Json
 
 
@@ -42,19 +41,4 @@ class CompensationGenome(AroundGenome):
         }
 
 
-KIND = Kind(
-    name="dynamic-compensation",
-    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
-    summary="any controllers, and beside them what the length of all errors asks for (Lin & Gai)",
-    record=CompensationDesign,
-    settings=CompensationSettings,
-    gains=CompensationDesign.gains,
-    controller=CompensationDesign.controller,
-    genome=CompensationGenome,
-    learnt=OuterDesign.learnt,  # the memory of what is inside is all there is
-    inside=INSIDE,
-    structure=OuterDesign.structure,
-    reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
-    reach=CompensationDesign.reach,
-    sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),
-)
+KIND = CompensationDesign

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from hfc_design.controllers.flc.law import Compensation, FlcGains
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.flc.law import Compensation, FlcGains, flc
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord, unused_term
 from hfc_design.controllers.kind import (
     CHANGES,
@@ -16,12 +17,14 @@ from hfc_design.controllers.kind import (
     DeadZone,
     Target,
     controller_named,
+    later,
     zone_told,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
+HERE = "hfc_design.controllers.flc"
 Variable = Literal["error", "error_change", "output"]
 
 
@@ -135,6 +138,12 @@ class FuzzyRecord(ControllerRecord):
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
+    rule_base = later(f"{HERE}.export", "RULES")
+    explain = later(f"{HERE}.export", "EXPLAIN")
+    widths = later(f"{HERE}.export", "widths")
+    pictures = later(f"{HERE}.section", "pictures")
+    sections = later(f"{HERE}.section", "table_sections")
+
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
         for key in ("error_terms", "error_change_terms"):
@@ -229,6 +238,10 @@ class FlcDesign(FuzzyRecord):
     """A controller of kind ``flc``; ``form`` as in JK95 eq. 1."""
 
     kind: Literal["flc"] = "flc"
+    summary = "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)"
+    settings = later(f"{HERE}.record", "FlcSettings")
+    genome = later(f"{HERE}.genome", "FuzzyGenome")
+    sections = later(f"{HERE}.section", "sections")
     #: P: the error alone; PI: the command adds up what the table says; PD: it is that
     form: Literal["P", "PI", "PD"] = "PD"
 
@@ -239,9 +252,13 @@ class FlcDesign(FuzzyRecord):
             raise ValueError(fault)
         return rules
 
-    def gains(self) -> FlcGains:
+    def law_gains(self) -> FlcGains:
         """The gains of one individual."""
         return self.table()
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return flc(self.form, self.sample_time_s, limit)
 
     def control_form(self) -> str:
         """The one that it has."""

@@ -42,7 +42,7 @@ def rules(values: Floats, title: str, meaning: str, moved: Floats | None = None)
 
 def surface(record: SlidingDesign, drive_units: dict[str, str], title: str) -> Surface:
     """What the rules command, without the switching part."""
-    gains, (unit,) = record.gains(), rule_units(record)
+    gains, (unit,) = record.law_gains(), rule_units(record)
 
     def law(rate: Floats, error: Floats) -> Floats:
         in_error = np.array(degrees(ARRAYS, gains.error_terms * error[:, 0]))
@@ -155,7 +155,7 @@ def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
 
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
     """What the rules learn of what an axis with this limit measured."""
-    law, gains = sliding(record.sample_time_s, limit), record.gains()
+    law, gains = sliding(record.sample_time_s, limit), record.law_gains()
     memory, moves = law.begun(SCALARS, 0.0, gains), []
     pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
     for error, rate in pairs:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field, create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, Target, later
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, later
 from hfc_design.core.numbers import Constant, Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 from hfc_design.core.wording import one_of
@@ -43,7 +43,7 @@ class Law(NamedTuple):
 FIVE_AXES = ("five-axis", "five-axis-b", "five-axis-coupled")
 FEEDS = ("feed-drive", "milling-table", "positioning-stage", *FIVE_AXES)
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
-"""The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``."""
+"""The genome of a kind with settings of ``settings_of`` and ``of_gains``."""
 
 
 class GainsSettings(ControllerSettings):
@@ -116,32 +116,35 @@ def kind_of_gains(
     base: type[ControllerRecord] = ControllerRecord,
     plants: tuple[str, ...] = (),
     **further: Any,
-) -> Kind:
+) -> type[ControllerRecord]:
     """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
     ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are of ``AxisLaw``,
     ``base`` has what a design may say beside its gains, ``plants`` are those that the ranges are
-    for, ``further`` is of ``Kind``.
+    for, ``further`` is what else a ``ControllerRecord`` has.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
     told = Field(description="its gains, by name")
     gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), told)}
-    return Kind(
-        name=name,
-        record=create_model("Design", __base__=base, **gains),
-        settings=settings_of(ranges, plants),
-        gains=lambda record: type(ranges)(**dict(getattr(record, key))),
-        law=lambda record, limit: AxisLaw(
+    abilities: dict[str, Any] = {
+        "name": name,
+        "settings": settings_of(ranges, plants),
+        "genome": genome_of_gains,
+        "law_gains": lambda record: type(ranges)(**dict(getattr(record, key))),
+        "law": lambda record, limit: AxisLaw(
             sample, start, record.sample_time_s, limit, structure(record), tells, prime
         ),
-        genome=genome_of_gains,
-        of_gains=lambda gains: {key: gains},
+        "of_gains": staticmethod(lambda gains: {key: gains}),
         **further,
-    )
+    }
+    made = create_model("Design", __base__=base, **gains)
+    for ability, value in abilities.items():
+        setattr(made, ability, value)
+    return made
 
 
-def kind_of(law: Law) -> Kind:
+def kind_of(law: Law) -> type[ControllerRecord]:
     """The kind of a user's own ``law``; UserError: it cannot be searched."""
     told = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):

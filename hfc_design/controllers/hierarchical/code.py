@@ -74,7 +74,7 @@ def _largest_deviation(
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """
-    gains, reach = design.gains(), layout_of(design).reach
+    gains, reach = design.law_gains(), layout_of(design).reach
 
     def root(degrees: Graded, inputs: Floats) -> Floats:
         found = outputs(ARRAYS, degrees, reach, gains, list(inputs.T))[0][-1].output

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hfc_design.controllers.controller import FOLLOWED
+from hfc_design.controllers.controller import FOLLOWED, AxisLaw
 from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_INPUTS,
     LIN_LEE_TERMS,
@@ -16,11 +16,18 @@ from hfc_design.controllers.hierarchical.law import (
     HierarchicalGains,
     HierarchicalMemory,
     Layout,
+    hierarchical,
     term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    Target,
+    later,
+    reach_of,
+)
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
     LinearDesign,
@@ -33,6 +40,8 @@ from hfc_design.controllers.linear.record import (
 from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 from hfc_design.core.wording import one_of
+
+HERE = "hfc_design.controllers.hierarchical"
 
 
 class PdRecord(Record):
@@ -116,6 +125,16 @@ class HierarchicalDesign(ControllerRecord):
     """A controller of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
+    summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
+    settings = later(f"{HERE}.record", "HierarchicalSettings")
+    genome = later(f"{HERE}.linear_genome", "genome_of")
+    units_that_matter = later(f"{HERE}.units", "units_that_matter")
+    reads = later(f"{HERE}.rules", "reads")
+    rule_base = later(f"{HERE}.rules", "RULES")
+    explain = later(f"{HERE}.rules", "EXPLAIN")
+    lookup = later(f"{HERE}.code", "tabulated")
+    pictures = later(f"{HERE}.pictures", "pictures")
+    sections = later(f"{HERE}.section", "sections")
     pd: PdRecord  # gains of the PD beside the hierarchy, LL eq. 6
     #: further linear gains beside kp and kd; left out: a PD alone
     linear: LinearRecord | None = Field(None, exclude_if=not_)
@@ -167,6 +186,10 @@ class HierarchicalDesign(ControllerRecord):
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return hierarchical(layout_of(self), self.sample_time_s, limit)
+
     def adapted(self, memory: HierarchicalMemory) -> "HierarchicalDesign | None":
         """With what the consequents of its root have moved by; None: they stay where they are."""
         if self.adaptation is None or memory.root is None:
@@ -208,7 +231,7 @@ class HierarchicalDesign(ControllerRecord):
         pairs = zip(self.sources(), known, strict=True)
         return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
 
-    def gains(self) -> HierarchicalGains:
+    def law_gains(self) -> HierarchicalGains:
         """The gains of one individual."""
         return HierarchicalGains(
             self.pd.kp,
@@ -216,8 +239,8 @@ class HierarchicalDesign(ControllerRecord):
             tuple(item.scale for item in self.inputs),
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
-            part.gains() if (part := self.linear_part) else None,
-            part.gains() if (part := self.scheduled_part) else None,
+            part.law_gains() if (part := self.linear_part) else None,
+            part.law_gains() if (part := self.scheduled_part) else None,
         )
 
     def reach(self, limit: float | None) -> dict[str, float]:
@@ -314,7 +337,7 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     if isinstance(described, HierarchicalSettings):
         return Layout(names, scale, terms, described.used, adaptation)
     laws = (described.linear_part, described.scheduled_part)
-    part, own = (None if law is None else law.structure for law in laws)
+    part, own = (None if law is None else law.form for law in laws)
     used, canonical = len(described.units) + 1, described.canonical
     return Layout(names, scale, terms, used, adaptation, part, own, canonical)
 

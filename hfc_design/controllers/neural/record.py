@@ -7,13 +7,30 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Target, controller_named, reach_of
-from hfc_design.controllers.neural import law
-from hfc_design.controllers.neural.law import Weights
+from hfc_design.controllers.kind import (
+    CHANGES,
+    ControllerRecord,
+    Target,
+    controller_named,
+    later,
+    reach_of,
+)
+from hfc_design.controllers.neural.law import (
+    NeuralGains,
+    NeuralMemory,
+    Weights,
+    added,
+    changes,
+    neural,
+    passed,
+)
 from hfc_design.core.arguments import positive, whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked
+
+HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
 #: Units of the hidden layer: the loop is unrolled, more of them take minutes to compile.
@@ -44,6 +61,11 @@ class NeuralDesign(ControllerRecord):
     """A controller of kind ``neural``; see ``NeuralGains``."""
 
     kind: Literal["neural"] = "neural"
+    summary = "a network that learns off line from another controller, then on line (Huang et al.)"
+    settings = later(f"{HERE}.record", "NeuralSettings")
+    genome = later(HERE, "NeuralGenome")
+    pictures = later(f"{HERE}.section", "pictures")
+    sections = later(f"{HERE}.section", "sections")
     weights: WeightsRecord  # what the network begins with
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
@@ -54,9 +76,21 @@ class NeuralDesign(ControllerRecord):
     #: weight of the change in the error of the output [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
-    def gains(self) -> law.NeuralGains:
+    def law_gains(self) -> NeuralGains:
         """The numbers beside the weights."""
-        return law.NeuralGains(*(getattr(self, name) for name in law.NeuralGains._fields))
+        return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return neural(self.network(), self.sample_time_s, limit)
+
+    def reads(self) -> list[str]:
+        """The change of the error is formed inside."""
+        return ["error"]
+
+    def connecting(self) -> list[str]:
+        """What is formed inside."""
+        return [CHANGES]
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Where the network to begin with, were all its weights of one sign, commands the limit."""
@@ -70,7 +104,7 @@ class NeuralDesign(ControllerRecord):
         """What it begins with."""
         return Weights(self.weights.hidden, (self.weights.output,))
 
-    def adapted(self, memory: law.NeuralMemory) -> "NeuralDesign | None":
+    def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
         """With the weights as they have become; None: they stay."""
         return self.with_weights(memory.weights) if self.rate else None
 
@@ -95,7 +129,7 @@ def drawn(hidden: int, seed: int) -> WeightsRecord:
 
 
 #: What is searched, on a milling table: errors in mm and commands in V.
-RANGES = law.NeuralGains(
+RANGES = NeuralGains(
     (1e-3, 0.1), (1e-3, 0.1), (0.1, 20.0), (1e-6, 0.1), (1e-3, 0.9), (1e-4, 0.1), (0.0, 1.0)
 )
 
@@ -197,10 +231,10 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     rates = lesson.rate, start.momentum, start.slope
     for _ in range(lesson.passes):
         for own, target in zip(inputs.tolist(), targets.tolist(), strict=True):
-            answer = law.passed(SCALARS, found, start.slope, own)
+            answer = passed(SCALARS, found, start.slope, own)
             off = [target - answer.outputs[0]]
-            last = law.changes(SCALARS, found, last, answer, off, *rates)
-            found = law.added(SCALARS, found, last)
+            last = changes(SCALARS, found, last, answer, off, *rates)
+            found = added(SCALARS, found, last)
     design = start.with_weights(found)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):

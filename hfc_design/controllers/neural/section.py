@@ -49,7 +49,7 @@ def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
 def at_the_end(record: NeuralDesign, shown: Shown) -> dict[str, NeuralDesign]:
     """The network of each axis at the end of the motion, stepped over what the axis measured."""
     found = {}
-    law, gains = neural(record.network(), record.sample_time_s), record.gains()
+    law, gains = neural(record.network(), record.sample_time_s), record.law_gains()
     for axis, signals in (shown.signals or {}).items():
         memory = law.initial_memory(0.0)
         for error in signals["error"].tolist():

@@ -31,7 +31,7 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
         f"change since the last sample, both in {SETS} sets from -{HIGHEST} to {HIGHEST}. Of the "
         f"{SETS} × {SETS} rules four fire; each is then corrected by the error and its change."
     )
-    gains = record.gains()._asdict()
+    gains = record.law_gains()._asdict()
     meanings = {
         "ge": ("sets per unit of the error", f"1/{units['error']}"),
         "gc": ("sets per unit of its change in a sample", f"1/{units['error']}"),
@@ -64,7 +64,7 @@ def _learning(
     told = f"Control surface of {axis} at the end of the motion, by the rules of then."
     return [
         Drawing(
-            tables(rules, record.gains().gu, axis, shown.units["command"]),
+            tables(rules, record.law_gains().gu, axis, shown.units["command"]),
             f"Heat maps of the rules that {axis} has learnt",
             f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
         ),
@@ -90,7 +90,7 @@ def learnt(
 
     Stepped over what the axis measured, some 0.1 ms a sample.
     """
-    law, gains = soc(record.table, record.sample_time_s, limit), record.gains()
+    law, gains = soc(record.table, record.sample_time_s, limit), record.law_gains()
     memory: SocMemory = law.initial_memory(0.0)
     errors = signals["error"].tolist()
     moments = {max(round(share * len(errors)), 1) for share in SHARES}
@@ -107,7 +107,7 @@ EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
 
 def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surface:
     """What the rules of a record say by now."""
-    table, gains = np.array(record.table), record.gains()
+    table, gains = np.array(record.table), record.law_gains()
 
     def law(change: Floats, error: Floats) -> Floats:
         in_change, in_error = (np.array(degrees(ARRAYS, x)) for x in (change, error[:, 0]))
@@ -148,7 +148,7 @@ def _terms(record: SocDesign, drive: Drive) -> Figure:
     values = np.linspace(*ends, 20 * HIGHEST + 1)
     each = zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True)
     curves = {label: (values, own) for label, own in each}
-    gains, unit = record.gains(), drive.units["error"]
+    gains, unit = record.law_gains(), drive.units["error"]
     told = (
         f"{name}, a set is {1.0 / gain:.3g} {unit}"
         for name, gain in (("error", gains.ge), ("its change in a sample", gains.gc))
