@@ -72,7 +72,7 @@ def axes_of(design: str, scenario: str, machines: int) -> list[Axis]:
 
 def _each(design: Any, count: int) -> list[Any]:
     """The PID gains of each axis."""
-    records = design.kind.axes(design.controller).values() if design.kind.axes else ()
+    records = design.controller.axis_records().values() if design.kind.axis_records else ()
     return [record.pid for record in records] or [design.controller.pid] * count
 
 

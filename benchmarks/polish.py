@@ -27,7 +27,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.runs.polish_task import PolishTask
+from hfc_design.runs.polishing import PolishTask
 from hfc_design.runs.problem import Problem
 from hfc_design.search import polish
 from hfc_design.search.by_numbers import chain, coordinates

@@ -87,7 +87,7 @@ def first_axis(design: Design) -> Design:
 
 def contenders(design: Design, scenario: str) -> dict[str, Contender]:
     """Those that can step the design here, ready to run."""
-    if design.kind.controller and not design.kind.axes:
+    if design.kind.controller and not design.kind.axis_records:
         return of_machines(design, scenario)
     return of_axes(first_axis(design), recorded(design, scenario))
 

@@ -4,7 +4,7 @@ Seven points of a table that start at zero; those that act learn from the error.
 searched, its table is saved, on the machine too, and it is exported to C. In this folder::
 
     python 06_own_kind.py [GENERATIONS]
-    hfc design c-axis-ramp-cutting --controller 06_own_kind:KIND
+    hfc design c-axis-ramp-cutting --controller 06_own_kind:FrictionTable
 """
 
 import sys
@@ -44,41 +44,43 @@ def sample(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, table: Any, signals: Any)
     return pd + friction, learnt, None
 
 
-class Design(hfc.ControllerRecord):
-    """The kind in a design file."""
+class FrictionTable(hfc.ControllerRecord):
+    """The kind: its fields are what a design file holds."""
 
     kind: Literal["friction-table"] = "friction-table"
+    summary = "PD beside a friction table over the speed, which it learns"
+    settings = hfc.settings_of(Gains((100.0, 1e4), (30.0, 3e3), (1.0, 1e5)))
+    genome = hfc.genome_of_gains
     kp: float
     kd: float
     rate: Annotated[float, Field(ge=0)]
     table: Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)] = (0.0,) * 7
 
-    def gains(self) -> Gains:
+    def law_gains(self) -> Gains:
         """Its numbers."""
         return Gains(self.kp, self.kd, self.rate)
 
-    def adapted(self, learnt: Any) -> "Design":
+    def law(self, limit: float | None) -> hfc.AxisLaw:
+        """The law of one axis."""
+        return hfc.AxisLaw(sample, start, self.sample_time_s, limit, self.table)
+
+    def reads(self) -> list[str]:
+        """Signals of a sample."""
+        return ["error", "error_rate", "spindle_velocity"]
+
+    @staticmethod
+    def of_gains(gains: dict[str, float]) -> dict[str, Any]:
+        """The keys of a file, of gains that a search has found."""
+        return {**gains, "table": (0.0,) * POINTS}
+
+    def adapted(self, learnt: Any) -> "FrictionTable":
         """The same with the table that it has learnt."""
         return self.model_copy(update={"table": tuple(learnt)})
 
 
-KIND = hfc.Kind(
-    name="friction-table",
-    summary="PD beside a friction table over the speed, which it learns",
-    record=Design,
-    settings=hfc.settings_of(Gains((100.0, 1e4), (30.0, 3e3), (1.0, 1e5))),
-    gains=Design.gains,
-    law=lambda record, limit: hfc.AxisLaw(sample, start, record.sample_time_s, limit, record.table),
-    genome=hfc.genome_of_gains,
-    of_gains=lambda gains: {**gains, "table": (0.0,) * POINTS},
-    reads=lambda record: ["error", "error_rate", "spindle_velocity"],
-    adapted=Design.adapted,
-)
-
-
 def main(generations: int = 30) -> None:
     """Search it and a PD alone under the cutting load, and write the better one in C."""
-    hfc.register(KIND)
+    hfc.register(FrictionTable)
     wanted = {"search.generations": generations, "search.population": 64, "limits.command": 60.0}
     for kind in ("pd", "friction-table"):
         changes = {**wanted, "controller": {"kind": kind}}

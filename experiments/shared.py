@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
-from hfc_design.batch.folder import told as noted
+from hfc_design.batch.folder import batch_notes
 from hfc_design.batch.plan import LABEL, Published, matches
-from hfc_design.batch.runs import Run, batches_below, runs_below
-from hfc_design.batch.summary import Reproduced, figure_row, reproduced
+from hfc_design.batch.reproduction import Reproduced, figure_row, reproduced
+from hfc_design.batch.results import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
@@ -69,7 +69,7 @@ class Batch:
 
     def published(self) -> list[list[str]]:
         """``HEAD`` of every published figure."""
-        listed = (told.published for own in batches_below(self.folder) for told in noted(own))
+        listed = (told.published for own in batches_below(self.folder) for told in batch_notes(own))
         each = zip(reproduced(self.folder, self.runs), chain.from_iterable(listed), strict=True)
         return [self._row(*pair) for pair in each]
 

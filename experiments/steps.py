@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hfc_design.batch.runs import runs_below
+from hfc_design.batch.results import runs_below
 from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.files.design import Design

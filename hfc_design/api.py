@@ -6,27 +6,26 @@ Load a scenario, design, evaluate, export; add an own plant, fitness, strategy o
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hfc_design.attainable.attainable import Attainable, attainable
-from hfc_design.batch.summary import Findings
-from hfc_design.calls.batching import batch, findings
+from hfc_design.batch.findings import Findings
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.identifying import identify
-from hfc_design.calls.plotting import plot
-from hfc_design.calls.searching import design, pick, with_gains
-from hfc_design.calls.showing import comparison_page, explain, report
+from hfc_design.calls.searching import batch, design, findings, pick, with_gains
+from hfc_design.calls.showing import comparison_page, explain, plot, report
 from hfc_design.calls.stability import stability
 from hfc_design.controllers.controller import AxisLaw, View, held
-from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
+from hfc_design.controllers.gains import Law, settings_of
+from hfc_design.controllers.gains.genome import GainsGenome as genome_of_gains
 from hfc_design.controllers.genome import Genome, taken
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Explain,
-    Kind,
     Shown,
     Target,
+    later,
 )
 from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.numbers import Constant, Xp, clipped, total
@@ -68,6 +67,15 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+def __getattr__(name: str) -> Any:
+    if name == "Kind":
+        told = (
+            "a kind is a subclass of ControllerRecord by now, with what Kind was given as methods"
+        )
+        raise AttributeError(f"hfc_design.api.Kind is gone: {told}; see docs/python.md")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 def register(thing: Registered) -> Registered:
     """Let scenarios and designs of this program name an own part.
 
@@ -106,6 +114,6 @@ __all__ += ["Drive", "Machine", "Plant", "coupled", "only_positive", "rk4", "sid
 __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
-__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind"]
+__all__ += ["ControllerRecord", "ControllerSettings", "Explain", "later"]
 __all__ += ["Drawing", "Listing", "Section", "Shown", "Target"]
 __all__ += ["Constant", "Xp", "clipped", "total"]

@@ -109,14 +109,14 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
     around.
     """
     drives = tuple(_around(drive, waits, substeps) for drive in machine.drives)
-    own, forces = machine.forces, None
-    if own is not None:
+    machine_forces, forces = machine.forces, None
+    if machine_forces is not None:
         counts = [len(drive.initial_state(0.0)) for drive in machine.drives]
         kinds = [type(drive.initial_state(0.0)) for drive in machine.drives]
 
         def forces(fixed: Any, states: Any, commands: Any) -> Any:
             inner = (k(*x[:n]) for k, x, n in zip(kinds, states, counts, strict=True))
-            return own(tuple(one.own for one in fixed), tuple(inner), commands)
+            return machine_forces(tuple(one.own for one in fixed), tuple(inner), commands)
 
     return Machine(machine.name, machine.axes, drives, forces)
 
@@ -153,14 +153,14 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
         return kind(*state[:count])
 
     def coefficients(parameters: Parameters) -> Standing:
-        own = parameters if isinstance(parameters, Standing) else Standing(parameters, nothing)
-        return Standing(drive.coefficients(own.own), own.around)
+        standing = parameters if isinstance(parameters, Standing) else Standing(parameters, nothing)
+        return Standing(drive.coefficients(standing.own), standing.around)
 
     def measured(fixed: Coefficients, state: State) -> State:
-        own = inner(state)
+        drive_state = inner(state)
         if len(state) > count:
-            own = own._replace(**{seen: getattr(own, seen) + state.slack})
-        return drive.measured(fixed.own, own)
+            drive_state = drive_state._replace(**{seen: getattr(drive_state, seen) + state.slack})
+        return drive.measured(fixed.own, drive_state)
 
     def step(fixed: Standing, state: State, command: Scalar, loads: Loads, dt: Scalar) -> State:
         a, before = fixed.around, inner(state)
@@ -171,10 +171,10 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
             pairs = zip(a.waits, pairwise(given), strict=True)
             acting = sum(w * ((1.0 - old) * new + old * late) for w, (new, late) in pairs)
         lagged = acting + a.keep * (state.lagged - acting)
-        held = acting + a.mean * (state.lagged - acting)
-        off, (one, two, three, four) = state.bent - held, a.turn
-        bent, swing = held + one * off + two * state.swing, three * off + four * state.swing
-        pushed = held + a.share * (swing - state.swing)
+        mean_command = acting + a.mean * (state.lagged - acting)
+        off, (one, two, three, four) = state.bent - mean_command, a.turn
+        bent, swing = mean_command + one * off + two * state.swing, three * off + four * state.swing
+        pushed = mean_command + a.share * (swing - state.swing)
         beat = state.beat + GOLDEN
         beat = beat - jnp.floor(beat)
         time = dt * (1.0 + a.jitter * (2.0 * beat - 1.0))
@@ -182,9 +182,9 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
         slack = state.slack + getattr(before, seen) - getattr(after, seen)
         part = jnp.where(state.part + 1.5 > substeps, 0.0, state.part + 1.0)
         ends = part == 0.0
-        kept = [jnp.where(ends, new, x) for new, x in pairwise(given)]
+        delay_line = [jnp.where(ends, new, x) for new, x in pairwise(given)]
         slack = jnp.where(a.slack > 0.0, jnp.clip(slack, -a.slack, a.slack), 0.0)
-        return state_of(*after, *kept, part, lagged, bent, swing, slack, beat)
+        return state_of(*after, *delay_line, part, lagged, bent, swing, slack, beat)
 
     return replace(
         drive,

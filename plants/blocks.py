@@ -176,8 +176,8 @@ def rk4_tr_bdf2(
 
     def with_field(stage: Any, value: Scalar) -> State:
         explicit = getattr(stage, field)
-        found: State = stage._replace(**{field: jnp.where(stiff, value, explicit)})
-        return found
+        new_stage: State = stage._replace(**{field: jnp.where(stiff, value, explicit)})
+        return new_stage
 
     start, middle, end = loads
     k1 = derivative(state, start, 0.0)

@@ -151,8 +151,8 @@ _sign_fault = only_positive(CAxisParameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NE
 
 def fault(changes: dict[str, float]) -> str | None:
     """What makes the nominal machine with ``changes`` impossible, or None."""
-    if found := _sign_fault(changes):
-        return found
+    if sign_fault := _sign_fault(changes):
+        return sign_fault
     p = CAxisParameters(**changes)
     if p.stator_inductance * p.rotor_inductance <= p.mutual_inductance**2:
         return (

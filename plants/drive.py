@@ -173,8 +173,13 @@ def units_of(parameters: type[Parameters]) -> dict[str, str]:
 
 def units_in(position: str, command: str, load: str) -> dict[str, str]:
     """``Drive.units`` of a drive whose signals are the place that it controls, and its rate."""
-    own = {"error": position, "error_rate": f"{position}/s", "command": command, "load": load}
-    return own | {"position": position, "velocity": f"{position}/s"}
+    signal_units = {
+        "error": position,
+        "error_rate": f"{position}/s",
+        "command": command,
+        "load": load,
+    }
+    return signal_units | {"position": position, "velocity": f"{position}/s"}
 
 
 #: A unit: it stands in comments of code and in commands, where nothing in it may end them.
@@ -209,7 +214,10 @@ def drive_fault(drive: Drive) -> str | None:
         return f"signals has to give a dict, and gives {signals!r}"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
-    units, told = [*drive.units.values(), *drive.parameter_units.values()], drive.meanings.values()
+    units, meanings = (
+        [*drive.units.values(), *drive.parameter_units.values()],
+        drive.meanings.values(),
+    )
     of_parameters = {"exact": drive.exact, "parameter_units": drive.parameter_units}
     of_parameters["resolutions"] = drive.resolutions.values()
     faults = [
@@ -223,7 +231,7 @@ def drive_fault(drive: Drive) -> str | None:
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
-        *(f"meanings: {x!r} has to be a line of text" for x in told if not x.isprintable()),
+        *(f"meanings: {x!r} has to be a line of text" for x in meanings if not x.isprintable()),
         *(f"the unit {x!r} has to be {UNITS}" for x in units if not UNIT.fullmatch(x)),
         *(f"the signal {x!r} has to be {NAMED}" for x in drive.units if not NAME.fullmatch(x)),
         called(drive, "fault", {}),

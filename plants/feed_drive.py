@@ -139,8 +139,8 @@ def fault(changes: dict[str, float]) -> str | None:
 
     That is a sign, or friction that would speed the free axis up somewhere, against its damping.
     """
-    if found := _sign_fault(changes):
-        return found
+    if sign_fault := _sign_fault(changes):
+        return sign_fault
     p = FeedDriveParameters(**changes)
     with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
         c = coefficients(p)

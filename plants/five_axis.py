@@ -103,8 +103,8 @@ def step(
     start, middle, end = loads
     share = dt / c.time_constant
     most = c.peak_force / c.stiffness * share / -jnp.expm1(-share)
-    asked = x.velocity + jnp.clip(c.velocity_per_volt * volts - x.velocity, -most, most)
-    drive = c.stiffness * asked - (start + 4.0 * middle + end) / 6.0
+    commanded = x.velocity + jnp.clip(c.velocity_per_volt * volts - x.velocity, -most, most)
+    drive = c.stiffness * commanded - (start + 4.0 * middle + end) / 6.0
     slide = Slide(c.gain, c.time_constant, lambda _, speed: sliding_friction(c, speed))
     return slid(slide, x, drive, dt)
 
@@ -121,10 +121,10 @@ def acceleration(c: ServoCoefficients, x: ServoState, volts: Scalar) -> Scalar:
 
 def _top_speed(c: ServoCoefficients) -> float:
     """That the highest voltage holds against friction."""
-    held = c.gain * (c.stiffness * c.velocity_per_volt * c.highest_voltage - c.coulomb)
+    speed = c.gain * (c.stiffness * c.velocity_per_volt * c.highest_voltage - c.coulomb)
     if c.viscous > 0:
-        held = min(held, (c.peak_force - c.coulomb) / c.viscous)
-    return max(held, 0.0) if c.peak_force > c.coulomb else 0.0
+        speed = min(speed, (c.peak_force - c.coulomb) / c.viscous)
+    return max(speed, 0.0) if c.peak_force > c.coulomb else 0.0
 
 
 def per_unit_of(rotary: bool) -> float:
@@ -132,9 +132,9 @@ def per_unit_of(rotary: bool) -> float:
     return degrees(1.0) if rotary else 1e3
 
 
-def servo(name: str, rotary: bool = False, **own: float) -> Drive:
+def servo(name: str, rotary: bool = False, **nominal: float) -> Drive:
     """A servo axis with these parameters (``UNITS``) as its nominal ones."""
-    values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **own}
+    values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **nominal}
     record: Any = namedtuple  # a class of its own, for its own defaults
     defaults = [values[key] for key in UNITS]
     parameters = record(f"Servo{name.upper()}Parameters", UNITS, defaults=defaults)
@@ -177,16 +177,16 @@ def servo(name: str, rotary: bool = False, **own: float) -> Drive:
     )
 
 
-def _linear(name: str, mass: float, m_min: float, **own: float) -> Drive:
+def _linear(name: str, mass: float, m_min: float, **nominal: float) -> Drive:
     """A slide of a ``mass`` [kg] whose highest voltage is so many m/min."""
-    own = {"stribeck_velocity": 2.0, "unbalance": 0.0, "travel_per_turn": 10.0, **own}
-    return servo(name, False, inertia=mass, velocity_per_volt=1e3 * m_min / 60.0 / VOLTS, **own)
+    nominal = {"stribeck_velocity": 2.0, "unbalance": 0.0, "travel_per_turn": 10.0, **nominal}
+    return servo(name, False, inertia=mass, velocity_per_volt=1e3 * m_min / 60.0 / VOLTS, **nominal)
 
 
-def _rotary(name: str, inertia: float, deg_min: float, **own: float) -> Drive:
+def _rotary(name: str, inertia: float, deg_min: float, **nominal: float) -> Drive:
     """A table of an ``inertia`` [kg m2] behind a worm gear of 60."""
-    own = {"stribeck_velocity": 0.5, "travel_per_turn": 6.0, **own}
-    return servo(name, True, inertia=inertia, velocity_per_volt=deg_min / 60.0 / VOLTS, **own)
+    nominal = {"stribeck_velocity": 0.5, "travel_per_turn": 6.0, **nominal}
+    return servo(name, True, inertia=inertia, velocity_per_volt=deg_min / 60.0 / VOLTS, **nominal)
 
 
 def _braked(viscous: float, coulomb: float, rise: float, gain: float, peak: float) -> Any:
@@ -215,7 +215,9 @@ def forces(fixed: Each, states: Each, commands: Each) -> Each:
     """
     (x, y, z, a, c), metre = fixed, 1e-3
     each = enumerate((x, y))
-    pulled = [once(metre * acceleration(own, states[k], commands[k])) for k, own in each]
+    pulled = [
+        once(metre * acceleration(coefficients, states[k], commands[k])) for k, coefficients in each
+    ]
     tilt, angle = (jnp.deg2rad(states[k].position) for k in (3, 4))
     # in the table, where Y was [m/s2]
     across = once(jnp.cos(tilt) * pulled[1] + jnp.sin(tilt) * GRAVITY)

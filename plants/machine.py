@@ -46,13 +46,13 @@ class Machine:
         if not any(encoders):
             return self
         pairs = zip(self.drives, encoders, strict=True)
-        drives = tuple(fed_back(drive, own) if own else drive for drive, own in pairs)
+        drives = tuple(fed_back(drive, encoder) if encoder else drive for drive, encoder in pairs)
         return _beside(self.name, self.axes, drives, self.forces)
 
     def coefficients(self, parameters: Each) -> Each:
         """What a step needs of the parameters of each axis."""
         pairs = zip(self.drives, parameters, strict=True)
-        return tuple(drive.coefficients(own) for drive, own in pairs)
+        return tuple(drive.coefficients(axis_parameters) for drive, axis_parameters in pairs)
 
     def initial_state(self, zero: Scalar) -> Each:
         """The state of each axis at rest."""
@@ -69,10 +69,13 @@ class Machine:
         dt = time / substeps
         if substeps == 1:
             return self.step(fixed, states, commands, loads, dt)
-        points = [jnp.stack(own) for own in loads]
+        points = [jnp.stack(axis_loads) for axis_loads in loads]
 
         def substep(k: Scalar, states: Each) -> Each:
-            here = tuple((own[2 * k], own[2 * k + 1], own[2 * k + 2]) for own in points)
+            here = tuple(
+                (axis_loads[2 * k], axis_loads[2 * k + 1], axis_loads[2 * k + 2])
+                for axis_loads in points
+            )
             return self.step(fixed, states, commands, here, dt)
 
         return tuple(lax.fori_loop(0, substeps, substep, states))
@@ -88,8 +91,8 @@ class Machine:
             return pushed(loads)
         # The forces at the end are those of a first try, so that the step is of second order.
         before = self.forces(fixed, states, commands)
-        held = tuple((force, force, force) for force in before)
-        after = self.forces(fixed, pushed(tree.map(add, loads, held)), commands)
+        held_forces = tuple((force, force, force) for force in before)
+        after = self.forces(fixed, pushed(tree.map(add, loads, held_forces)), commands)
         rising = tuple((a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True))
         return pushed(tree.map(add, loads, rising))
 
@@ -108,8 +111,8 @@ def side_by_side(name: str = "", **drives: Drive) -> Machine:
     ``name`` is what scenarios call it; "": the names of its drives.
     """
     names = dict.fromkeys(getattr(drive, "name", "") for drive in drives.values())
-    own = name or "-".join(names) or "machine"
-    return _beside(own, tuple(drives), tuple(drives.values()))
+    machine_name = name or "-".join(names) or "machine"
+    return _beside(machine_name, tuple(drives), tuple(drives.values()))
 
 
 def coupled(plant: Drive | Machine, forces: Forces, name: str = "") -> Machine:
@@ -132,8 +135,8 @@ def plant_fault(plant: Drive | Machine) -> str | None:
         return None
     fixed = machine.coefficients(tuple(drive.parameters() for drive in machine.drives))
     zeros = (0.0,) * len(machine.axes)
-    found = called(machine, "forces", fixed, machine.initial_state(0.0), zeros)
-    if not isinstance(found, tuple) or len(found) != len(machine.axes):
+    forces = called(machine, "forces", fixed, machine.initial_state(0.0), zeros)
+    if not isinstance(forces, tuple) or len(forces) != len(machine.axes):
         return f"its forces have to be a tuple of {len(machine.axes)}, one an axis"
     return None
 
@@ -158,8 +161,8 @@ def step_fault(drive: Drive) -> str | None:
         each = [f"{name} is {_kind(x)}" for name, x in values.items() if not _is_float(x)]
         wrong = ", ".join(each)
     fields = ", ".join(before._fields)
-    told = f"step has to return the record {type(before).__name__} with {fields}, each a float"
-    return f"{told}: {wrong}" if wrong else None
+    message = f"step has to return the record {type(before).__name__} with {fields}, each a float"
+    return f"{message}: {wrong}" if wrong else None
 
 
 def _is_float(value: Any) -> bool:

@@ -17,10 +17,10 @@ from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.certainty import BOUND, Kept, certainty, kept
-from hfc_design.identify.fit import bandwidths, by_command
-from hfc_design.identify.free import free
-from hfc_design.identify.replay import Recording
+from hfc_design.identify.fit import Fit, bandwidths, by_command
+from hfc_design.identify.identifiability import BOUND, Certainty, certainty, hold_untold
+from hfc_design.identify.parameters import free_parameters
+from hfc_design.identify.recording import Recording
 from hfc_design.simulation.machines import drawn
 from plants.c_axis import C_AXIS, CAxisParameters
 
@@ -35,7 +35,7 @@ class Row(NamedTuple):
 
     repeat: int
     parameter: str
-    state: str  # see ``Kept``
+    state: str  # see ``Certainty``
     true: float
     value: float
     low: float
@@ -43,30 +43,30 @@ class Row(NamedTuple):
     error: float  # standard, relative
 
 
-def identified(recorded: Recording, near: bool) -> Kept:
+def identified(recorded: Recording, near: bool) -> tuple[Fit, Certainty]:
     """What ``hfc identify --plant c-axis --set load.constant=0`` finds; ``near``: by one start."""
     tried = bandwidths(recorded, None)
-    found = by_command(
-        free(C_AXIS, {}, known=("load",)), recorded, 1, tried, 0, lambda line: None, near
-    )
-    return kept(found, certainty(found.fit))
+    wanted = free_parameters(C_AXIS, {}, known=("load",))
+    fit = by_command(wanted, recorded, 1, tried, 0, near=near)
+    fit, known, _ = hold_untold(fit, certainty(fit))
+    return fit, known
 
 
 def repeat(base: Scenario, machine: CAxisParameters, k: int, near: bool) -> list[Row]:
     """A machine and noise of its own."""
     changes = {f"plant.parameters.{name}": x for name, x in machine._asdict().items()}
-    result = identified(log(DESIGN, load_scenario(base, changes | {"sensors.seed": k})), near)
-    names, known = result.found.fit.free.names, result.known
+    fit, known = identified(log(DESIGN, load_scenario(base, changes | {"sensors.seed": k})), near)
+    names = fit.free.names
     held = {
         name: getattr(C_AXIS.parameters(), name)
-        for name, state in zip(names, result.state, strict=True)
+        for name, state in zip(names, known.state, strict=True)
         if state == "held"
     }
     expected = told(machine, held)
     columns = (known.value, known.low, known.high, known.error)
     return [
         Row(k, name, state, float(getattr(expected, name)), *map(float, numbers))
-        for name, state, *numbers in zip(names, result.state, *columns, strict=True)
+        for name, state, *numbers in zip(names, known.state, *columns, strict=True)
     ]
 
 

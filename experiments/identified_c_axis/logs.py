@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.replay import Recording, recording
+from hfc_design.identify.recording import Recording, recording
 from hfc_design.logs.columns import Log
 from hfc_design.logs.signals import signals
 from hfc_design.simulation.evaluating import evaluate

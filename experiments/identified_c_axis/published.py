@@ -9,9 +9,9 @@ from experiments.identified_c_axis.logs import log
 from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.identify.free import Task
 from hfc_design.identify.identified import identify
-from hfc_design.identify.result import HEADS, advice_line, parameter_rows
+from hfc_design.identify.outcome import HEADS
+from hfc_design.identify.request import Task
 
 DESIGN, SCENARIO = "lin-lee-1999-table-1", "c-axis-ramp"
 SENSORS = {"sensors.encoder_resolution": 1.7e-6, "sensors.noise": 1e-6}
@@ -24,8 +24,8 @@ def main() -> None:
     known = frozenset({"load"})
     task = Task(scenario, axis=0, design=None, names=None, bandwidth=None, known=known)
     found = identify(task, {"log": log(DESIGN, scenario)})
-    click.echo(markdown(HEADS, parameter_rows(found)))
-    click.echo("\n".join((*found.notes, f"record next: {advice_line(found)}")))
+    click.echo(markdown(HEADS, found.parameter_rows()))
+    click.echo("\n".join((*found.notes, f"record next: {found.advice_line()}")))
 
 
 if __name__ == "__main__":

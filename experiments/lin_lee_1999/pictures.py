@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from experiments.shared import Batch
 from hfc_design.batch.plan import LABEL
-from hfc_design.batch.runs import Run
+from hfc_design.batch.results import Run
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.report import searches

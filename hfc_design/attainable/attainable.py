@@ -43,8 +43,8 @@ class Attainable(NamedTuple):
 
     def numbers(self) -> Json:
         """Everything but the voltage as plain data."""
-        kept = ("bound", "simple", "reached", "allowance")
-        return {key: float(getattr(self, key)) for key in kept} | {"samples": self.samples}
+        keys = ("bound", "simple", "reached", "allowance")
+        return {key: float(getattr(self, key)) for key in keys} | {"samples": self.samples}
 
 
 def check(scenario: Scenario) -> None:
@@ -112,11 +112,11 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
     while True:
         window = _window(machine, one, moved, played, largest, start, count)
         bounds = Bounds(largest[: count - 1], -window.reached.bristles, window.reached.bristles)
-        found, proof, late = _bound(window, bounds)
+        solution, proof, late = _bound(window, bounds)
         if count >= min(MOST_SAMPLES, len(errors)) or late <= LATE:
             break
         count = min(2 * count, len(errors))
-    known = best_voltage(played, np.append(found.inputs[:, 0], 0.0), largest)
+    known = best_voltage(played, np.append(solution.inputs[:, 0], 0.0), largest)
     total, first = float(np.abs(known.error).sum()), abs(float(errors[0]))
     best = _tightened(window, bounds, proof, known, total - first)
     return Attainable(
@@ -165,14 +165,14 @@ def _programme(window: _Window, bounds: Bounds) -> Programme:
 
 def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
     """What the solver found, what it proves, and the share of the last quarter in its errors."""
-    found = _programme(window, bounds).least_sum()
-    if found is None:
+    solution = _programme(window, bounds).least_sum()
+    if solution is None:
         raise RunError("the linear programme of the bound has no solution that HiGHS finds")
-    multipliers = np.clip(found.multipliers, -1.0, 1.0)
+    multipliers = np.clip(solution.multipliers, -1.0, 1.0)
     proof = certified(window.machine, window.one, window.errors, multipliers, bounds)
-    left = np.abs(found.errors)
+    left = np.abs(solution.errors)
     late = float(left[-(len(left) // 4) :].sum() / max(left.sum(), np.finfo(float).tiny))
-    return found, proof, late
+    return solution, proof, late
 
 
 def _tightened(
@@ -184,12 +184,14 @@ def _tightened(
     """
     added = np.abs(known.error[1 : len(window.errors) + 1]).cumsum()
     end = min(int(np.searchsorted(added, MOSTLY * budget)) + 1, len(window.errors))
-    asked = [*range(2, end, max(end // ASKED, 1)), end]
-    signs = np.sign(known.states[asked, CAxisState._fields.index("spindle_velocity")])
+    steps = [*range(2, end, max(end // ASKED, 1)), end]
+    signs = np.sign(known.states[steps, CAxisState._fields.index("spindle_velocity")])
     for _ in range(ROUNDS):
-        part, own = _first(window, bounds, min(end + AFTER, len(window.errors)))
-        case = Case(part.machine, part.one, part.moved, part.errors, part.reached, own, budget)
-        low, high = speeds(case, _programme(part, own), asked, signs)
+        part, part_bounds = _first(window, bounds, min(end + AFTER, len(window.errors)))
+        case = Case(
+            part.machine, part.one, part.moved, part.errors, part.reached, part_bounds, budget
+        )
+        low, high = speeds(case, _programme(part, part_bounds), steps, signs)
         rest = window.reached.speed[len(low) :]
         whole = Case(*case[:2], window.moved, window.errors, window.reached, bounds, budget)
         low, high = np.append(low, -rest), np.append(high, rest)

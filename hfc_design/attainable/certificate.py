@@ -50,8 +50,8 @@ def certified(
     ``errors`` (steps,) are those without voltage and bristles at the end of each sample; m (steps,)
     [rad / (N m s)] is by the ``momentum``, as far as voltage and bristles make it.
     """
-    found = np.nan_to_num(multipliers)
-    back = _adjoint(one, found, momentum)
+    duals = np.nan_to_num(multipliers)
+    back = _adjoint(one, duals, momentum)
     gain = back @ one.voltage
     pushed = np.abs(gain) * bounds.voltage
     starts, ends = back @ (one.a @ machine.bristle), back @ machine.bristle
@@ -59,8 +59,8 @@ def certified(
     worst = [np.maximum(x * bounds.low, x * bounds.high) for x in (starts, ends)]
     bent = 0.5 * one.time * (worst[0] + worst[1])
     between = _between(machine, one, back, bounds)
-    value = float(found @ errors - pushed.sum() - bent.sum())
-    rounding = _rounding(machine, one, back, float(np.abs(found) @ np.abs(errors)), bounds)
+    value = float(duals @ errors - pushed.sum() - bent.sum())
+    rounding = _rounding(machine, one, back, float(np.abs(duals) @ np.abs(errors)), bounds)
     return Certified(value - between - rounding, rounding, between)
 
 
@@ -86,8 +86,8 @@ def _between(machine: Freed, one: Sampled, back: Floats, bounds: Bounds) -> floa
     """
     curved = np.abs(back @ machine.a @ machine.a)
     largest = curved @ (expm(np.abs(machine.a) * one.time) @ np.abs(machine.bristle))
-    reach = np.maximum(np.abs(bounds.low), np.abs(bounds.high))
-    return float(one.time**3 / 12.0 * (largest @ reach))
+    deflections = np.maximum(np.abs(bounds.low), np.abs(bounds.high))
+    return float(one.time**3 / 12.0 * (largest @ deflections))
 
 
 def _rounding(machine: Freed, one: Sampled, back: Floats, given: float, bounds: Bounds) -> float:
@@ -107,10 +107,10 @@ def _rounding(machine: Freed, one: Sampled, back: Floats, given: float, bounds: 
         growth = max(growth, float(np.linalg.norm(power, np.inf)))
     each = 64.0 * ROUNDING * growth * (float(np.linalg.norm(np.abs(a), np.inf)) + 1.0)
     off = len(back) * each * size  # of every adjoint
-    reach = np.maximum(np.abs(bounds.low), np.abs(bounds.high)).sum()
+    deflection_sum = np.maximum(np.abs(bounds.low), np.abs(bounds.high)).sum()
     by_voltage = float(off @ np.abs(one.voltage)) * bounds.voltage.sum()
     density = np.abs(machine.bristle) + np.abs(one.a @ machine.bristle)
-    by_bristles = float(off @ density) * one.time * reach
+    by_bristles = float(off @ density) * one.time * deflection_sum
     total = given + float(np.abs(back @ one.voltage) @ bounds.voltage)
-    total += one.time * reach * float((np.abs(back) @ density).max())
+    total += one.time * deflection_sum * float((np.abs(back) @ density).max())
     return by_voltage + by_bristles + len(back) * 64.0 * ROUNDING * total

@@ -83,8 +83,8 @@ def sampled(machine: Freed, time: float) -> Sampled:
     """Exact over ``time`` [s]: one matrix exponential of state and held inputs."""
     whole = np.zeros((STATES + 2, STATES + 2))
     whole[:STATES] = np.column_stack([machine.a, machine.voltage, machine.bristle])
-    found = expm(whole * time)[:STATES]
-    return Sampled(found[:, :STATES], found[:, STATES], found[:, STATES + 1], time)
+    transition = expm(whole * time)[:STATES]
+    return Sampled(transition[:, :STATES], transition[:, STATES], transition[:, STATES + 1], time)
 
 
 def undriven(machine: Freed, samples: Samples, substeps: int, start: CAxisState) -> Floats:
@@ -96,7 +96,7 @@ def undriven(machine: Freed, samples: Samples, substeps: int, start: CAxisState)
     whole = np.zeros((STATES + 3, STATES + 3))  # state, load, its slope, its bend
     whole[:STATES, :STATES], whole[:STATES, STATES] = machine.a, machine.load
     whole[STATES, STATES + 1] = whole[STATES + 1, STATES + 2] = 1.0 / time  # in substeps
-    found = expm(whole * time)[:STATES]
+    transition = expm(whole * time)[:STATES]
     loads = np.asarray(samples.axes[0].loads)
     x = np.array([*start[:ANGLE], start.spindle_angle, 0.0])
     x[MOMENTUM] = machine.inertia * start.spindle_velocity
@@ -107,5 +107,5 @@ def undriven(machine: Freed, samples: Samples, substeps: int, start: CAxisState)
         for first, middle, last in zip(load[:-1:2], load[1::2], load[2::2], strict=True):
             bend = 4.0 * (first + last - 2.0 * middle)  # second derivative of the parabola
             slope = 4.0 * middle - 3.0 * first - last
-            x = found @ np.array([*x, first, slope, bend])
+            x = transition @ np.array([*x, first, slope, bend])
     return states

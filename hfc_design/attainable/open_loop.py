@@ -35,29 +35,29 @@ def best_voltage(one: Player, first: Floats, largest: Floats) -> Played:
     """
     smooth = one._replace(resolution=None)
     motion = _head(smooth, first, largest)
-    kept = len(largest)
-    if len(motion.voltage) < kept:
-        kept = max(len(motion.voltage) - OVERLAP, 1)
-        motion = _rest(smooth, motion, kept)
+    head_length = len(largest)
+    if len(motion.voltage) < head_length:
+        head_length = max(len(motion.voltage) - OVERLAP, 1)
+        motion = _rest(smooth, motion, head_length)
     still = played(one, np.zeros(len(largest)))  # nothing may be best
     if not one.resolution:
         return min(motion, still, key=_sum)
-    system, held = answers(one, motion.voltage, motion.states), [still]
+    system, candidates = answers(one, motion.voltage, motion.states), [still]
     for cost in COSTS:  # the dearer a change, the less it does about a single step's rounding
         gain, _ = _regulator(system, motion.error, cost, 1)
-        held.append(played(one, motion.voltage, (motion.states, gain)))
-    return min(held, key=_sum)
+        candidates.append(played(one, motion.voltage, (motion.states, gain)))
+    return min(candidates, key=_sum)
 
 
-def _rest(one: Player, head: Played, kept: int) -> Played:
-    """The whole motion, of which the ``head`` is ``kept`` for so many samples."""
+def _rest(one: Player, head: Played, head_length: int) -> Played:
+    """The whole motion, of which the ``head`` is kept for ``head_length`` samples."""
     voltage, states = _quasi_static(one)
-    gain, _ = _regulator(answers(one, voltage, states), np.zeros(len(voltage)), COST, kept)
-    voltage[:kept] = head.voltage[:kept]
+    gain, _ = _regulator(answers(one, voltage, states), np.zeros(len(voltage)), COST, head_length)
+    voltage[:head_length] = head.voltage[:head_length]
     best, cost = played(one, voltage, (states, gain)), COST
     for _ in range(SWEEPS):
         system = answers(one, best.voltage, best.states)
-        gain, change = _regulator(system, best.error, cost, kept)
+        gain, change = _regulator(system, best.error, cost, head_length)
         tried = played(one, best.voltage + change, (best.states, gain))
         share = _sum(tried) / max(_sum(best), TINY)
         best = min(best, tried, key=_sum)
@@ -81,8 +81,8 @@ def _head(one: Player, voltage: Floats, largest: Floats) -> Played:
         low = np.maximum(-most, now - trust * whole) - now
         high = np.minimum(most, now + trust * whole) - now
         system = answers(one, now, motion.states)
-        own = Linear(system.a[:-1], system.b[:-1], system.output)
-        change = programme(own, motion.error[1:], low[:-1, None], high[:-1, None]).least_sum()
+        linear = Linear(system.a[:-1], system.b[:-1], system.output)
+        change = programme(linear, motion.error[1:], low[:-1, None], high[:-1, None]).least_sum()
         if change is None:
             break
         tried = played(one, now + np.append(change.inputs[:, 0], 0.0))

@@ -55,21 +55,21 @@ def player(scenario: Scenario) -> Player:
     )
 
 
-def played(one: Player, voltage: Floats, held: tuple[Floats, Floats] | None = None) -> Played:
+def played(one: Player, voltage: Floats, feedback: tuple[Floats, Floats] | None = None) -> Played:
     """The first samples of the motion, under ``voltage`` (samples,) [V].
 
-    It may be ``held`` to places (samples, 6) by gains (samples, 6): less the gain times how far the
-    state is off its place. Limit and converter act on the whole.
+    It may be held by ``feedback`` to places (samples, 6) by gains (samples, 6): less the gain times
+    how far the state is off its place. Limit and converter act on the whole.
     """
     devices.configure()
     steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)
     loads = np.asarray(one.samples.axes[0].loads).T[:steps]
-    near, gain = held or (np.zeros((steps, len(start))),) * 2
+    near, gain = feedback or (np.zeros((steps, len(start))),) * 2
     how, converter = (one.machine, one.substeps), (one.limit, one.resolution)
     clock = float(one.samples.sample_time)
     with jax.enable_x64(True):
-        found = _played(how, converter, one.fixed, clock, start, loads, voltage, near, gain)
-    voltages, states = (np.asarray(x) for x in found)
+        outputs = _played(how, converter, one.fixed, clock, start, loads, voltage, near, gain)
+    voltages, states = (np.asarray(x) for x in outputs)
     target = np.asarray(one.samples.axes[0].target)[:steps]
     return Played(voltages, states, target - states[:, ANGLE])
 
@@ -95,8 +95,8 @@ def _moved(
     """The state (6,) a sample later, by the same step as in every simulation."""
     machine, substeps = how
     states, given = (CAxisState(*x),), tuple(loads)
-    (found,) = machine.moved(fixed, states, (voltage,), (given,), time, substeps)
-    return jnp.stack(list(found))
+    (state,) = machine.moved(fixed, states, (voltage,), (given,), time, substeps)
+    return jnp.stack(list(state))
 
 
 @partial(jax.jit, static_argnums=0)
@@ -112,8 +112,8 @@ def _played(
     gain: Array,
 ) -> tuple[Array, Array]:
     def body(x: Array, row: tuple[Array, ...]) -> tuple[Array, tuple[Array, Array]]:
-        load, asked, place, back = row
-        acting = converted(asked - back @ (x - place), *converter)
+        load, command, place, back = row
+        acting = converted(command - back @ (x - place), *converter)
         return _moved(how, fixed, time, x, load, acting), (acting, x)
 
     return lax.scan(body, start, (loads, voltage, near, gain))[1]
@@ -129,8 +129,8 @@ def _answers(
     voltage: Array,
 ) -> tuple[Array, Array]:
     def each(x: Array, load: Array, acting: Array) -> tuple[Array, Array]:
-        found = jax.jacfwd(partial(_moved, how, fixed, time), argnums=(0, 2))(x, load, acting)
-        a, b = found
+        jacobians = jax.jacfwd(partial(_moved, how, fixed, time), argnums=(0, 2))(x, load, acting)
+        a, b = jacobians
         return a, b
 
     return jax.vmap(each)(states, loads, voltage)

@@ -62,25 +62,29 @@ class Programme(NamedTuple):
         if budget is not None:
             more = {"A_ub": self.magnitudes[None], "b_ub": [budget / self.scale]}
         more |= {"A_eq": self.equal, "b_eq": self.right, "bounds": self.bounds}
-        found: Any = None
+        solution: Any = None
         for method in METHODS:
-            found = linprog(cost, **more | {"method": method})
-            if found.x is not None:
+            solution = linprog(cost, **more | {"method": method})
+            if solution.x is not None:
                 break
         else:
             return None
-        own = found.x[steps * states : steps * (states + inputs)].reshape(steps, inputs)
-        above, below = found.x[steps * (states + inputs) :].reshape(2, steps)
-        by_error = found.eqlin.marginals[steps * states :] * size / self.scale
-        by_budget = found.ineqlin.marginals.sum() * size / self.scale
-        return Solved(own * self.unit, self.scale * (above - below), by_error, -float(by_budget))
+        scaled_inputs = solution.x[steps * states : steps * (states + inputs)].reshape(
+            steps, inputs
+        )
+        above, below = solution.x[steps * (states + inputs) :].reshape(2, steps)
+        by_error = solution.eqlin.marginals[steps * states :] * size / self.scale
+        by_budget = solution.ineqlin.marginals.sum() * size / self.scale
+        return Solved(
+            scaled_inputs * self.unit, self.scale * (above - below), by_error, -float(by_budget)
+        )
 
 
 def programme(system: Linear, errors: Floats, low: Floats, high: Floats) -> Programme:
     """Of ``errors`` (steps,) without inputs, which ``low`` and ``high`` (steps, inputs) bound."""
     steps, states, inputs = system.b.shape
-    reach = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
-    unit = np.where(reach > 0.0, reach, 1.0)
+    input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
+    unit = np.where(input_range > 0.0, input_range, 1.0)
     size = _sizes(system, unit)
     scale = float(np.abs(errors).mean()) or 1.0
     rows, identity = steps * states, sparse.identity(steps)

@@ -45,8 +45,8 @@ def reach(
     for k in range(steps):
         past = by_voltage[: k + 1, MOMENTUM] @ voltage[k::-1]
         past += by_bristles[1 : k + 1, MOMENTUM] @ bristles[:k][::-1]
-        own = slope * (drift[k, MOMENTUM] + past) + share * way
-        speed = max(speed, own / left) if left > 0.0 else np.inf
+        base_speed = slope * (drift[k, MOMENTUM] + past) + share * way
+        speed = max(speed, base_speed / left) if left > 0.0 else np.inf
         way += one.time * speed
         if not way < allowed:
             break

@@ -31,14 +31,14 @@ class Case(NamedTuple):
 
 def slowest(case: Case, solver: Programme, step: int, sign: float) -> float:
     """The least of ``sign`` times the momentum after so many samples; -inf: nothing is known."""
-    found = solver.least_state(MOMENTUM, step, sign, case.budget)
-    if found is None or not found.budget > 0.0:
+    solution = solver.least_state(MOMENTUM, step, sign, case.budget)
+    if solution is None or not solution.budget > 0.0:
         return -np.inf
-    multipliers = np.clip(found.multipliers, -found.budget, found.budget)
+    multipliers = np.clip(solution.multipliers, -solution.budget, solution.budget)
     momentum = np.zeros(len(case.errors))
     momentum[step - 1] = sign
     proof = certified(case.machine, case.one, case.errors, multipliers, case.bounds, momentum)
-    return sign * case.moved[step, MOMENTUM] + proof.bound - found.budget * case.budget
+    return sign * case.moved[step, MOMENTUM] + proof.bound - solution.budget * case.budget
 
 
 def speeds(case: Case, solver: Programme, steps: list[int], signs: Floats) -> tuple[Floats, Floats]:
@@ -79,7 +79,7 @@ def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
 def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
     """(samples,) the lowest deflection in each sample, by the lowest and the highest speed."""
     machine, z, time = case.machine, start, case.one.time
-    found = np.empty(len(low))
+    lowest = np.empty(len(low))
     for k in range(len(low)):
         before, back = z, -machine.steady(high[k])
         if low[k] > 0.0 and z < 0.0:
@@ -92,8 +92,8 @@ def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
             z = min(z, 0.0) + time * low[k]
             z = max(z, back) if high[k] < 0.0 else z
         z = max(z, -case.reach.bristles[k])
-        found[k] = min(before, z)
-    return found
+        lowest[k] = min(before, z)
+    return lowest
 
 
 def _relaxed(z: float, steady: float, way: float) -> float:

@@ -11,16 +11,13 @@ from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Literal
-
-from pydantic import Field
 
 from hfc_design import __version__
 from hfc_design.batch.plan import Cell
-from hfc_design.batch.work import PATIENCE, Lost, Outcome, Place, told
+from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, unfinished
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import given
-from hfc_design.core.records import LONGEST, NotNegative, Record, RunError, UserError, checked
+from hfc_design.core.records import RunError, UserError, checked
 
 try:
     import dask
@@ -44,18 +41,6 @@ PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
 Tls = tuple[Path | None, Path | None, Path | None]
 #: A cell's run on a worker.
 Task = Future[Json]
-
-
-class Sent(Record):
-    """What a worker sends back: what became of the cell, and files that belong to a run."""
-
-    state: Literal["finished", "failed", "again"]
-    reason: Annotated[str, Field(max_length=LONGEST)]
-    seconds: NotNegative
-    files: dict[
-        Literal["checkpoint.npz", "history.csv", "design.json"],
-        Annotated[bytes, Field(max_length=2**30)],
-    ]
 
 
 class Workers(Place):
@@ -94,12 +79,11 @@ class Workers(Place):
                 return
             for task in found:
                 try:
-                    sent = checked(Sent, task.result(), "what it sent", Path())
-                    yield task, Outcome(**dict(sent))
+                    yield task, checked(Outcome, task.result(), "what it sent", Path())
                 except (CancelledError, OSError):
                     raise
                 except Exception as error:  # killed each time, or no hfc-design on the worker
-                    yield task, Outcome("failed", f"on a worker: {told(error)}")
+                    yield task, unfinished(error, "on a worker: ")
 
     @contextmanager
     def _reached(self) -> Iterator[None]:
@@ -152,15 +136,16 @@ def connected(
 
 
 def _security(scheduler: str, tls: Tls) -> Security:
-    ca, own, key = map(str, tls)
+    ca, certificate, key = map(str, tls)
     if not scheduler.startswith("tls://"):
         raise UserError(f"--scheduler {scheduler}: with --tls-ca it has to be tls://HOST:PORT")
-    found = Security(True, tls_ca_file=ca, tls_client_cert=own, tls_client_key=key)
+    security = Security(True, tls_ca_file=ca, tls_client_cert=certificate, tls_client_key=key)
     try:
-        found.get_connection_args("client")
+        security.get_connection_args("client")
     except OSError as error:
-        raise UserError(f"--tls-ca {ca}, --tls-cert {own}, --tls-key {key}: {error}") from None
-    return found
+        options = f"--tls-ca {ca}, --tls-cert {certificate}, --tls-key {key}"
+        raise UserError(f"{options}: {error}") from None
+    return security
 
 
 def _local(workers: int) -> LocalCluster:

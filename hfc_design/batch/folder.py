@@ -12,13 +12,13 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, ValidationInfo
 
-from hfc_design.batch.plan import Plan, Told
+from hfc_design.batch.plan import BatchNotes, Plan
 from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, about, content, decoded, json_of
-from hfc_design.files.cells import PLAN
+from hfc_design.files.labels import PLAN
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 NOTES = ".batch"
@@ -32,11 +32,11 @@ def _inside(name: str, info: ValidationInfo) -> str:
     return name
 
 
-class Noted(Record):
+class PlanFile(Record):
     """What ``batch.json`` holds."""
 
     cells: dict[Annotated[Name, AfterValidator(_inside)], Json] = {}  # name of a folder -> settings
-    files: dict[str, Told] = {}  # by the batch's name
+    files: dict[str, BatchNotes] = {}  # by the batch's name
 
 
 class Entry(NamedTuple):
@@ -56,10 +56,10 @@ def note_plan(out: Path, plan: Plan) -> None:
         RunError: the folder cannot be written.
     """
     with waited(out, "plan"):
-        noted = _noted(out) if (out / PLAN).exists() else Noted()
-        cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
-        files = noted.files | {plan.name: plan.told}
-        whole = checked(Noted, {"cells": cells, "files": files}, out / PLAN, out)
+        before = _plan_file(out) if (out / PLAN).exists() else PlanFile()
+        cells = before.cells | {cell.name: cell.settings for cell in plan.cells}
+        files = before.files | {plan.name: plan.notes}
+        whole = checked(PlanFile, {"cells": cells, "files": files}, out / PLAN, out)
         write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
@@ -68,7 +68,7 @@ def entries(out: Path) -> list[Entry]:
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     found = []
-    for name, settings in _noted(out).cells.items():
+    for name, settings in _plan_file(out).cells.items():
         reason, time = _text(out, name, "failed"), _seconds(_text(out, name, "seconds"))
         now = state(out, name)
         if now != "finished" and lock.in_use(out / name):  # perhaps it was sent to a worker
@@ -77,9 +77,9 @@ def entries(out: Path) -> list[Entry]:
     return found
 
 
-def told(out: Path) -> list[Told]:
+def batch_notes(out: Path) -> list[BatchNotes]:
     """What the files of the batches in a folder say beside their cells."""
-    return list(_noted(out).files.values())
+    return list(_plan_file(out).files.values())
 
 
 def state(out: Path, name: str) -> State:
@@ -94,25 +94,20 @@ def state(out: Path, name: str) -> State:
 
 def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
     """Note why a cell failed, or how many seconds it took."""
-    _cleared(out / NOTES / f"{name}.{kind}")
-    write_whole(out / NOTES / f"{name}.{kind}", (text + "\n").encode())
+    write_whole(_cleared(out, name, kind), (text + "\n").encode())
 
 
 def forget_failure(out: Path, name: str) -> None:
     """A cell is tried again."""
-    _cleared(out / NOTES / f"{name}.failed")
-    (out / NOTES / f"{name}.failed").unlink(missing_ok=True)
+    _cleared(out, name, "failed").unlink(missing_ok=True)
 
 
-def _cleared(note: Path) -> None:
-    """No folder is in the way of a note."""
-    if note.is_dir() and not note.is_symlink():
-        shutil.rmtree(note, ignore_errors=True)
-
-
-def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
-    """Whether this process alone may run the cell; another batch or a run may be at it."""
-    return lock.claimed(out / name)
+def _cleared(out: Path, name: str, kind: str) -> Path:
+    """Where a note lies, with no folder in its way."""
+    path = out / NOTES / f"{name}.{kind}"
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    return path
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:
@@ -126,10 +121,10 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
     return lock.waited(out, out / NOTES / f"{what}.lock")
 
 
-def _noted(out: Path) -> Noted:
+def _plan_file(out: Path) -> PlanFile:
     with about(out / PLAN):
         plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
-    return checked(Noted, plan, out / PLAN, out)
+    return checked(PlanFile, plan, out / PLAN, out)
 
 
 def _text(out: Path, name: str, kind: str) -> str:

@@ -16,8 +16,8 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.core.wording import one_of
-from hfc_design.files.cells import LABEL
 from hfc_design.files.design import Design, design_json
+from hfc_design.files.labels import LABEL
 from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
 from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario
@@ -62,14 +62,14 @@ class Published(Record):
         return found
 
 
-class Told(Record):
+class BatchNotes(Record):
     """What a batch file says beside its cells."""
 
     description: str = ""
     published: tuple[Published, ...] = ()
 
 
-class BatchFile(Told):
+class BatchFile(BatchNotes):
     """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
 
     name: Name | None = None  # of the folder in runs/; None: that of the file
@@ -92,11 +92,11 @@ class Plan(NamedTuple):
 
     name: str  # of its folder
     cells: list[Cell]
-    told: Told
+    notes: BatchNotes
 
-    def folder(self, asked: Path | None) -> Path:
-        """Where its cells lie, unless another place is ``asked`` for."""
-        return asked or Path("runs") / self.name
+    def folder(self, out: Path | None) -> Path:
+        """Where its cells lie, unless another place ``out`` is given."""
+        return out or Path("runs") / self.name
 
 
 def read_batch(path: Path, changes: Changes = ()) -> Plan:
@@ -107,36 +107,31 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
     Raises:
         UserError: the file is none, or a run that it makes is not allowed.
     """
-    file = _read(path)
-    found: dict[str, Cell] = {}
-    common = flat(file.set)
-    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
-    for settings in _combinations(file, path):
-        own = settings | others
-        try:
-            scenario, design = _asked(own, path.parent)
-        except UserError as error:
-            apart = {key: x for key, x in own.items() if common.get(key) != x} or own
-            first, *more = error.args
-            told = [f"cell with {_listed(apart)}: {first}", *(f"same cell: {x}" for x in more)]
-            raise type(error)(*(f"{path}: {line}" for line in told)) from None
-        name = _name(scenario, design)
-        found.setdefault(name, Cell(name, own, scenario, design))
-    for k, item in enumerate(file.published):
-        try:
-            for own, metric in item.sides:
-                if own:
-                    _check_figure(own, metric, found.values())
-        except UserError as error:
-            raise error.within(f"{path}: published.{k}") from None
-    return Plan(file.name or path.stem, list(found.values()), file)
-
-
-def _read(path: Path) -> BatchFile:
     file = checked(BatchFile, read_toml(path), path, path.parent)
     if not (file.set or file.grid or file.cells):
         raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
-    return file
+    cells: dict[str, Cell] = {}
+    common = flat(file.set)
+    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    for combination in _combinations(file, path):
+        settings = combination | others
+        try:
+            scenario, design = _run_of(settings, path.parent)
+        except UserError as error:
+            apart = {key: x for key, x in settings.items() if common.get(key) != x} or settings
+            first, *more = error.args
+            lines = [f"cell with {_listed(apart)}: {first}", *(f"same cell: {x}" for x in more)]
+            raise type(error)(*(f"{path}: {line}" for line in lines)) from None
+        name = _name(scenario, design)
+        cells.setdefault(name, Cell(name, settings, scenario, design))
+    for k, item in enumerate(file.published):
+        try:
+            for wanted, metric in item.sides:
+                if wanted:
+                    _check_figure(wanted, metric, cells.values())
+        except UserError as error:
+            raise error.within(f"{path}: published.{k}") from None
+    return Plan(file.name or path.stem, list(cells.values()), file)
 
 
 def matches(wanted: Json, settings: Json) -> bool:
@@ -146,10 +141,10 @@ def matches(wanted: Json, settings: Json) -> bool:
 
 def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     """Refuse a metric that no cell with the wanted settings has."""
-    own = [cell for cell in cells if matches(wanted, cell.settings)]
-    if not own:
+    some = [cell for cell in cells if matches(wanted, cell.settings)]
+    if not some:
         raise UserError(f"no cell has {_listed(flat(wanted))}")
-    found = (key for cell in own for key in meanings(cell.scenario))
+    found = (key for cell in some for key in meanings(cell.scenario))
     known = list(dict.fromkeys(["fitness", "merit", *found]))
     if metric not in known:
         raise UserError(f"{metric!r} is no metric of these cells; {one_of(metric, known)}")
@@ -164,42 +159,42 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
     count = max(len(file.cells), 1) * prod(map(len, grid.values()))
     if count > MAX_CELLS:
         raise UserError(f"{path}: asks for {count} cells; allowed are {MAX_CELLS}")
-    for own in file.cells or ({},):
+    for cell in file.cells or ({},):
         for values in product(*grid.values()):
-            yield common | dict(zip(grid, values, strict=True)) | flat(own)
+            yield common | dict(zip(grid, values, strict=True)) | flat(cell)
 
 
 def _listed(settings: Json) -> str:
-    told = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
-    return told if len(told) <= LONGEST else f"{told[: LONGEST - 40]} ..."
+    words = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
+    return words if len(words) <= LONGEST else f"{words[: LONGEST - 40]} ..."
 
 
-def _asked(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
+def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     """The scenario of a cell, and the design that it scores if it searches none."""
     label = settings.get(LABEL, "a")
     if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
         raise UserError(f"label: has to be a text of 1 to {LONGEST} letters that can be printed")
-    own = {key: value for key, value in settings.items() if key not in OWN_KEYS}
-    inside = {key.removeprefix(CHANGE): own.pop(key) for key in list(own) if key.startswith(CHANGE)}
+    keys = {key: value for key, value in settings.items() if key not in OWN_KEYS}
+    inside = {key.removeprefix(CHANGE): x for key, x in keys.items() if key.startswith(CHANGE)}
+    keys = {key: value for key, value in keys.items() if not key.startswith(CHANGE)}
+
+    def place(name: object) -> str:
+        """What a batch file names: beside it, from where the user is, or built in."""
+        return str(folder / str(name) if exists(folder / str(name)) else name)
+
     name = settings.get(SCENARIO)
     if DESIGN not in settings:
         if inside:
             raise UserError(f"{CHANGE}{next(iter(inside))}: needs a design that it changes")
-        return load_scenario(_place(name or "c-axis-ramp", folder), own), None
-    source = _place(settings[DESIGN], folder)
+        return load_scenario(place(name or "c-axis-ramp"), keys), None
+    source = place(settings[DESIGN])
     design = load_design(source, inside)
     if name is None:
-        scenario = own_scenario(design, source, own)
+        scenario = own_scenario(design, source, keys)
     else:
-        scenario = load_scenario(_place(name, folder), own)
+        scenario = load_scenario(place(name), keys)
     machine(design, scenario)  # refuses a design that does not fit
     return scenario.model_copy(update={"run": RunSettings()}), design  # nothing is random
-
-
-def _place(name: object, folder: Path) -> str:
-    """What a batch file names: beside it, from where the user is, or built in."""
-    beside = folder / str(name)
-    return str(beside if exists(beside) else name)
 
 
 def _name(scenario: Scenario, design: Design | None) -> str:

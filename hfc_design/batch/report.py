@@ -7,15 +7,18 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from hfc_design.batch import folder
+from hfc_design.batch import folder, results
 from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.groups import STRUCTURES, Group, structure_rows, trees_of
+from hfc_design.batch.findings import Findings, findings
+from hfc_design.batch.groups import Group
 from hfc_design.batch.page import page
-from hfc_design.batch.runs import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below, text
-from hfc_design.batch.summary import Findings, Reproduced, findings, tell
+from hfc_design.batch.reproduction import Reproduced
+from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below
+from hfc_design.batch.structures import STRUCTURES, structure_rows, trees_of
+from hfc_design.batch.summary_text import show_findings
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.cells import PLAN
+from hfc_design.files.labels import PLAN
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
@@ -33,7 +36,7 @@ def report(
     path: Path,
     each: bool = False,
     parquet: bool = False,
-    tell: Callable[[Path, Findings | None], None] = tell,
+    tell: Callable[[Path, Findings | None], None] = show_findings,
     paper: Paper | None = None,
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
@@ -61,9 +64,9 @@ def report(
             runs = runs_below(path)
         found = findings(path, runs)
         _write_tables(path, found, parquet)
-        told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
+        texts = [notes.description for x in batches_below(path) for notes in folder.batch_notes(x)]
         trees = trees_of(path, found.winners)
-        content = page(path, filter(None, told), found, trees)
+        content = page(path, filter(None, texts), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
             paper.write(content)
@@ -78,13 +81,13 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
     failed = 0
     for k, run in enumerate(missing, 1):
         place = path / run.path
-        told: object = place / REPORT
+        outcome: object = place / REPORT
         try:
             write_page(*finished_run(place), place)
         except UserError as error:
             failed += 1
-            told = error.typed
-        print(f"page {k}/{len(missing)}  {told}", file=sys.stderr)
+            outcome = error.typed
+        print(f"page {k}/{len(missing)}  {outcome}", file=sys.stderr)
     return failed
 
 
@@ -116,17 +119,20 @@ def _run_columns(found: Findings) -> dict[str, Column]:
         "state": [run.state for run in runs],
         "generations": [len(run.best) for run in runs],
     }
-    for key in dict.fromkeys(key for run in runs for key in run.settings):
+
+    def keys(tables: Iterable[Iterable[str]]) -> dict[str, None]:
+        return dict.fromkeys(key for inside in tables for key in inside)
+
+    for key in keys(run.settings for run in runs):
         columns[key] = _of_one_type([run.settings.get(key) for run in runs])
     if any(run.use.verdict for run in runs):
         columns["verdict"] = [run.use.verdict or None for run in runs]
         columns["share"] = [run.use.share for run in runs]
-        for key in (key for key in MARGINS if any(key in run.use.margins for run in runs)):
-            columns[key] = [run.use.margins.get(key) for run in runs]
+        margins = keys(run.use.margins for run in runs)
+        columns |= {x: [run.use.margins.get(x) for run in runs] for x in MARGINS if x in margins}
         columns["answer"] = [run.use.answer or None for run in runs]
-    for key in dict.fromkeys(key for run in runs for key in run.score):
-        columns[key] = [run.score.get(key) for run in runs]
-    for key in dict.fromkeys(key for run in runs for key in run.ranges):
+    columns |= {x: [run.score.get(x) for run in runs] for x in keys(run.score for run in runs)}
+    for key in keys(run.ranges for run in runs):
         columns[f"{key}_highest"] = [run.ranges.get(key, {}).get("highest") for run in runs]
     columns[JUDGED_BY] = [run.judged_by or None for run in runs]
     columns["reason"] = [run.reason or None for run in runs]
@@ -137,7 +143,7 @@ def _of_one_type(values: list[Any]) -> Column:
     """Numbers where all of a setting's values are, else what a reader sees of each."""
     if all(value is None or type(value) in (int, float) for value in values):
         return values
-    return [None if value is None else text(value) for value in values]
+    return [None if value is None else results.text(value) for value in values]
 
 
 def _group_rows(groups: Sequence[Group]) -> Rows:
@@ -146,18 +152,17 @@ def _group_rows(groups: Sequence[Group]) -> Rows:
     keys = list(groups[0].settings) if groups else []
     head = ["group", "task", "measure", *keys, "runs", "finished"]
     yield [*head, *(f"{key}_{part}" for key in metrics for part in QUARTILES)]
-    for group, item in zip(groups, found, strict=True):
-        own = [group.number, group.task, group.measure, *group.settings.values(), len(group.runs)]
-        told = [value for key in metrics for value in item.get(key, (None, None, None))]
-        yield [*own, len(group.scores), *told]
+    for x, item in zip(groups, found, strict=True):
+        which = [x.number, x.task, x.measure, *x.settings.values(), len(x.runs), len(x.scores)]
+        yield [*which, *(value for key in metrics for value in item.get(key, (None,) * 3))]
 
 
 def _comparison_rows(comparisons: Sequence[Comparison]) -> Rows:
     which = ["task", "measure", "group", "other_group", "runs", "other_runs"]
     yield [*which, "a12", "p", "p_holm", "p_exact"]
-    for first, second, *tested in comparisons:
-        pair = (first.task, first.measure, first.number, second.number)
-        yield [*pair, len(first.scores), len(second.scores), *tested]
+    for x in comparisons:
+        first, second, *tested = x
+        yield [first.task, first.measure, first.number, second.number, *x.sizes, *tested]
 
 
 def _parquet(columns: dict[str, Column]) -> bytes:

@@ -13,11 +13,11 @@ from rich.table import Table
 
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import Cell, read_batch
-from hfc_design.batch.runs import listed
-from hfc_design.batch.work import Outcome, Place, begin, run_cells
+from hfc_design.batch.results import listed
+from hfc_design.batch.runner import Outcome, Place, run_batch
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.records import RunError, harmless
-from hfc_design.files.cells import PLAN, names, shared
+from hfc_design.files.labels import PLAN, run_labels, shared
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -28,7 +28,6 @@ SCORING = 0.3
 COMPILING = 5.0
 #: So many cells are listed one by one.
 LISTED = 40
-
 
 #: Of what is told how many workers there are: the place where they run cells, while it is there.
 Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
@@ -57,23 +56,21 @@ def batch(
     if dry_run:
         _show_plan(cells, target)
         return
-    begin(plan, target, at_once)
     watch = Watch(cells)
+    places = workers(watch.workers) if workers else nullcontext(Place(watch.generation))
     try:
-        here = nullcontext(Place(watch.generation))
-        with watch, workers(watch.workers) if workers else here as place:
-            place.anyway = anyway
-            run_cells(target, cells, place, watch.outcome)
+        with watch:
+            failed = run_batch(plan, target, at_once, places, anyway, watch.outcome)
     except KeyboardInterrupt:
         raise RunError("interrupted; the same command goes on where it stopped") from None
-    finished = len(cells) - len(watch.failed)
-    print(f"{len(cells)} cells in {target}: {finished} finished, {len(watch.failed)} failed")
-    for reason in dict.fromkeys(watch.failed.values()):
-        alike = [name for name, own in watch.failed.items() if own == reason]
+    counts = f"{len(cells) - len(failed)} finished, {len(failed)} failed"
+    print(f"{len(cells)} cells in {target}: {counts}")
+    for reason in dict.fromkeys(failed.values()):
+        alike = [watch.names[name] or name for name, why in failed.items() if why == reason]
         print(f"{'; '.join(alike)}: {reason}", file=sys.stderr)
     report.report(target)
-    if watch.failed:
-        raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
+    if failed:
+        raise RunError(f"{len(failed)} of {len(cells)} cells failed")
 
 
 def show_status(out: Path) -> None:
@@ -85,8 +82,8 @@ def show_status(out: Path) -> None:
         print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
     left = [entry for entry in found if entry.state != "finished"]
     if left:
-        told = names({entry.name: entry.settings for entry in found})
-        _show((f"{told[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
+        labels = run_labels({entry.name: entry.settings for entry in found})
+        _show((f"{labels[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
 
 
 def _show(cells: Iterable[tuple[str, str, str]]) -> None:
@@ -98,10 +95,11 @@ def _show(cells: Iterable[tuple[str, str, str]]) -> None:
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
-    same, told = shared(cell.settings for cell in cells), names({x.name: x.settings for x in cells})
+    same = shared(cell.settings for cell in cells)
+    labels = run_labels({cell.name: cell.settings for cell in cells})
     alike = harmless(", ".join(f"{key}={value}" for key, value in same.items()))
     print(f"{len(cells)} cells in {out}" + (f", all with {alike}" if same else ""))
-    _show((told[name], state, name) for name, state in states.items())
+    _show((labels[name], state, name) for name, state in states.items())
     if len(cells) > LISTED:
         print(f"and {len(cells) - LISTED} more")
     left = [cell for cell in cells if states[cell.name] != "finished"]
@@ -143,15 +141,14 @@ class Watch(ProgressBar):
 
     def __init__(self, cells: list[Cell]):
         super().__init__("cells", len(cells))
-        self._names = names({cell.name: cell.settings for cell in cells})
+        self.names = run_labels({cell.name: cell.settings for cell in cells})
         self._done, self._waited = 0, False
-        self.failed: dict[str, str] = {}  # cell -> reason
 
     def generation(self, cell: Cell, search: Search) -> None:
         """Show where the running cell is."""
         self.show(
             line=f"generation {search.generation}/{cell.scenario.search.generations}  "
-            f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {self._names[cell.name]}"
+            f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {self.names[cell.name]}"
         )
 
     def workers(self, count: int) -> None:
@@ -161,12 +158,10 @@ class Watch(ProgressBar):
             self._waited = True
             self.console.print("waiting for workers")
 
-    def outcome(self, cell: Cell, found: Outcome) -> None:
+    def outcome(self, cell: Cell, outcome: Outcome) -> None:
         """Count a cell that is done."""
         self._done += 1
-        if found.state == "failed":
-            self.failed[self._names[cell.name] or cell.name] = found.reason
         self.show(completed=self._done)
-        if found.seconds or found.reason:
-            told = found.reason or f"{found.seconds:.1f} s"
-            self.say(f"cell {self._done}/{self.total}  {self._names[cell.name]}  {told}")
+        if outcome.seconds or outcome.reason:
+            said = outcome.reason or f"{outcome.seconds:.1f} s"
+            self.say(f"cell {self._done}/{self.total}  {self.names[cell.name]}  {said}")

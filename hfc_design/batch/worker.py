@@ -10,7 +10,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,17 +19,16 @@ from typing import TYPE_CHECKING, Any
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
+from hfc_design.core.lock import claimed
 from hfc_design.core.numbers import FEWEST_DEVICES, Json
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError, in_a_line
 
 if TYPE_CHECKING:
-    from hfc_design.batch.work import Outcome
+    from hfc_design.batch.runner import Outcome
 
 #: Contents of the files of a run folder, by their names.
 Files = dict[str, bytes]
-#: Finishes the run in a folder.
-Run = Callable[[Path], "Outcome"]
 #: What claims of cores and GPUs begin with.
 CLAIM = "hfc-design"
 
@@ -44,8 +43,7 @@ def dask_setup(worker: Worker) -> None:
 
 def answer(*cell: Any) -> Json:
     """What became of a cell, of ``run_cell``, as plain data that is read without pickle."""
-    found = run_cell(*cell)
-    return found._asdict() | {"reason": in_a_line(found.reason)}
+    return run_cell(*cell).model_dump()
 
 
 def run_cell(
@@ -60,27 +58,33 @@ def run_cell(
     key = worker.get_current_task()
     with _alone:
         take_share(worker.state.nthreads)
-        from hfc_design.batch import work  # with it comes every group of plug-ins
+        from hfc_design.batch import runner  # with it comes every group of plug-ins
+        from hfc_design.runs import run as design
 
         def go_on(search: object) -> None:
             task = worker.state.tasks.get(key)
             running = task is not None and task.state in ("executing", "long-running")
             if not running or worker.status not in (Status.running, Status.paused):
-                raise work.Left
+                raise runner.Left
 
-        run = partial(_run, go_on, anyway)
+        def finish(path: Path) -> None:
+            go_on(None)  # it may have waited for long
+            with _of_this_worker():  # a package that the batch has may be missing
+                scenario = design.opened_run(path)
+            design.run(scenario, path, go_on, anyway, go_on)
+
         if version != __version__:
             versions = f"has hfc-design {__version__}, the batch {version}"
-            return work.Outcome("failed", f"the worker {worker.address} {versions}")
+            return _failed(f"the worker {worker.address} {versions}")
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
             if shared:
-                return _run_in(Path(shared), name, run)
+                return run_in(Path(shared), name, finish)
             with TemporaryDirectory(dir=worker.local_directory) as place:
-                return _run_sent(Path(place) / name, files, run)
+                return _run_sent(Path(place) / name, files, finish)
         except Exception as error:  # a full disk, for one; the worker may run other cells
-            return work.Outcome("failed", work.told(error))
+            return runner.unfinished(error)
 
 
 @contextmanager
@@ -95,42 +99,38 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
         raise UserError(f"{place}: {why}{hint}") from error
 
 
-def _run_in(out: Path, name: str, run: Run) -> "Outcome":
+def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
+    """Finish a cell in the folder of its batch, unless somebody else is at it."""
     from hfc_design.batch import folder
-    from hfc_design.batch.work import Outcome
-    from hfc_design.files.cells import PLAN
+    from hfc_design.batch.runner import Outcome, attempt
+    from hfc_design.files.labels import PLAN
 
     if not (out / PLAN).exists():
         host = socket.gethostname()
-        return Outcome("failed", f"{out}: the worker on {host} has no such folder; see --shared")
-    with folder.claimed(out, name) as mine:
+        return _failed(f"{out}: the worker on {host} has no such folder; see --shared")
+    with claimed(out / name) as mine:
         if not mine:
-            return Outcome("again")
+            return Outcome(state="again")
         if folder.state(out, name) == "finished":
-            return Outcome("finished")
-        return run(out / name)
+            return Outcome(state="finished")
+        return attempt(lambda: finish(out / name))
 
 
-def _run_sent(path: Path, files: Files, run: Run) -> "Outcome":
+def _run_sent(path: Path, files: Files, finish: Callable[[Path], None]) -> "Outcome":
+    from hfc_design.batch.runner import attempt
+
     path.mkdir()
     for name, content in files.items():
         (path / name).write_bytes(content)
-    found = run(path)  # if it fails, what it has written is sent all the same
-    now = contents(path)
-    return found._replace(files={k: v for k, v in now.items() if files.get(k) != v})
+    outcome = attempt(lambda: finish(path))  # if it fails, what it has written is sent all the same
+    written = {name: x for name, x in contents(path).items() if files.get(name) != x}
+    return outcome.model_copy(update={"files": written})
 
 
-def _run(go_on: Callable[[object], None], anyway: bool, path: Path) -> "Outcome":
-    from hfc_design.batch.work import attempt
-    from hfc_design.runs import run as design
+def _failed(reason: str) -> "Outcome":
+    from hfc_design.batch.runner import Outcome
 
-    def work() -> None:
-        go_on(None)  # it may have waited for long
-        with _of_this_worker():  # a package that the batch has may be missing
-            scenario = design.opened_run(path)
-        design.run(scenario, path, go_on, anyway, go_on)
-
-    return attempt(work)
+    return Outcome(state="failed", reason=in_a_line(reason))
 
 
 def contents(path: Path) -> Files:
@@ -147,14 +147,14 @@ def take_share(cores: int) -> None:
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
         else:  # more workers than GPUs, and two would not get on in the memory of one
             os.environ["JAX_PLATFORMS"] = "cpu"
-    own = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
-    if not own:  # more workers than cores: the system shares them out
+    share = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
+    if not share:  # more workers than cores: the system shares them out
         few = max(FEWEST_DEVICES, cores)
         os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(few))
         return
     for thread in os.listdir("/proc/self/task"):  # later ones inherit it from these
         with suppress(ProcessLookupError):  # it has ended
-            os.sched_setaffinity(int(thread), map(int, own))
+            os.sched_setaffinity(int(thread), map(int, share))
 
 
 def gpus() -> list[str]:

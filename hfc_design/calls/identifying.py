@@ -8,9 +8,9 @@ from hfc_design.core.dotted import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
 from hfc_design.identify import identified
-from hfc_design.identify.free import task_of
 from hfc_design.identify.page import write
-from hfc_design.identify.replay import recordings, sources
+from hfc_design.identify.recording import recordings, sources
+from hfc_design.identify.request import task_of
 from hfc_design.identify.result import Identified
 
 

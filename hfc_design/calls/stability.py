@@ -61,8 +61,8 @@ def stability(
     axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]
     tables = own.kind.table_gains
     if tables and (given or any(drive.linear for drive, _ in axes)):
-        told = f"design {own.name} is for the plant {own.plant.name}"
-        drive = drive_of(told, axes, own.controller.sample_time_s, given)
+        mismatch = f"design {own.name} is for the plant {own.plant.name}"
+        drive = drive_of(mismatch, axes, own.controller.sample_time_s, given)
         try:
             loop = None if given else _margins(own, scenario)
         except UserError:  # made for no scenario

@@ -8,20 +8,17 @@ from typing import Any
 import click
 
 from hfc_design import __version__
-from hfc_design.cli.attaining import attainable
 from hfc_design.cli.comparing import compare
 from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.identifying import identify
-from hfc_design.cli.insight import explain, list_, stability
+from hfc_design.cli.insight import attainable, explain, stability
 from hfc_design.cli.plotting import plot
 from hfc_design.cli.reporting import report
-from hfc_design.cli.showing import show
-from hfc_design.cli.simulating import batch, score, simulate
-from hfc_design.cli.starting import init
+from hfc_design.cli.showing import init, list_, show
+from hfc_design.cli.simulating import batch, score, simulate, train
 from hfc_design.cli.trading import pick
-from hfc_design.cli.training import train
-from hfc_design.cli.usage import check_once, told
+from hfc_design.cli.usage import Refusing, as_lines, refusal
 
 #: In the order in which a user meets them.
 COMMANDS = (
@@ -31,7 +28,7 @@ COMMANDS = (
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
-class Commands(click.Group):
+class Commands(Refusing, click.Group):
     """A group whose commands tell a user's mistake in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -44,34 +41,25 @@ class Commands(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 
-    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
-        """Read the options before the command."""
-        with told():
-            return super().make_context(*arguments, **options)
-
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named, which gets no option twice; UserError: there is none."""
-        from hfc_design.core.records import UserError
+        """The command that is named; UserError: there is none."""
         from hfc_design.core.wording import one_of
 
         if args[0] not in self.commands and not args[0].startswith("-"):
-            raise UserError(f"{args[0]}: no such command; {one_of(args[0], self.commands)}")
-        name, command, rest = super().resolve_command(ctx, args)
-        if command is not None and not ctx.resilient_parsing:
-            check_once(command, ctx, rest)
-        return name, command, rest
+            raise refusal(f"{args[0]}: no such command; {one_of(args[0], self.commands)}")
+        return super().resolve_command(ctx, args)
 
-    def invoke(self, ctx: click.Context) -> object:
-        """Run a command; UserError becomes lines on stderr and its exit code."""
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command, which an interrupt ends, where JAX can run."""
         from hfc_design.core.interrupt import listen
 
         if threading.current_thread() is threading.main_thread():  # others cannot
             listen()
-        with told():
+        with as_lines():
             check_environment()
-            return super().invoke(ctx)
+        return super().invoke(ctx)
 
 
 def check_environment() -> None:
@@ -80,12 +68,10 @@ def check_environment() -> None:
     Raises:
         UserError: a variable has a value that it cannot have.
     """
-    from hfc_design.core.records import UserError
-
     os.environ["MPLBACKEND"] = "agg"
     name = "JAX_NUM_CPU_DEVICES"
     if not re.fullmatch(r"-1|[1-9][0-9]{0,2}", value := os.environ.get(name, "-1")):
-        raise UserError(f"{name}={value}: must be a number of devices, 1 to 999")
+        raise refusal(f"{name}={value}: must be a number of devices, 1 to 999")
 
 
 def summary(command: click.Command) -> str:

@@ -42,13 +42,13 @@ def show(found: Comparison) -> None:
     for bout in found.bouts:
         keys = bout.compared()
         for key in (keys[0], *(key for key in keys if "_change" in key)):
-            told = f"{bout.name}, {called(bout, key)}: {first} over"
+            title = f"{bout.name}, {called(bout, key)}: {first} over"
             rows = (
                 [one.second, *difference_row(one)[: len(HEAD) - 1]]
                 for one in found.of(bout.name, key)
                 if one.first == first
             )
-            show_rows(HEAD, rows, title=told, title_style="")
+            show_rows(HEAD, rows, title=title, title_style="")
             console.print()
     for text in (*failures(found), *found.notes):
         console.print(text, style="", soft_wrap=True)

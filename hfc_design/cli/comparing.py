@@ -1,18 +1,19 @@
 """``hfc compare``: designs side by side, as tables, as a page, as data."""
 
 import json
-import shlex
 import sys
 import time
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Papers, Texts
+from hfc_design.cli.binding import Answer, Texts, argument, command, option
+from hfc_design.cli.names import DESIGN, SCENARIO
+from hfc_design.cli.options import Papers
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
@@ -22,52 +23,50 @@ SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
 SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
-MACHINES_HELP = "Beside the nominal one [default: 200]."
-SEED_HELP = "Of the draw of the machines [default: 0]."
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
-@click.command(short_help="Put DESIGNS side by side.")
-@click.argument("designs", nargs=-1, type=common.DESIGN)
-@common.named("--scenario", "scenarios", kind=common.SCENARIO, multiple=True, help=SCENARIO_HELP)
-@common.setting
-@click.option("--spread", type=float, help=SPREAD_HELP)
-@click.option(
-    "--tolerance",
-    "tolerances",
-    multiple=True,
-    metavar="PARAMETER=SHARE",
-    callback=lambda context, option, values: _shares(values),
-    help="Spread of a single parameter; can be given several times.",
-)
-@click.option("--machines", type=click.IntRange(1), default=200, help=MACHINES_HELP)
-@click.option("--seed", type=click.IntRange(0), default=0, help=SEED_HELP)
-@common.output("--out", folder=True, help="Folder for page, CSV and JSON.")
-@common.output("--html", help="Write the page alone.")
-@common.for_a_paper
-@common.output("--plot", help="Draw the errors on all machines.")
-@common.output("--csv", "csv_file", help="A row for each design, motion and machine.")
-@common.force
-@common.memory
-@common.as_json
-@common.on_a_plant
+def _shares(context: click.Context, option: click.Parameter, values: Texts) -> dict[str, float]:
+    """Spreads of single parameters, as in ``backlash=0.5``."""
+    from hfc_design.core.numbers import number_or_none
+
+    found = {}
+    for value in values:
+        name, _, share = value.partition("=")
+        if (number := number_or_none(share)) is None:
+            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
+        if not 0.0 < number < 1.0:
+            raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
+        found[name] = number
+    return found
+
+
+@command("Put DESIGNS side by side.", last=common.ON_A_PLANT)
 def compare(
-    designs: Texts,
-    scenarios: Texts,
-    changes: Texts,
-    spread: float | None,
-    tolerances: dict[str, float],
-    machines: int,
-    seed: int,
-    out: Path | None,
-    html: Path | None,
-    plot: Path | None,
-    csv_file: Path | None,
-    as_json: bool,
-    papers: Papers,
-    plant: str,
-) -> None:
+    designs: Texts = argument(DESIGN, nargs=-1),
+    scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    spread: float | None = option(SPREAD_HELP),
+    tolerances: dict[str, float] = option(
+        "Spread of a single parameter; can be given several times.",
+        "--tolerance",
+        kind=click.STRING,
+        multiple=True,
+        metavar="PARAMETER=SHARE",
+        callback=_shares,
+    ),
+    machines: int = option("Beside the nominal one [default: 200].", low=1, default=200),
+    seed: int = option("Of the draw of the machines [default: 0].", low=0, default=0),
+    out: Path | None = common.output("Folder for page, CSV and JSON.", folder=True),
+    html: Path | None = common.output("Write the page alone."),
+    papers: Papers = common.PAPERS,
+    plot: Path | None = common.output("Draw the errors on all machines."),
+    csv: Path | None = common.output("A row for each design, motion and machine."),
+    _force: bool = common.FORCE,
+    _memory: str | None = common.MEMORY,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
     """Put DESIGNS side by side: built-in names, design files, run folders.
 
     All run in the same scenarios, on the nominal machine and on the same others, each physical
@@ -78,9 +77,7 @@ def compare(
     motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
-    from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
     from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
@@ -90,63 +87,49 @@ def compare(
         paper = papers(out, "")
     else:
         paper = papers(*((html.parent, f"{html.stem}-") if html else (Path(), "comparison-")))
-    every = (*filter(None, [plant]), *changes)
-    where = [load_scenario(name, every) for name in scenarios]
-    if designs and not where:
+    every = (*common.choosing("plant"), *changes)
+    if designs and not scenarios:
         first = next(iter(labelled(designs).values()))
-        where = [own_scenario(first, designs[0], every)]
+        where = common.scenarios_of(first, designs[0], (), every)
+    else:
+        where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
     with Progress() as bar:
         found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    told = (ALL_PLANTS.source(other) or other,) if (other := plant.partition("'")[2][:-1]) else ()
-    options = {"--scenario": scenarios, "--plant": told, "--set": changes}
-    options["--spread"] = (f"{found.spread:g}",)
-    options["--tolerance"] = tuple(f"{name}={own:g}" for name, own in found.tolerances.items())
-    options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
-    wanted = {out: "", html: PAGE, csv_file: TABLE}
-    written = _written(found, _again(found, designs, options), wanted, paper)
+    options = _options(found, scenarios, changes)
+    again = common.again(["hfc", "compare", *designs], options, found.designs.values())
+    written = _written(found, again, {html: PAGE, csv: TABLE}, out, paper)
     if plot is not None:
         save(machines_drawn(found), plot)
         written.append(plot)
-    if as_json:
-        click.echo(json.dumps(found.numbers()))
-        return
-    show(found)
-    for path in written:
-        click.echo(path)
+    return Answer(found.numbers(), partial(show, found), written)
 
 
-def _again(found: "Comparison", designs: Texts, options: dict[str, Texts]) -> str:
-    """The command line that compares the same once more, own parts of the designs included."""
-    from hfc_design.core.plugins import uses
-    from hfc_design.core.records import harmless
+def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
+    """Those of the command that compares the same once more."""
+    from hfc_design.files.machine import ALL_PLANTS
 
-    again = ["hfc", "compare", *designs]
-    again += [part for option, values in options.items() for x in values for part in (option, x)]
-    own = dict.fromkeys(uses(one.provenance.get("plugins")) for one in found.designs.values())
-    return harmless(shlex.join(again)) + "".join(own)
-
-
-def _shares(values: Texts) -> dict[str, float]:
-    """Spreads of single parameters, as in ``backlash=0.5``."""
-    from hfc_design.core.numbers import number_or_none
-
-    found = {}
-    for value in values:
-        name, _, share = value.partition("=")
-        if (number := number_or_none(share)) is None:
-            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
-        found[name] = number
-        if not 0.0 < found[name] < 1.0:
-            raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
-    return found
+    plant = common.named_part("plant")
+    return {
+        "--scenario": scenarios,
+        "--plant": (ALL_PLANTS.source(plant) or plant,) if plant else (),
+        "--set": changes,
+        "--spread": (f"{found.spread:g}",),
+        "--tolerance": tuple(f"{name}={share:g}" for name, share in found.tolerances.items()),
+        "--machines": (str(found.machines),),
+        "--seed": (str(found.seed),),
+    }
 
 
 def _written(
-    found: "Comparison", again: str, wanted: dict[Path | None, str], paper: "Paper | None"
+    found: "Comparison",
+    again: str,
+    wanted: dict[Path | None, str],
+    folder: Path | None,
+    paper: "Paper | None",
 ) -> list[Path]:
-    """Write what is wanted of it, "" for a folder of everything; where that is."""
+    """Write what is wanted of it, and everything into a folder; where that is."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import writing
     from hfc_design.formats.writing import csv_text
@@ -159,8 +142,8 @@ def _written(
         TABLE: lambda: csv_text(rows(found)),
         NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
     }
-    paths = {path: name for path, name in wanted.items() if path is not None and name}
-    for folder in (path for path, name in wanted.items() if path is not None and not name):
+    paths = {path: name for path, name in wanted.items() if path is not None}
+    if folder is not None:
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
         paths |= {folder / name: name for name in made}

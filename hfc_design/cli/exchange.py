@@ -2,12 +2,13 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Texts
+from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.names import DESIGN, FORMAT, PLANT, SCENARIO
+from hfc_design.cli.usage import refusal
 
 #: Of tabulated terms that are far off.
 COARSE = (
@@ -19,50 +20,37 @@ COARSE = (
 ON_HELP = "Scenario whose sensors and drives it is for [default: the one it was made for]."
 
 
-@click.command()
-@click.argument("design", type=common.DESIGN)
-@common.changing
-@common.named("--to", "target", kind=common.FORMAT, required=True, help="Format: NAMES.")
-@common.named("--scenario", kind=common.SCENARIO, help=ON_HELP)
-@common.setting
-@common.output("--out", folder=True, help="File or folder to write.")
-@common.force
-@click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
-@click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
-@click.option("--bare", is_flag=True, help="Code of the law alone: it reads errors, not readings.")
-@common.knowing_plugins
+@command(last=common.KNOWING)
 def export(
-    design: str,
-    others: Texts,
-    target: str,
-    scenario: str | None,
-    changes: Texts,
-    out: Path | None,
-    lookup: int | None,
-    anyway: bool,
-    bare: bool,
+    design: str = argument(DESIGN),
+    others: Texts = common.CHANGING,
+    target: str = option("Format: NAMES.", "--to", kind=FORMAT, required=True),
+    scenario: str | None = option(ON_HELP, kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    out: Path | None = common.output("File or folder to write.", folder=True),
+    _force: bool = common.FORCE,
+    lookup: int | None = option("Only c: N-point table, no exp.", kind=click.IntRange(2, 32767)),
+    anyway: bool = option("Even a design that diverged where it was scored."),
+    bare: bool = option("Code of the law alone: it reads errors, not readings."),
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
-    from hfc_design.core.records import UserError
     from hfc_design.core.wording import one_of
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design, made_for, own_scenario
+    from hfc_design.files.pairing import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.deployment.readme import origin
 
     if target not in FORMATS:
-        raise UserError(f"--to {target}: no such format; {one_of(target, FORMATS)}")
+        raise refusal(f"--to {target}: no such format; {one_of(target, FORMATS)}")
     if lookup is not None and target != "c":
-        raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
+        raise refusal(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
-    if scenario:
-        found = made_for(found, load_scenario(scenario, changes))
-    elif changes:
-        found = made_for(found, own_scenario(found, design, changes))
+    if scenario or changes:
+        chosen = (scenario,) if scenario else ()
+        found = made_for(found, *common.scenarios_of(found, design, chosen, changes))
     check_score(found, anyway)
-    if (told := origin(found).usable) and not told.startswith("usable"):
-        click.echo(f"hfc: warning: design {found.name}: {told.replace('**', '')}", err=True)
+    if (verdict := origin(found).usable) and not verdict.startswith("usable"):
+        click.echo(f"hfc: warning: design {found.name}: {verdict.replace('**', '')}", err=True)
     form = FORMATS[target]
     name = identifier(found.name) if form.called else found.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
@@ -82,14 +70,12 @@ def export(
 
 def term_counts(text: str | None) -> tuple[int, int] | None:
     """How many terms each input has: of one number for both, or of two."""
-    from hfc_design.core.records import UserError
-
     if text is None:
         return None
     found = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
     counts = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
     if not all(2 <= count <= 11 for count in counts):
-        raise UserError(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")
+        raise refusal(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")
     return counts
 
 
@@ -98,26 +84,20 @@ SIGNAL_HELP = (
 )
 
 
-@click.command("import", short_help="Read another program's controller FILE.")
-@click.argument("file", type=common.PATH)
-@common.output("--out", help="Design file [default: NAME.json].")
-@common.force
-@click.option("--terms", metavar="N|NxM", help="Sample FILE with so many terms, 2 to 11 each.")
-@click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
-@click.option("--output", metavar="NAME", help="Which output of FILE, of several.")
-@click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
-@click.option("--name", help="Of the design [default: the file's].")
-@common.named("--plant", kind=common.PLANT, help="Of the design: feed-drive, c-axis or an own one.")
-@click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
-@common.named("--like", kind=common.DESIGN, help="Take from DESIGN whatever FILE does not hold.")
-@click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
+@command("Read another program's controller FILE.", name="import")
 def import_(
-    file: Path,
-    out: Path | None,
-    plant: str | None,
-    signals: Texts,
-    terms: str | None,
-    **options: Any,
+    file: Path = argument(PATH),
+    out: Path | None = common.output("Design file [default: NAME.json]."),
+    _force: bool = common.FORCE,
+    terms: str | None = option("Sample FILE with so many terms, 2 to 11 each.", metavar="N|NxM"),
+    axis: str | None = option("Of whose state FILE is, where it is learnt and there are several."),
+    output: str | None = option("Which output of FILE, of several.", metavar="NAME"),
+    kind: str | None = option(None, kind=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])),
+    name: str | None = option("Of the design [default: the file's]."),
+    plant: str | None = option("Of the design: feed-drive, c-axis or an own one.", kind=PLANT),
+    sample_time: float | None = option("T [s] [default: 0.01, of a C-axis 0.001]."),
+    like: str | None = option("Take from DESIGN whatever FILE does not hold.", kind=DESIGN),
+    signals: Texts = option(SIGNAL_HELP, "--signal", metavar="INPUT=SIGNAL"),
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, the tables of hfc export --to csv.
 
@@ -136,37 +116,25 @@ def import_(
     A .txt holds the numbers that NAME_save of exported C code has written, a .hal what halcmd save
     param has printed: what the code has learnt becomes a design again, that of --like.
     """
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.core.records import UserError
-    from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import (
-        Wish,
-        assumed,
-        deviation_told,
-        imported,
-        left_out_told,
-        told,
-    )
+    from hfc_design.formats import FORMATS, reading
 
     pairs = {}
     for item in (one for text in signals for one in text.split(",")):  # as --at has them
-        name, equals, signal = item.partition("=")
+        key, equals, signal = item.partition("=")
         if not equals:
-            raise UserError(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
-        pairs[name] = signal
-    if plant is not None:
-        plant = ALL_PLANTS.resolve(plant).name
-    wish = Wish(**options, plant=plant, signals=pairs, terms=term_counts(terms))
-    design = imported(file, wish)
+            raise refusal(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
+        pairs[key] = signal
+    own = plant and ALL_PLANTS.resolve(plant).name
+    counts = term_counts(terms)
+    wish = reading.Wish(kind, name, own, sample_time, like, pairs, counts, axis, output)
+    design = reading.imported(file, wish)
     path = out or common.free(Path(f"{design.name}.json"))
-    write_whole(path, (design_json(design) + "\n").encode())
+    FORMATS["json"].write(design, path)
     if isinstance(sample := design.provenance.get("sampled"), dict):
-        click.echo(deviation_told(sample, chosen=terms is not None))
-        if holes := left_out_told(sample):
+        click.echo(reading.deviation_told(sample, chosen=terms is not None))
+        if holes := reading.left_out_told(sample):
             click.echo(f"hfc: warning: {holes}", err=True)
-    for line in told(design.provenance):
+    note = reading.assumed(wish, design)
+    for line in (*reading.told(design.provenance), *filter(None, [note]), path):
         click.echo(line)
-    if note := assumed(wish, design):
-        click.echo(note)
-    click.echo(path)

@@ -57,8 +57,8 @@ def _signals(found: Json) -> None:
     readings = {name: item["reading"] for name, item in inputs.items()} | found["signals"]
     called = {signal: name for name, signal in found.get("names", {}).items()}
     for name, reading in readings.items():
-        told = f"{called[name]} ({name})" if name in called else name
-        row = [told, f"{reading:.6g}", units.get(name, "")]
+        label = f"{called[name]} ({name})" if name in called else name
+        row = [label, f"{reading:.6g}", units.get(name, "")]
         if name in inputs:
             scaled = inputs[name]["scaled"]
             clamped = f"{min(max(scaled, -1.0), 1.0):.4f}"

@@ -1,60 +1,51 @@
 """``hfc identify``: a machine's parameters from its log."""
 
-import json
 import shlex
 import sys
+from functools import partial
 from os.path import isfile
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from hfc_design.cli import options as common
+from hfc_design.cli.binding import PATH, Answer, Texts, argument, command, option
+from hfc_design.cli.names import DESIGN, PLANT, SCENARIO
+from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified
 
 COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
-POSITIVE = click.FloatRange(0.0, min_open=True)
-CHECK_HELP = "The same where --check-log differs."
 FREE_HELP = "Parameters to look for, as a,b=START [default: all but exact ones, 0 and --set]."
 LOOP_HELP = "The controller in the loop that recorded LOG: its loop is replayed too."
 SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --controller]."
 
 
-@click.command(short_help="Find the parameters of a machine from what LOG has recorded.")
-@click.argument("log", type=common.PATH)
-@common.named("--plant", kind=common.PLANT, help="NAMES, or an own one as module:OBJECT.")
-@common.named("--scenario", kind=common.SCENARIO, help=SCENARIO_HELP)
-@common.setting
-@click.option("--axis", help="Which one, of a machine of several.")
-@click.option("--free", "names", help=FREE_HELP)
-@common.named("--controller", kind=common.DESIGN, help=LOOP_HELP)
-@click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
-@click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
-@click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN", help=COLUMN_HELP)
-@click.option("--sample-time", type=POSITIVE, help="[s], where LOG does not say it.")
-@click.option("--check-log", type=common.PATH, help="Another log, which the result is checked on.")
-@click.option("--check-column", "checks", multiple=True, metavar="NAME=COLUMN", help=CHECK_HELP)
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of the starts [default: 0].")
-@click.option("--out", type=common.PATH, help="Folder [default: LOG-identified].")
-@common.force
-@common.as_json
-@common.with_plugins({})
+@command("Find the parameters of a machine from what LOG has recorded.", last=common.plugins({}))
 def identify(
-    log: Path,
-    names: str | None,
-    open_loop: bool,
-    bandwidth: float | None,
-    sample_time: float | None,
-    columns: tuple[str, ...],
-    check_log: Path | None,
-    checks: tuple[str, ...],
-    out: Path | None,
-    as_json: bool,
-    **given: Any,
-) -> None:
+    log: Path = argument(PATH),
+    plant: str | None = option("NAMES, or an own one as module:OBJECT.", kind=PLANT),
+    scenario: str | None = option(SCENARIO_HELP, kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    axis: str | None = option("Which one, of a machine of several."),
+    free: str | None = option(FREE_HELP),
+    controller: str | None = option(LOOP_HELP, kind=DESIGN),
+    open_loop: bool = option("Replay the plant without an observer."),
+    bandwidth: float | None = option("Of the observer [Hz].", low=0.0),
+    columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
+    sample_time: float | None = option("[s], where LOG does not say it.", low=0.0, open=True),
+    check_log: Path | None = option("Another log, which the result is checked on."),
+    checks: Texts = option(
+        "The same where --check-log differs.", "--check-column", metavar="NAME=COLUMN"
+    ),
+    seed: int = option("Of the starts [default: 0].", low=0, default=0),
+    out: Path | None = option("Folder [default: LOG-identified]."),
+    _force: bool = common.FORCE,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
     """Find the parameters of a machine that make it do what LOG has recorded.
 
     LOG is a CSV file with a header, what LinuxCNC's halscope or halsampler write, a .mat of MATLAB
@@ -63,46 +54,42 @@ def identify(
     starts, which takes some seconds to a minute; the folder gets report.html, identified.json,
     and scenario.toml, which hfc design takes.
     """
-    from hfc_design.core.records import UserError
-    from hfc_design.identify import identified, page, replay, result
-    from hfc_design.identify.free import task_of
+    from hfc_design.identify import identified, page, recording
+    from hfc_design.identify.request import task_of
+    from hfc_design.identify.scenario import scenario_name
 
     if open_loop and bandwidth is not None:
-        raise UserError("--open-loop: has no observer; leave out --bandwidth")
+        raise refusal("--open-loop: has no observer; leave out --bandwidth")
     # What is mistyped is told first, then what is in the way; only then anything is read.
-    free_ones = [name.strip() for name in names.split(",")] if names else None
+    names = [name.strip() for name in free.split(",")] if free else None
     hz = 0.0 if open_loop else bandwidth
-    task = task_of(free=free_ones, bandwidth=hz, **given)
-    logs = replay.sources(task, log, columns, check_log, checks)
-    path = common.free(out or Path(result.called(replay.called(log))), folder=True)
+    task = task_of(plant, scenario, changes, axis, controller, names, hz, seed)
+    logs = recording.sources(task, log, columns, check_log, checks)
+    path = common.free(out or Path(scenario_name(recording.log_name(log))), folder=True)
     if isfile(path):
-        raise UserError(f"--out {path}: is a file, and what is written is a folder")
+        raise refusal(f"--out {path}: is a file, and what is written is a folder")
     begin = monotonic()
 
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.identify(*replay.recordings(task, logs, sample_time), tell)
+    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
-    if as_json:
-        click.echo(json.dumps(found.numbers(), indent=1))
-    else:
-        _show(found)
-        click.echo(path)
+    return Answer(found.numbers(), partial(_show, found), [path], indent=1)
 
 
 def _show(found: "Identified") -> None:
     from hfc_design.core.console import show_rows
-    from hfc_design.identify import result
+    from hfc_design.identify.outcome import CHECKED, HEADS
 
-    parameters = result.HEADS, result.parameter_rows(found), result.interval_line(found)
-    checks = result.CHECKED, result.check_rows(found), ""
+    parameters = HEADS, found.parameter_rows(), found.interval_line()
+    checks = CHECKED, found.check_rows(), ""
     for heads, rows, below in (parameters, checks):
         show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
-    for line in (result.agreeing_line(found), *result.untold_lines(found), *found.notes):
+    for line in (found.agreeing_line(), *found.untold_lines(), *found.notes):
         click.echo(line)
-    if line := result.advice_line(found):
+    if line := found.advice_line():
         click.echo(f"record next: {_plain(line)}")
 
 

@@ -1,52 +1,29 @@
-"""Commands that tell what is known without simulating: list, explain, stability."""
+"""Commands that look into a controller: which rules fire, its margins, how good any could be."""
 
-import json
+from functools import partial
 from pathlib import Path
-
-import click
+from typing import TYPE_CHECKING
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Texts
-from hfc_design.cli.showing import LISTED, PLURALS
+from hfc_design.cli.binding import Answer, Texts, argument, command, option
+from hfc_design.cli.names import DESIGN, SCENARIO
+from hfc_design.cli.usage import refusal
 
-SINGULARS = {
-    other: what
-    for what, kind in LISTED.items()
-    for other in (kind, *(many for many, one in PLURALS.items() if one == kind and many != what))
-}
-SIGNALS = "SIGNAL=NUMBER,..."
+if TYPE_CHECKING:
+    from hfc_design.core.numbers import Json
+
 AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
 
 
-@click.command("list")
-@click.argument("what", metavar="WHAT", type=common.OrElse(LISTED, SINGULARS))
-@common.knowing_plugins
-def list_(what: str) -> None:
-    """What is built in.
-
-    WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
-    """
-    if what == "plants":
-        from hfc_design.cli.plant_tables import show_plants
-
-        show_plants()
-        return
-    from hfc_design.cli import show_reference
-
-    show_reference.show(LISTED[what], None, as_json=False)
-
-
-@click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")
-@click.argument("design", type=common.DESIGN)
-@common.changing
-@click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
-@click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
-@click.option("--least", type=float, default=0.01, help="Hide smaller shares [default: 0.01].")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
-@common.knowing_plugins
+@command("Which rules of DESIGN fire at a sample, and how strongly.", last=common.KNOWING)
 def explain(
-    design: str, others: Texts, samples: Texts, axis: str, least: float, as_json: bool
-) -> None:
+    design: str = argument(DESIGN),
+    others: Texts = common.CHANGING,
+    samples: Texts = option(AT_HELP, "--at", required=True, metavar="SIGNAL=NUMBER,..."),
+    axis: str = option("Of a controller with several: the axis to explain.", default=""),
+    least: float = option("Hide smaller shares [default: 0.01].", default=0.01),
+    _as_json: bool = option("One JSON object on stdout, every rule.", "--json", **common.JSON),
+) -> Answer:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
     Every signal that DESIGN reads has to be given. With one --at that includes what it remembers
@@ -54,37 +31,26 @@ def explain(
     error_change. Integral and adaptation are then as before the first sample. With several --at
     the controller steps through them from rest, and adapts.
     """
+    from hfc_design.cli.explain_tables import show
     from hfc_design.files.pairing import load_design
     from hfc_design.runtime.explain import explained
 
     found = explained(load_design(design, others), samples, axis)
-    if as_json:
-        click.echo(json.dumps(found))
-    else:
-        from hfc_design.cli.explain_tables import show
-
-        show(found, least)
+    return Answer(found, partial(show, found, least))
 
 
-@click.command(short_help="Gains that keep a drive stable; margins of a loop.")
-@click.argument("design", required=False, type=common.DESIGN)
-@common.changing
-@common.named("--scenario", kind=common.SCENARIO, help="Another than DESIGN was made for.")
-@click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
-@click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
-@click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
-@common.output("--plot", help="Draw the range (png, svg or pdf).")
-@common.force
-@common.as_json
-@common.knowing_plugins
+@command("Gains that keep a drive stable; margins of a loop.", last=common.KNOWING)
 def stability(
-    design: str | None,
-    others: Texts,
-    scenario: str | None,
-    plot: Path | None,
-    as_json: bool,
-    **options: float | None,
-) -> None:
+    design: str | None = argument(DESIGN, required=False),
+    others: Texts = common.CHANGING,
+    scenario: str | None = option("Another than DESIGN was made for.", kind=SCENARIO),
+    gain: float | None = option("K [(BLU/s)/unit] [default: the design's, or 28.3]."),
+    time_constant: float | None = option("tau [s] [default: the design's, or 0.055]."),
+    sample_time: float | None = option("T [s] [default: the design's, or 0.01]."),
+    plot: Path | None = common.output("Draw the range (png, svg or pdf)."),
+    _force: bool = common.FORCE,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
     Without anything: the range of the drive of Jee & Koren 2004; with a DESIGN of kind flc, aflc or
@@ -94,19 +60,62 @@ def stability(
     margin, largest sensitivity, bandwidth and compliance, of the nominal machine and a band over
     others.
     """
-    from hfc_design.calls.stability import stability
-    from hfc_design.core.records import UserError
+    from hfc_design.calls import stability as calls
 
     if design is None and others:
-        raise UserError("--change needs a DESIGN")
-    found = stability(design, others, scenario=scenario, **options)
+        raise refusal("--change needs a DESIGN")
+    drive = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
+    found = calls.stability(design, others, scenario=scenario, **drive)
     if plot is not None:
         from hfc_design.pictures.files import save
 
         save(found.figure(), plot)
-    if as_json:
-        click.echo(json.dumps(found.numbers()))
-        return
-    found.show()
-    if plot is not None:
-        click.echo(plot)
+    return Answer(found.numbers(), found.show, [plot] if plot else [])
+
+
+NEAR_HELP = "Say how near this design comes [default: that of the run]."
+
+
+@command(
+    "How good the best controller of a C-axis could be.",
+    last=common.plugins({"plant": common.CHOICES["plant"]}),
+)
+def attainable(
+    name: str = argument(SCENARIO, metavar="SCENARIO"),
+    design: str | None = option(NEAR_HELP, kind=DESIGN),
+    changes: Texts = common.SETTING,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
+    """Between what and what the best sum |e| lies in SCENARIO, whatever the controller.
+
+    SCENARIO is a built-in name, a TOML file, or the folder of a finished run, which keeps the
+    answer as attainable.json and in its page. Of C-axes with a limit of the voltage, of the nominal
+    machine: a certified lower bound, and what the best voltage does that was found with everything
+    known beforehand.
+    """
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.report.page import write_page
+    from hfc_design.runs.attained import attained, keep_attained
+    from hfc_design.runs.run import DESIGN, finished_run
+
+    folder, every = Path(name), [*common.choosing("plant"), *changes]
+    if (folder / DESIGN).is_file() and not (every or design):
+        scenario, result = finished_run(folder)
+        found = keep_attained(scenario, result.design, folder)
+        write_page(scenario, result, folder)
+    else:
+        source = str(folder / "config.toml") if folder.is_dir() else name
+        found = attained(load_scenario(source, every), design)
+    return Answer(found, partial(_show_attained, found))
+
+
+def _show_attained(found: "Json") -> None:
+    from hfc_design.core.console import show_rows
+    from hfc_design.runs.attained import HEADS, attained_rows, left_out
+
+    named = any("sum_error" in one for one in found["motions"].values())
+    shown = HEADS if named else HEADS[:2]
+    heads = ["motion", *(head.replace(" ", "\n") for head in shown)]
+    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(found))
+    caption = f"sum |e| over all samples [rad]{left_out(found)}"
+    show_rows(heads, rows, caption=caption, caption_justify="left")

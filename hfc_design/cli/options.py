@@ -1,120 +1,23 @@
-"""Options that commands share: changes, the scenario of a design, a user's own parts."""
+"""Options that commands share: changes, the scenario of a design, what to write, own parts."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
-from functools import wraps
-from importlib import metadata
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from os.path import exists, isdir, isfile, realpath
 from pathlib import Path
-from textwrap import shorten
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
-from click.shell_completion import CompletionItem
 
-Decorated = TypeVar("Decorated", bound=Callable[..., Any] | click.Command)
+from hfc_design.cli import binding
+from hfc_design.cli.binding import Texts, Together, argument, option
+from hfc_design.cli.names import CONTROLLER, DESIGN, FITNESS, PLANT, SCENARIO, STRATEGY
+from hfc_design.cli.usage import refusal
 
-
-class Named(click.types.StringParamType):
-    """A name of one thing: built in, of an installed package, or what else its option takes.
-
-    The help and the completion of a shell have the names: those of the reference that comes with
-    the package, and of installed packages. Nothing here starts JAX.
-    """
-
-    name = "name"
-
-    def __init__(self, kind: str, entry_points: str = "", files: bool = False):
-        """``kind`` is that of the entries of the reference; with ``files`` a path will do too."""
-        self.kind, self.entry_points, self.files = kind, entry_points, files
-
-    def told(self) -> dict[str, str]:
-        """Every name, with what it is."""
-        from hfc_design.reference.entries import things
-
-        found = {one.name: one.meaning for one in things(self.kind)}
-        if self.entry_points:
-            installed = metadata.entry_points(group=self.entry_points).names
-            found |= dict.fromkeys(sorted(installed), "of an installed package")
-        return found
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
-        """The names that begin like this, and files."""
-        items = [
-            CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
-            for name, meaning in self.told().items()
-            if name.startswith(incomplete)
-        ]
-        # In front: Bash forgets what came before, and takes files where no name begins so.
-        return [CompletionItem(incomplete, type="file"), *items] if self.files else items
-
-
-SCENARIO = Named("scenario", files=True)
-DESIGN = Named("design", files=True)
-PLANT = Named("plant", "hfc_design.plants")
-FITNESS = Named("objective", "hfc_design.fitness")
-CONTROLLER = Named("controller", "hfc_design.controllers")
-STRATEGY = Named("strategy", "hfc_design.strategies")
-FORMAT = Named("format")
-ALL = {one.kind: one for one in (SCENARIO, DESIGN, PLANT, FITNESS, CONTROLLER, STRATEGY)}
-
-
-class NamedOfKind(click.types.StringParamType):
-    """A name of the kind that the argument before it says."""
-
-    name = "name"
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
-        """The names of that kind."""
-        kind = str(ctx.params.get("kind"))
-        return ALL.get(kind, Named(kind)).shell_complete(ctx, param, incomplete)
-
-
-class OrElse(click.Choice):  # type: ignore[type-arg]
-    """One of some names; each of ``others`` stands for one of them too, as plants for plant."""
-
-    def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
-        """Of both what the help has and what else is understood."""
-        super().__init__([*choices])
-        self.others = others
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The name that is meant."""
-        return super().convert(self.others.get(value, value), param, ctx)
-
-
-class NamedOption(click.Option):
-    """An option whose help has the names that there are in the place of NAMES."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Option and help, for a table."""
-        found = super().get_help_record(ctx)
-        if found is None or not isinstance(self.type, Named):
-            return found
-        return found[0], found[1].replace("NAMES", ", ".join(self.type.told()))
-
-
-def named(*names: str, kind: Named, **others: Any) -> Callable[[Decorated], Decorated]:
-    """An option that takes a name; NAMES in its help are those that there are."""
-    return click.option(*names, cls=NamedOption, type=kind, metavar="NAME", **others)
-
-
-def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> None:
-    """Bound the memory of this process and of its workers."""
-    if told is not None:
-        from hfc_design.simulation import memory
-
-        memory.size(told)
-        os.environ[memory.VARIABLE] = told
-
-
-Command = Callable[..., None]
-Texts = tuple[str, ...]
-PATH = click.Path(path_type=Path)
+if TYPE_CHECKING:
+    from hfc_design.files.design import Design
+    from hfc_design.files.scenario import Scenario
+    from hfc_design.report.paper import Paper
 
 
 def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
@@ -125,23 +28,21 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
             another option names too; or a file in a folder that is not there, which would only
             be found once everything has been computed.
     """
-    from hfc_design.core.records import UserError
-
-    told, meta = f"{option} {path}", click.get_current_context().meta
+    where, meta = f"{option} {path}", click.get_current_context().meta
     if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
-        raise UserError(f"{told}: is neither a file nor a folder; name another path")
+        raise refusal(f"{where}: is neither a file nor a folder; name another path")
     if exists(path) and not meta["hfc.force"]:
-        raise UserError(f"{told}: exists already; name another path, or add --force")
+        raise refusal(f"{where}: exists already; name another path, or add --force")
     if not folder and not isdir(path.absolute().parent):
-        raise UserError(f"{told}: there is no folder {path.parent}")
+        raise refusal(f"{where}: there is no folder {path.parent}")
     other = meta.setdefault("hfc.named", {}).setdefault(realpath(path), option)
     if other != option:
-        raise UserError(f"{told}: {other} names it too")
+        raise refusal(f"{where}: {other} names it too")
     return path
 
 
-def output(*names: str, folder: bool = False, **others: Any) -> Callable[[Command], Command]:
-    """An option that names what to write, which is ``free``; of a command that has ``force``.
+def output(text: str, folder: bool = False, **others: Any) -> Any:
+    """An option that names what to write, which is ``free``; of a command that has ``FORCE``.
 
     A ``--plot`` has to be of a kind that can be drawn, before anything is simulated.
     """
@@ -153,31 +54,42 @@ def output(*names: str, folder: bool = False, **others: Any) -> Callable[[Comman
             kind_of(path)
         return path and free(path, option.opts[0], folder)
 
-    return click.option(*names, type=PATH, callback=checked, **others)
+    return option(text, *others.pop("names", ()), callback=checked, **others)
 
 
-force = click.option(
-    "--force",
-    is_flag=True,
-    is_eager=True,  # the paths ask for it
-    expose_value=False,
-    callback=lambda ctx, _, told: ctx.meta.update({"hfc.force": told}),
-    help="Overwrite what is there.",
+def _noted(key: str) -> Callable[[click.Context, click.Parameter, bool], bool]:
+    """Keeps what a flag says in the context, where whoever needs it looks."""
+    return lambda context, _, value: context.meta.setdefault(key, value)
+
+
+def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> None:
+    """Bound the memory of this process and of its workers."""
+    if value is not None:
+        from hfc_design.simulation import memory
+
+        memory.size(value)
+        os.environ[memory.VARIABLE] = value
+
+
+#: Eager: the paths ask for it.
+FORCE = option(
+    "Overwrite what is there.", is_flag=True, is_eager=True, callback=_noted("hfc.force")
 )
+JSON: dict[str, Any] = {"is_flag": True, "callback": _noted(binding.AS_JSON)}
+AS_JSON = option("One JSON object on stdout.", "--json", **JSON)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
-SCENARIO_HELPS = SCENARIO_HELP, SCENARIO_HELP.replace(" [", "; can be given several times [")
+SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
 #: Of every command on a scenario, and of every one on a design.
-setting = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
-changing = click.option("--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP)
-as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+SETTING = option(SET_HELP, "--set", metavar="KEY=VALUE")
+CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
 MEMORY_HELP = "Memory that it may hold, as in 8GB [default: 80 % of what is free]."
 #: Of every command that may need much of it; a variable, so that workers have it too.
-memory = click.option("--memory", callback=_bounded, expose_value=False, help=MEMORY_HELP)
+MEMORY = option(MEMORY_HELP, callback=_bounded)
 #: Of the commands that search.
 ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
-USE = "Make any own part known that files name; can be given several times."
+USE_HELP = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: NAMES, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: NAMES, or an own one as module:OBJECT.",
@@ -185,8 +97,6 @@ CHOICES = {
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
 NAMED = {"plant": PLANT, "fitness": FITNESS, "controller": CONTROLLER, "strategy": STRATEGY}
-#: Those that name a part of a scenario; the search of a file keeps its own strategy.
-CHOSEN = "plant", "fitness", "controller"
 KNOWN = CHOICES | {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
@@ -194,129 +104,166 @@ KNOWN = CHOICES | {
 }
 
 
-def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
-    """Adds --use and the options with these helps, which make known what they name.
-
-    Of each of ``CHOSEN`` with its help in ``CHOICES`` a command gets the change of a scenario that
-    chooses it.
-    """
-
-    def decorated(command: Command) -> Command:
-        # Eager: the others may name what --use makes known.
-        use: dict[str, Any] = {"multiple": True, "is_eager": True, "metavar": "MODULE:OBJECT"}
-        found = click.option("--use", callback=_known, expose_value=False, help=USE, **use)(command)
-        for key, text in reversed(helps.items()):
-            told = key in CHOSEN and text == CHOICES[key]
-            own: dict[str, Any] = {"kind": NAMED[key], "callback": _known, "help": text}
-            found = named(f"--{key}", expose_value=told, **own)(found)
-        return found
-
-    return decorated
+def plugins(helps: dict[str, str]) -> Iterator[click.Parameter]:
+    """--use and the options with these helps, which make known what they name."""
+    for key, text in helps.items():
+        settings: dict[str, Any] = {"expose_value": False, "callback": _known}
+        yield option(text, kind=NAMED[key], **settings).of(key, str)
+    # Eager: the others may name what --use makes known.
+    use: dict[str, Any] = {"is_eager": True, "metavar": "MODULE:OBJECT", "callback": _known}
+    yield option(USE_HELP, **use).of("_use", Texts)
 
 
-#: The options of a command that only has to know what files name.
-knowing_plugins = with_plugins(KNOWN)
-#: The same of a command that puts designs on a plant.
-on_a_plant = with_plugins(KNOWN | {"plant": CHOICES["plant"]})
-
-
-def _known(ctx: click.Context, option: click.Parameter, told: str | Texts | None) -> str:
-    """Make known what an option names; the change of a scenario that chooses it, "" for none."""
-    if not told:
-        return ""
+def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | None) -> None:
+    """Make known what an option names, and note it."""
+    if not value:
+        return
     import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
     from hfc_design.core.plugins import GROUPS, use
 
-    if not isinstance(told, str):
-        for text in told:
+    if not isinstance(value, str):
+        for text in value:
             use(text)
-        return ""
+        return
     key = str(option.name)
-    name = told if told in GROUPS[key].built_in else GROUPS[key].resolve(told).name
+    name = value if value in GROUPS[key].built_in else GROUPS[key].resolve(value).name
     ctx.meta[f"hfc.{key}"] = name
+
+
+#: Those of a command that only has to know what files name, and of one that has designs on a plant.
+KNOWING = tuple(plugins(KNOWN))
+ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
+#: Those of a command on a scenario, whose parts they choose.
+CHOOSING = tuple(plugins(CHOICES))
+
+
+def named_part(key: str) -> str | None:
+    """The plant, fitness, controller or strategy that the command line names."""
+    name: str | None = click.get_current_context().meta.get(f"hfc.{key}")
+    return name
+
+
+def choosing(*keys: str) -> Texts:
+    """The changes of a scenario that choose what the command line names of ``CHOICES``."""
+    named = {key: name for key in keys if (name := named_part(key))}
     # The plant's parameters stay; a fitness or controller of another kind has other settings.
-    return f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
+    return tuple(
+        f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
+        for key, name in named.items()
+    )
 
 
-def _on(several: bool) -> Callable[[Command], Command]:
-    """Makes a command ``with_plugins`` one on a DESIGN and a scenario, or on ``several``.
+class Loops(NamedTuple):
+    """A design and the scenarios to run it on; the controller is its own."""
 
-    It gets both, and its other options. A scenario is a --scenario or the design's own, with every
-    --set.
+    design: "Design"
+    scenarios: list["Scenario"]
+    elsewhere: bool  # whether --scenario names them
+
+    @property
+    def only(self) -> "Scenario":
+        """The scenario, of a command on one."""
+        return self.scenarios[0]
+
+
+def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts: str) -> Loops:
+    """A design with changes, on scenarios with changes and the ``parts`` that the options choose.
+
+    Without scenarios it is the one that it was made for.
     """
+    from hfc_design.files.pairing import load_design
 
-    def decorated(command: Command) -> Command:
-        @click.argument("name", metavar="DESIGN", type=DESIGN)
-        @changing
-        @named("--scenario", kind=SCENARIO, multiple=several, help=SCENARIO_HELPS[several])
-        @setting
-        @wraps(command)
-        def wrapped(name: str, others: Texts, scenario: Any, changes: Texts, **given: Any) -> None:
-            from hfc_design.files.named_scenario import load_scenario
-            from hfc_design.files.pairing import load_design, own_scenario
-
-            # The controller is the design's, whatever a search of the scenario would vary.
-            plant, fitness, _ = (given.pop(key) for key in CHOSEN)
-            changes = (*filter(None, (plant, fitness)), *changes)
-            design, asked = load_design(name, others), [scenario] if scenario else []
-            found = [load_scenario(one, changes) for one in (scenario if several else asked)]
-            found = found or [own_scenario(design, name, changes)]
-            command(design, found if several else found[0], **given)
-
-        return wrapped
-
-    return decorated
+    design = load_design(name, others)
+    every = (*choosing(*parts), *changes)
+    return Loops(design, scenarios_of(design, name, scenarios, every), bool(scenarios))
 
 
-#: Of a command on scenarios, and of one on a scenario.
-on_scenarios, on_scenario = _on(several=True), _on(several=False)
+def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
+    """The scenarios with changes, without any the one that the design of a name was made for."""
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import own_scenario
+
+    named = [load_scenario(one, changes) for one in scenarios]
+    return named or [own_scenario(design, name, changes)]
 
 
-if TYPE_CHECKING:
-    from hfc_design.report.paper import Paper
+def again(words: Sequence[str], options: dict[str, Texts], designs: Iterable["Design"]) -> str:
+    """The command line that does the same once more, own parts of the designs included."""
+    from hfc_design.core.plugins import uses
+    from hfc_design.core.records import harmless
+
+    pairs = [part for option, values in options.items() for x in values for part in (option, x)]
+    parts = dict.fromkeys(uses(one.provenance.get("plugins")) for one in designs)
+    return harmless(shlex.join([*words, *pairs])) + "".join(parts)
+
+
+def _on_one(
+    name: str = argument(DESIGN, metavar="DESIGN"),
+    others: Texts = CHANGING,
+    scenario: str | None = option(SCENARIO_HELP, kind=SCENARIO),
+    changes: Texts = SETTING,
+) -> Loops:
+    return loops_of(name, others, (scenario,) if scenario else (), changes, "plant", "fitness")
+
+
+def _on_several(
+    name: str = argument(DESIGN, metavar="DESIGN"),
+    others: Texts = CHANGING,
+    scenario: Texts = option(SCENARIOS_HELP, kind=SCENARIO),
+    changes: Texts = SETTING,
+) -> Loops:
+    return loops_of(name, others, scenario, changes, "plant", "fitness")
+
+
+#: Of a command on a design and a scenario, and of one on several.
+ON_SCENARIO: Any = Together(_on_one)
+ON_SCENARIOS: Any = Together(_on_several)
 
 #: Those of ``report.paper``, which takes long to import.
 KINDS = "pdf", "svg", "pgf"
-FIGURES_HELP = "Every figure of the page as a file too, for the column of a paper."
-WIDTH_HELP = "Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."
 #: Of a place, where its folders lie and what their names begin with: what is wanted there.
 Papers = Callable[[Path, str], "Paper | None"]
 
 
-def for_a_paper(command: Command) -> Command:
-    """A command that has ``force``: it gets ``papers``, which tells what is wanted of a page."""
-
-    @click.option("--figures", type=click.Choice(KINDS), help=FIGURES_HELP)
-    @click.option("--width", callback=millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
-    @click.option("--latex", is_flag=True, help="Every table of the page in LaTeX too.")
-    @wraps(command)
-    def wrapped(figures: str | None, width: float | None, latex: bool, **given: Any) -> None:
-        from hfc_design.core.records import UserError
-
-        if width is not None and figures is None:
-            raise UserError(f"--width: is that of figures; add --figures {'|'.join(KINDS)}")
-
-        def papers(folder: Path, stem: str = "") -> "Paper | None":
-            if figures is None and not latex:
-                return None
-            from hfc_design.report.paper import COLUMN, Paper
-
-            drawn = free(folder / f"{stem}figures", "--figures", folder=True) if figures else None
-            tables = free(folder / f"{stem}latex", "--latex", folder=True) if latex else None
-            return Paper(figures or "", COLUMN if width is None else width, drawn, tables)
-
-        command(papers=papers, **given)
-
-    return wrapped
-
-
-def millimetres_of(_: click.Context, option: click.Parameter, told: str | None) -> float | None:
+def millimetres_of(_: click.Context, option: click.Parameter, value: str | None) -> float | None:
     """A width in millimetres."""
-    if told is None:
+    if value is None:
         return None
     from hfc_design.report.paper import millimetres
 
     try:
-        return millimetres(told)
+        return millimetres(value)
     except ValueError as error:
         raise click.BadParameter(str(error)) from None
+
+
+def width(text: str) -> Any:
+    """An option that has a width, which is a number of millimetres."""
+    return option(text, kind=click.STRING, callback=millimetres_of, metavar="WIDTH")
+
+
+def _papers(
+    figures: str | None = option(
+        "Every figure of the page as a file too, for the column of a paper.",
+        kind=click.Choice(KINDS),
+    ),
+    width: float | None = width("Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."),
+    latex: bool = option("Every table of the page in LaTeX too."),
+) -> Papers:
+    if width is not None and figures is None:
+        raise refusal(f"--width: is that of figures; add --figures {'|'.join(KINDS)}")
+
+    def papers(folder: Path, stem: str = "") -> "Paper | None":
+        if figures is None and not latex:
+            return None
+        from hfc_design.report.paper import COLUMN, Paper
+
+        drawn = free(folder / f"{stem}figures", "--figures", folder=True) if figures else None
+        tables = free(folder / f"{stem}latex", "--latex", folder=True) if latex else None
+        return Paper(figures or "", COLUMN if width is None else width, drawn, tables)
+
+    return papers
+
+
+#: Of a command that has ``FORCE``: what of a page is wanted for a paper.
+PAPERS: Any = Together(_papers)

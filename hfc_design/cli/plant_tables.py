@@ -31,8 +31,8 @@ def show_plants() -> None:
 
 
 def _show(drive: Drive) -> None:
-    told = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
-    print(fill(f"signals: {told}", room(), subsequent_indent="  ", break_on_hyphens=False))
+    signals = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
+    print(fill(f"signals: {signals}", room(), subsequent_indent="  ", break_on_hyphens=False))
     own, units = drive.parameters()._asdict(), drive.parameter_units
     rows = ([f"{name}  ", f"{value:g}  ", units.get(name, "")] for name, value in own.items())
     show_rows(("parameter", "default", "unit"), rows, left=(0, 2))

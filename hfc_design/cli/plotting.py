@@ -8,15 +8,13 @@ import click
 from click.shell_completion import CompletionItem
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Texts
+from hfc_design.cli.binding import Texts, argument, command, option
+from hfc_design.cli.names import SCENARIO, Named, completions
+from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
-SCENARIO_HELP = "Of motion: scenario [default: the first design's own]."
-WIDTH_HELP = "Of the column of a paper that it is laid out for, as in 88mm, 3.5in, 252pt."
-MOTION_HELP = "Which one, of a scenario of several [default: the first]."
 #: What can be drawn, by what it is.
 WHATS = {
     "surface": "what a fuzzy unit commands, as colours",
@@ -34,49 +32,37 @@ OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
 OF_ONE = ("others", "unit", "axis")
 
 
-class NameOrWhat(common.Named):
+class NameOrWhat(Named):
     """A design, and behind the first one what is drawn as well."""
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Both, and files."""
-        whats = [CompletionItem(name, help=told) for name, told in WHATS.items()]
-        own = [one for one in whats if one.value.startswith(incomplete)]
         found = super().shell_complete(ctx, param, incomplete)
-        return found + own if ctx.params.get("what") else found
+        return found + completions(WHATS, incomplete) if ctx.params.get("what") else found
 
 
-NAME = NameOrWhat("design", files=True)
+NAME_OR_WHAT = NameOrWhat("design")
+WIDTH_HELP = "Of the column of a paper that it is laid out for, as in 88mm, 3.5in, 252pt."
 
 
-@click.command(short_help="Draw what a DESIGN is, or several over one another.")
-@click.argument(
-    "names", metavar="DESIGN|FOLDER...", nargs=-1, type=NameOrWhat("design", files=True)
-)
-@click.argument("what", metavar="WHAT")
-@common.changing
-@click.option("--unit", help=UNIT_HELP)
-@click.option("--axis", default="", help="Of a controller with several: the axis to draw.")
-@common.named("--scenario", kind=common.SCENARIO, help=SCENARIO_HELP)
-@common.setting
-@click.option("--motion", help=MOTION_HELP)
-@click.option("--width", callback=common.millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
-@common.output("--out", required=True, help="The picture (png, svg or pdf).")
-@common.force
-@common.memory
-@common.knowing_plugins
+@command("Draw what a DESIGN is, or several over one another.", last=common.KNOWING)
 def plot(
-    names: Texts,
-    what: str,
-    others: Texts,
-    unit: str | None,
-    axis: str,
-    scenario: str | None,
-    changes: Texts,
-    motion: str | None,
-    width: float | None,
-    out: Path,
+    names: Texts = argument(NAME_OR_WHAT, metavar="DESIGN|FOLDER...", nargs=-1),
+    what: str = argument(metavar="WHAT"),
+    others: Texts = common.CHANGING,
+    unit: str | None = option("Unit of a hierarchy to draw, as unit-1 [default: the root]."),
+    axis: str = option("Of a controller with several: the axis to draw.", default=""),
+    scenario: str | None = option(
+        "Of motion: scenario [default: the first design's own].", kind=SCENARIO
+    ),
+    changes: Texts = common.SETTING,
+    motion: str | None = option("Which one, of a scenario of several [default: the first]."),
+    width: float | None = common.width(WIDTH_HELP),
+    out: Path = common.output("The picture (png, svg or pdf).", required=True),
+    _force: bool = common.FORCE,
+    _memory: str | None = common.MEMORY,
 ) -> None:
     """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
 
@@ -97,7 +83,7 @@ def plot(
 
     _check(names, what)
     if what == CONVERGENCE:
-        from hfc_design.batch.summary import convergence
+        from hfc_design.batch.findings import convergence
 
         figure = convergence([Path(name) for name in names])
     elif what == MOTION:
@@ -112,38 +98,34 @@ def plot(
 
 def _check(names: Texts, what: str) -> None:
     """Refuse options and numbers of names that do not belong to what is drawn."""
-    from hfc_design.core.records import UserError
-
     if not names:
         missing = f"{what}: which design?" if what in WHATS else f"{what}: WHAT of it?"
-        raise UserError(f"{missing} as in hfc plot DESIGN surface; WHAT is {', '.join(WHATS)}")
+        raise refusal(f"{missing} as in hfc plot DESIGN surface; WHAT is {', '.join(WHATS)}")
     context = click.get_current_context()
     flags = {option.name: option.opts[0] for option in context.command.params}
     allowed = OPTIONS.get(what, OF_ONE)
     for key in {*OF_ONE, *OPTIONS[MOTION]} - {*allowed}:
         if context.params[key]:
-            raise UserError(f"{flags[key]}: is not for {what}")
+            raise refusal(f"{flags[key]}: is not for {what}")
     if what == MOTION and len(names) == 1:
-        raise UserError(
+        raise refusal(
             f"{MOTION} draws several designs; hfc simulate {shlex.quote(names[0])} --plot draws one"
         )
     if what not in OPTIONS and len(names) > 1:
-        raise UserError(f"{what}: draws one design; {CONVERGENCE} and {MOTION} draw several")
+        raise refusal(f"{what}: draws one design; {CONVERGENCE} and {MOTION} draw several")
 
 
 def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
     from hfc_design.report.overlaid import motions
     from hfc_design.simulation.evaluating import evaluate, notes
 
     designs = labelled(names)
     first = next(iter(designs.values()))
-    where = load_scenario(scenario, changes) if scenario else own_scenario(first, names[0], changes)
+    (where,) = common.scenarios_of(first, names[0], (scenario,) if scenario else (), changes)
     shared = on_one_machine(designs, where)
-    if told := own_machine(next(iter(designs)), where, shared):
-        click.echo(told, err=True)
+    if note := own_machine(next(iter(designs)), where, shared):
+        click.echo(note, err=True)
     for name, design in designs.items():
         for note in differences(design, where, shared):
             click.echo(f"{name}: {note}", err=True)

@@ -1,6 +1,5 @@
 """The command that writes pages: of a run, of many runs, of a lone design."""
 
-import shlex
 from os.path import exists, isdir
 from pathlib import Path
 from typing import Any
@@ -8,30 +7,24 @@ from typing import Any
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.options import Papers, Texts
+from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.names import SCENARIO
+from hfc_design.cli.options import Papers
+from hfc_design.cli.usage import refusal
 from hfc_design.core.console import busy
 
 
-@click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
-@click.argument("place", metavar="FOLDER|DESIGN", type=common.PATH)
-@common.changing
-@common.named("--scenario", kind=common.SCENARIO, help=common.SCENARIO_HELP)
-@common.setting
-@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
-@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
-@common.output("--out", help="Page of a lone DESIGN [default: NAME.html].")
-@common.for_a_paper
-@common.force
-@common.knowing_plugins
+@command("Write the page of a run, of many runs, or of a lone DESIGN.", last=common.KNOWING)
 def report(
-    place: Path,
-    others: Texts,
-    scenario: str | None,
-    changes: Texts,
-    each: bool,
-    parquet: bool,
-    out: Path | None,
-    papers: Papers,
+    place: Path = argument(PATH, metavar="FOLDER|DESIGN"),
+    others: Texts = common.CHANGING,
+    scenario: str | None = option(common.SCENARIO_HELP, kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    each: bool = option("Also write the page of every run that lacks one."),
+    parquet: bool = option("Also write runs.parquet (needs pyarrow)."),
+    out: Path | None = common.output("Page of a lone DESIGN [default: NAME.html]."),
+    papers: Papers = common.PAPERS,
+    _force: bool = common.FORCE,
 ) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
@@ -46,58 +39,42 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
-    from hfc_design.core.records import UserError
+    from hfc_design.core.checkpoint import write_whole
     from hfc_design.files.design import builtin_designs
+    from hfc_design.report.page import design_page
 
     if not (exists(place) or str(place) in builtin_designs()):
-        raise UserError(f"{place}: is no folder, no design file and no built-in design")
+        raise refusal(f"{place}: is no folder, no design file and no built-in design")
     if isdir(place) and not (scenario or changes or others):
         if out is not None:
-            raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
+            raise refusal(f"--out {out}: is for a lone design; the page of a folder lies in it")
         _of_folder(place, each, parquet, papers)
         return
     if each or parquet:
-        raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
+        raise refusal(f"{place}: is a design; --each and --parquet are for folders of runs")
     path = out or common.free(Path(f"{place.stem}.html"))
-    _of_design(str(place), path, (others, scenario, changes), papers)
+    paper = papers(path.parent, f"{path.stem}-")
+    chosen = (scenario,) if scenario else ()
+    design, (where,), _ = common.loops_of(str(place), others, chosen, changes)
+    differs = {"--change": others, "--scenario": chosen, "--set": changes}
+    with busy("the page, on machines that no search has seen"):
+        line = common.again(["hfc", "score", str(place)], differs, [design])
+        page = design_page(design, where, line)
+    write_whole(path, page.html)
+    if paper:
+        paper.write(page)
     click.echo(path)
 
 
 def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     """Write the pages of a folder, and tell what they say of many runs."""
     from hfc_design.batch.report import report
-    from hfc_design.batch.summary import tell
+    from hfc_design.batch.summary_text import show_findings
 
-    told: list[Any] = []
+    findings: list[Any] = []
     try:
         with busy("writing the pages"):
-            report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
+            report(place, each, parquet, lambda *found: findings.append(found), papers(place, ""))
     finally:
-        for found in told:
-            tell(*found)
-
-
-def _of_design(
-    name: str, path: Path, differs: tuple[Texts, str | None, Texts], papers: Papers
-) -> None:
-    """Write the page of a design with changes, on a scenario (None: its own) with changes."""
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.core.plugins import uses
-    from hfc_design.core.records import harmless
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import load_design, own_scenario
-    from hfc_design.report.page import design_page
-
-    others, scenario, changes = differs
-    paper = papers(path.parent, f"{path.stem}-")
-    design = load_design(name, others)
-    where = load_scenario(scenario, changes) if scenario else own_scenario(design, name, changes)
-    asked = {"--change": others, "--scenario": (scenario,) if scenario else (), "--set": changes}
-    again = ["hfc", "score", name]
-    again += [part for option, values in asked.items() for one in values for part in (option, one)]
-    line = harmless(shlex.join(again)) + uses(design.provenance.get("plugins"))
-    with busy("the page, on machines that no search has seen"):
-        page = design_page(design, where, line)
-    write_whole(path, page.html)
-    if paper:
-        paper.write(page)
+        for found in findings:
+            show_findings(*found)

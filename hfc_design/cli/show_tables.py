@@ -7,21 +7,23 @@ from itertools import groupby
 from rich.table import Table
 
 from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.reference.entries import Entry
-from hfc_design.reference.told import FILE, Value
+from hfc_design.reference.values import FILE, Value
 
-#: Part of a thing -> what stands above its table.
+#: Part of a thing -> what stands above its table, in the order of these.
 TITLES = {
+    "fact": "",
     "parameter": "parameters",
     "setting": "keys in a scenario",
     "design": "keys in a design file",
     "signal": "signals that a controller can read, command and load",
     "metric": "metrics of a motion",
-    "fact": "",
 }
 #: Parts that a user reads and never sets.
 READ = "signal", "metric"
+OF_PLANT = "error", "command", "load", "signal"
 WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
 #: Letters of a value in a table.
 LONGEST = 24
@@ -29,18 +31,44 @@ LONGEST = 24
 KEY = 34
 
 
+def say(text: str = "") -> None:
+    """A line on stdout."""
+    terminal().print(text, highlight=False)
+
+
+def show_columns(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """A table whose last column takes what is left."""
+    table = plain_table(title=title or None)
+    for name in names:
+        last = name == names[-1]
+        table.add_column(
+            name,
+            overflow="fold",
+            ratio=2 if last else None,
+            no_wrap=name == "key",
+            max_width=None if last else KEY,
+        )
+    table.padding = (0, 1, 0, 0)
+    for row in rows:
+        table.add_row(*row)
+    terminal().print(table)
+
+
 def show_list(kind: str, found: Sequence[Entry]) -> None:
     """All of a kind, a line each; of keys a table."""
     if kind == "key":
-        _table("", found, "")
+        _show_entries("", found, "")
         return
     table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
     table.add_column(no_wrap=True)
     table.add_column()
     for one in found:
-        unit = f" [{one.unit}]" if one.unit else ""
-        table.add_row(one.name, one.meaning + unit)
+        table.add_row(one.name, _with_unit(one))
     terminal().print(table)
+
+
+def _with_unit(one: Entry) -> str:
+    return f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
 
 
 def show_owners(found: Iterable[Entry]) -> None:
@@ -49,29 +77,26 @@ def show_owners(found: Iterable[Entry]) -> None:
     for kind, name in dict.fromkeys((one.kind, one.name) for one in found):
         owners.setdefault(kind, []).append(name)
     for kind, names in owners.items():
-        own = f"Each {kind} has keys of its own here, as in hfc show {kind} {names[0]}"
-        terminal().print(f"\n{own}: {', '.join(names)}", highlight=False)
+        keys = f"Each {kind} has keys of its own here, as in hfc show {kind} {names[0]}"
+        say(f"\n{keys}: {', '.join(names)}")
 
 
 def show_thing(every: Sequence[Entry]) -> None:
     """A thing and its parts."""
     head, *rest = every
-    out = terminal()
-    unit = f" [{head.unit}]" if head.unit else ""
-    out.print(f"{head.kind} {head.name}: {head.meaning}{unit}", highlight=False)
+    say(f"{head.kind} {head.name}: {_with_unit(head)}")
     if head.source:
-        out.print(f"source: {head.source}", highlight=False)
-    order = ["fact", *(name for name in TITLES if name != "fact")]
-    rest.sort(key=lambda one: order.index(one.part))
-    for part, own in groupby(rest, key=lambda one: one.part):
+        say(f"source: {head.source}")
+    rest.sort(key=lambda one: [*TITLES].index(one.part))
+    for part, entries in groupby(rest, key=lambda one: one.part):
         if part == "fact":
-            for one in own:
-                out.print(f"{one.key}: {one.meaning}", highlight=False)
+            for one in entries:
+                say(f"{one.key}: {one.meaning}")
             continue
-        for table, rows in groupby(own, key=_table_of):
-            out.print()
+        for table, rows in groupby(entries, key=_table_of):
+            say()
             title = f"{TITLES[part]}, [{table}]" if table else TITLES[part]
-            _table(title, list(rows), f"{table}." if table else "")
+            _show_entries(title, list(rows), f"{table}." if table else "")
 
 
 def _table_of(one: Entry) -> str:
@@ -81,30 +106,19 @@ def _table_of(one: Entry) -> str:
     return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
 
 
-def _table(title: str, found: Sequence[Entry], prefix: str) -> None:
+def _show_entries(title: str, found: Sequence[Entry], prefix: str) -> None:
     read = all(one.part in READ for one in found)
-    table = columns(title, "name" if read else "key", "unit" if read else "default", "meaning")
+    names = ("name", "unit", "meaning") if read else ("key", "default", "meaning")
+    rows = []
     for one in found:
-        default = told(one.default, one.unit) if one.default is not None else _without(one)
+        default = text_of(one.default, one.unit) if one.default is not None else _without(one)
         of = f" ({one.name})" if one.kind not in ("key", "design-key") and not title else ""
         meaning = [one.meaning, one.allowed if one.allowed not in one.meaning else ""]
         meant = "; ".join(filter(None, meaning)) + of
-        table.add_row(dotted(one.key.removeprefix(prefix)), default, meant)
-    terminal().print(table)
-    if any(word in one.unit for one in found for word in ("error", "command", "load", "signal")):
-        terminal().print(WORDS, highlight=False)
-
-
-def columns(title: str, *names: str) -> Table:
-    """A table whose last column takes what is left."""
-    table = plain_table(title=title or None)
-    for name in names:
-        last = name == names[-1]
-        table.add_column(name, overflow="fold", ratio=2 if last else None, no_wrap=name == "key")
-    for column in table.columns[:-1]:
-        column.max_width = KEY
-    table.padding = (0, 1, 0, 0)
-    return table
+        rows.append((dotted(one.key.removeprefix(prefix)), default, meant))
+    show_columns(title, names, rows)
+    if any(word in one.unit for one in found for word in OF_PLANT):
+        say(WORDS)
 
 
 def dotted(key: str) -> str:
@@ -125,53 +139,79 @@ def _without(one: Entry) -> str:
     return " ".join(filter(None, ("required" if one.required else "", unit)))
 
 
-def told(value: Plain, unit: str = "") -> str:
+def text_of(value: Plain, unit: str = "") -> str:
     """A value with its unit, not long."""
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, list | dict) and not value:
+        return "none"
     if isinstance(value, list | tuple | dict) and len(str(value)) > LONGEST:
         return f"{len(value)} entries"
-    if isinstance(value, str) or unit.startswith("of the "):
-        unit = ""
     text = f"{value:g}" if isinstance(value, float) else str(value)
-    if isinstance(value, dict | list) and not value:
-        text = "none"
-        unit = ""
-    return f"{text} {unit}" if unit and unit != "1" else text
+    counted = unit not in ("", "1") and not isinstance(value, str)
+    return f"{text} {unit}" if counted and not unit.startswith("of the ") else text
 
 
 def show_scenario(
     name: str, data: Json, found: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
 ) -> None:
     """What a scenario says, what it leaves, and what holds in each of its motions."""
-    out = terminal()
-    out.print(f"scenario {name}: {data.get('description', '')}".rstrip(": "), highlight=False)
-    out.print()
-    here = columns("set in the file", "key", "value", "default")
-    for one in found:
-        if one.where == FILE and not one.key.startswith("motions") and one.key != "description":
-            default = "" if one.default is None else told(one.default, one.unit)
-            here.add_row(dotted(one.key), told(one.value, one.unit), default)
-    out.print(here)
+    say(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
+    here = [x for x in found if x.where == FILE and not x.key.startswith("motions")]
+    say()
+    show_columns(
+        "set in the file",
+        ("key", "value", "default"),
+        [
+            (
+                dotted(x.key),
+                text_of(x.value, x.unit),
+                "" if x.default is None else text_of(x.default, x.unit),
+            )
+            for x in here
+            if x.key != "description"
+        ],
+    )
     if motions:
-        out.print()
-        table = columns("motions", "motion", "key", "value", "from")
-        for motion, rows in motions:
-            for k, one in enumerate(rows):
-                table.add_row("" if k else motion, dotted(one.key), _brief(one.value), one.where)
-        out.print(table)
-    out.print()
-    rest = columns("left at its default", "key", "value", "meaning")
-    for one in found:
-        if one.where != FILE:
-            rest.add_row(dotted(one.key), told(one.value, one.unit), one.meaning)
-    out.print(rest)
+        say()
+        rows = [
+            ("" if k else motion, dotted(x.key), _brief(x.value), x.where)
+            for motion, values in motions
+            for k, x in enumerate(values)
+        ]
+        show_columns("motions", ("motion", "key", "value", "from"), rows)
+    say()
+    left = [x for x in found if x.where != FILE]
+    rest = [(dotted(x.key), text_of(x.value, x.unit), x.meaning) for x in left]
+    show_columns("left at its default", ("key", "value", "meaning"), rest)
 
 
 def _brief(value: Plain) -> str:
     """A table of a motion by its kind and its numbers."""
     if not isinstance(value, dict):
-        return told(value)
-    kind = value.get("kind", "")
-    rest = ", ".join(f"{key} {told(x)}" for key, x in value.items() if key != "kind")
-    return f"{kind} {rest}".strip()
+        return text_of(value)
+    rest = ", ".join(f"{key} {text_of(x)}" for key, x in value.items() if key != "kind")
+    return f"{value.get('kind', '')} {rest}".strip()
+
+
+def show_design(found: Json) -> None:
+    """The ``facts`` of a design."""
+    axes = f", axes {', '.join(found['axes'])}" if found["axes"] else ""
+    say(f"design {found['name']}: {found['kind']}, {found['summary']}")
+    say(f"for the plant {found['plant']}{axes}, every {found['sample_time_s']:g} s")
+    limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(found["limits"]).items() if x)
+    score = ", ".join(f"{key} {text_of(x)}" for key, x in found["score"].items())
+    for what, text in (("source", found["source"]), ("limits", limits), ("score", score)):
+        if text:
+            say(f"{what}: {text}")
+    signals = [(one["name"], one["unit"], one["meaning"]) for one in found["signals"]]
+    tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in found["units"]]
+    keys = [(x["key"], text_of(x["value"], x["unit"]), x["meaning"]) for x in found["keys"]]
+    for title, names, rows in (
+        ("signals that it reads", ("signal", "unit", "meaning"), signals),
+        ("fuzzy units, the root last", ("unit", "columns", "rows"), tree),
+        ("controller", ("key", "value", "meaning"), keys),
+    ):
+        if rows:
+            say()
+            show_columns(title, names, rows)

@@ -1,17 +1,15 @@
-"""``hfc show``: what there is, with units, defaults and what is allowed. Starts no JAX."""
+"""``hfc list``, ``show`` and ``init``: what there is, with units and defaults. Starts no JAX."""
+
+from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import NamedOfKind, OrElse, as_json, knowing_plugins
+from hfc_design.cli import options as common
+from hfc_design.cli.binding import argument, command, option
+from hfc_design.cli.names import CONTROLLER, ENTRY_POINTS, OF_KIND, PLANT, OrElse
 
 #: What can be shown; the first four may be a user's own.
-PLUGINS = {
-    "plant": "hfc_design.plants",
-    "controller": "hfc_design.controllers",
-    "strategy": "hfc_design.strategies",
-    "objective": "hfc_design.fitness",
-}
-KINDS = (*PLUGINS, "scenario", "design", "reference", "metric", "format", "key")
+KINDS = (*ENTRY_POINTS, "scenario", "design", "reference", "metric", "format", "key")
 #: What hfc list lists -> kind of it in the reference.
 LISTED = {
     "scenarios": "scenario",
@@ -23,14 +21,35 @@ LISTED = {
     "formats": "format",
 }
 PLURALS = {f"{kind}s": kind for kind in KINDS} | LISTED | {"fitness": "objective"}
+SINGULARS = {
+    other: what
+    for what, kind in LISTED.items()
+    for other in (kind, *(many for many, one in PLURALS.items() if one == kind and many != what))
+}
 
 
-@click.command(short_help="What a plant, controller, scenario or key is, with units.")
-@click.argument("kind", metavar="KIND", type=OrElse(KINDS, PLURALS))
-@click.argument("name", required=False, type=NamedOfKind())
-@as_json
-@knowing_plugins
-def show(kind: str, name: str | None, as_json: bool) -> None:
+@command(name="list", last=common.KNOWING)
+def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> None:
+    """What is built in.
+
+    WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
+    """
+    if what == "plants":
+        from hfc_design.cli.plant_tables import show_plants
+
+        show_plants()
+    else:
+        from hfc_design.cli import show_reference
+
+        show_reference.show(LISTED[what], None, as_json=False)
+
+
+@command("What a plant, controller, scenario or key is, with units.", last=common.KNOWING)
+def show(
+    kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
+    name: str | None = argument(OF_KIND, required=False),
+    as_json: bool = common.AS_JSON,
+) -> None:
     """What NAME is: its parameters, units, defaults, what is allowed, where the equations are from.
 
     KIND is one of plant, controller, strategy, objective, scenario, design, reference, metric,
@@ -41,3 +60,48 @@ def show(kind: str, name: str | None, as_json: bool) -> None:
     from hfc_design.cli import show_reference
 
     show_reference.show(kind, name, as_json)
+
+
+PLANT_HELP = "Plant: NAMES, or an own one as module:OBJECT [default: c-axis]."
+KIND_HELP = "Kind of controller: NAMES, or an own one [default: pd+hierarchical-fuzzy]."
+
+
+@command("Write a scenario to begin with, every key explained.", last=common.plugins({}))
+def init(
+    plant: str = option(PLANT_HELP, kind=PLANT, default="c-axis"),
+    controller: str = option(KIND_HELP, kind=CONTROLLER, default="pd+hierarchical-fuzzy"),
+    out: Path | None = common.output("TOML file to write [default: PLANT.toml]."),
+    _force: bool = common.FORCE,
+) -> None:
+    """Write a scenario to begin with: a move of a plant, every other key commented out.
+
+    Each key stands there with its default, unit and meaning and what is allowed. The file can be
+    searched as it is, by hfc design FILE, with an own part by hfc design FILE --use module:OBJECT.
+    """
+    from hfc_design.cli.show_reference import unlisted
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.reference.beginning import beginning
+    from hfc_design.reference.entries import units_of
+
+    plants, controllers = unlisted("plant", plant), unlisted("controller", controller)
+    plant = plants[0].name if plants else plant
+    controller = controllers[0].name if controllers else controller
+    text = beginning(plant, controller, [*plants, *controllers])
+    _check_ranges(controller, plant, units_of(plant, plants))
+    path = out or common.free(Path(f"{plant}.toml"))
+    write_whole(path, text.encode())
+    click.echo(path)
+
+
+def _check_ranges(controller: str, plant: str, units: dict[str, str]) -> None:
+    """UserError: a search for such a controller has no ranges on the plant, in ``units``."""
+    from hfc_design.controllers.gains import GainsSettings
+    from hfc_design.controllers.kinds import KINDS
+    from hfc_design.core.records import UserError
+
+    settings = KINDS.get(controller).settings
+    if isinstance(settings, type) and issubclass(settings, GainsSettings):
+        own = settings.model_construct(kind=controller)
+        counted = f"(errors in {units.get('error', '?')}, commands in {units.get('command', '?')})"
+        if lacking := own.lacking(plant, counted):
+            raise UserError(f"--controller {controller}: {lacking}")

@@ -1,41 +1,32 @@
-"""Commands that simulate: score and simulate one design; batch many, for report."""
+"""Commands that simulate: score, simulate and train from one design; batch many, for report."""
 
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from hfc_design.cli import options as common
+from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.names import DESIGN
+from hfc_design.cli.options import Loops
+from hfc_design.cli.usage import refusal
 
-if TYPE_CHECKING:
-    from hfc_design.files.design import Design
-    from hfc_design.files.scenario import Scenario
-
-FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
 SAMPLES_HELP = "Machines to draw [default: 1000; robust.unseen, where the scenario has it]."
-BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
-@click.command(short_help="Fitness, merit and metrics of DESIGN, and its robustness.")
-@common.on_scenarios
-@click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
-@click.option("--samples", type=int, help=SAMPLES_HELP)
-@click.option("--seed", type=int, help="Seed of the draw [default: 0].")
-@click.option("--motion", help="Only this one, of a scenario of several, and on all machines.")
-@common.output("--plot", help="Draw the metrics' distributions.")
-@common.force
-@common.memory
-@common.as_json
-@common.with_plugins(common.CHOICES)
+@command("Fitness, merit and metrics of DESIGN, and its robustness.", last=common.CHOOSING)
 def score(
-    found: "Design",
-    scenarios: list["Scenario"],
-    spread: float | None,
-    as_json: bool,
-    motion: str | None,
-    **options: Any,
+    loops: Loops = common.ON_SCENARIOS,
+    spread: float | None = option("Vary the machine's parameters by up to this share."),
+    samples: int | None = option(SAMPLES_HELP),
+    seed: int | None = option("Seed of the draw [default: 0]."),
+    motion: str | None = option("Only this one, of a scenario of several, and on all machines."),
+    plot: Path | None = common.output("Draw the metrics' distributions."),
+    _force: bool = common.FORCE,
+    _memory: str | None = common.MEMORY,
+    as_json: bool = common.AS_JSON,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
@@ -47,114 +38,145 @@ def score(
     a little off ends on the same motion, no drive stays at a limit of its command, the error of
     the last quarter stays near that of the nominal machine or within 5 % of the way.
     """
-    from hfc_design.cli import shown
-    from hfc_design.core.records import UserError
+    from hfc_design.cli.scoring import score_one
     from hfc_design.files.pairing import machine
 
-    given = {name: value for name, value in options.items() if value is not None}
+    options = {"samples": samples, "seed": seed, "plot": plot}
+    given: dict[str, Any] = {name: x for name, x in options.items() if x is not None}
     if spread is None and given:
-        raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    if "plot" in given and len(scenarios) > 1:
-        raise UserError("--plot draws one scenario; name only one")
+        raise refusal(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
+    if plot is not None and len(loops.scenarios) > 1:
+        raise refusal("--plot draws one scenario; name only one")
     if motion is not None:
-        scenarios = [where.motion(motion) for where in scenarios]
-    for where in scenarios:  # before the first one takes its time
-        machine(found, where)
-    for k, where in enumerate(scenarios):
+        loops = loops._replace(scenarios=[where.motion(motion) for where in loops.scenarios])
+    for where in loops.scenarios:  # before the first one takes its time
+        machine(loops.design, where)
+    for k, where in enumerate(loops.scenarios):
         if k and not as_json:
             click.echo()
-        shown.score_one(found, where, spread, as_json, **given)
-        named = click.get_current_context().params["scenario"]
-        if (named or where.plant.name != found.plant.name) and not as_json:
-            _show_kept(found, where)
+        score_one(loops.design, where, spread, as_json, **given)
+        if not as_json:
+            _show_kept(loops, k)
 
 
-def _show_kept(design: "Design", scenario: "Scenario", err: bool = False) -> None:
+def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
     """What of its own a design keeps on a scenario that it was not made with."""
     from hfc_design.files.kept import kept
 
-    for note in kept(design, scenario):
-        click.echo(note, err=err)
+    where = loops.scenarios[k]
+    if loops.elsewhere or where.plant.name != loops.design.plant.name:
+        for note in kept(loops.design, where):
+            click.echo(note, err=err)
 
 
-@click.command(short_help="Simulate DESIGN and write its trajectory, or draw it.")
-@common.on_scenario
-@common.output("--csv", "csv_file", help="Write the trajectory.")
-@common.output("--plot", help="Draw it (png, svg or pdf).")
-@common.output("--learned", "learned_file", help="Write the design with what it has learnt.")
-@click.option("--motion", help="Which one, of a scenario of several [default: the first].")
-@common.force
-@common.memory
-@common.with_plugins(common.CHOICES)
+@command("Simulate DESIGN and write its trajectory, or draw it.", last=common.CHOOSING)
 def simulate(
-    found: "Design",
-    where: "Scenario",
-    csv_file: Path | None,
-    plot: Path | None,
-    learned_file: Path | None,
-    motion: str | None,
+    loops: Loops = common.ON_SCENARIO,
+    csv: Path | None = common.output("Write the trajectory."),
+    plot: Path | None = common.output("Draw it (png, svg or pdf)."),
+    learned: Path | None = common.output("Write the design with what it has learnt."),
+    motion: str | None = option("Which one, of a scenario of several [default: the first]."),
+    _force: bool = common.FORCE,
+    _memory: str | None = common.MEMORY,
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv, --plot or --learned to stdout.
 
     A design that adapts can be written as it is after the motion, to start the next one.
     """
+    from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.console import room
+    from hfc_design.formats import FORMATS
     from hfc_design.runtime import Machine
-    from hfc_design.simulation.evaluating import evaluate, notes, trajectory_csv
+    from hfc_design.simulation.evaluating import evaluate, learned_in, notes, trajectory_csv
 
-    whole = where
+    design, where = loops.design, loops.only
     if motion is not None or where.motions:
         where = where.motion(motion)
-
-    if learned_file is not None:  # who does not adapt is told before it takes its time
-        Machine(found, where.plant.machine.axes).learned()
-    evaluation = evaluate(found, where)
-    for note in notes(where, {found.name: evaluation}):
+    if learned is not None:  # who does not adapt is told before it takes its time
+        Machine(design, where.plant.machine.axes).learned()
+    evaluation = evaluate(design, where)
+    for note in notes(where, {design.name: evaluation}):
         click.echo(fill(note, room()), err=True)
-    if click.get_current_context().params["scenario"] or whole.plant.name != found.plant.name:
-        _show_kept(found, whole, err=True)
+    _show_kept(loops, err=True)
     if plot is not None:
         from hfc_design.pictures.files import save
         from hfc_design.report import plots
 
-        save(plots.motion(evaluation, f"{found.name} on {where.name}"), plot)
-    if csv_file is not None:
-        from hfc_design.core.checkpoint import write_whole
-
-        write_whole(csv_file, trajectory_csv(evaluation).encode())
-    if learned_file is not None:
-        from hfc_design.formats import FORMATS
-        from hfc_design.simulation.evaluating import learned_in
-
-        FORMATS["json"].write(learned_in(found, where, evaluation), learned_file)
-    for path in filter(None, (csv_file, plot, learned_file)):
+        save(plots.motion(evaluation, f"{design.name} on {where.name}"), plot)
+    if csv is not None:
+        write_whole(csv, trajectory_csv(evaluation).encode())
+    if learned is not None:
+        FORMATS["json"].write(learned_in(design, where, evaluation), learned)
+    written = [*filter(None, (csv, plot, learned))]
+    for path in written:
         click.echo(path)
-    if csv_file is None and plot is None and learned_file is None:
+    if not written:
         click.echo(trajectory_csv(evaluation), nl=False)
 
 
-@click.command(short_help="Run every cell of a batch FILE: scenarios x seeds x settings.")
-@click.argument("file", required=False, type=common.PATH)
-@click.option("--out", type=common.PATH, help="Folder [default: runs/NAME].")
-@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
-@click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
-@click.option("--status", type=common.PATH, help="What became of a batch's cells.")
-@click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
-@click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
-@click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
-@click.option("--tls-ca", type=FILE, help="Who signs the scheduler's and our certificate.")
-@click.option("--tls-cert", type=FILE, help="Our certificate.")
-@click.option("--tls-key", type=FILE, help="Its key.")
-@click.option("--anyway", is_flag=True, help=common.ANYWAY_HELP)
-@common.memory
-@common.knowing_plugins
+NETWORK_HELP = (
+    "A number beside the weights, as in error_unit=0.005; others are change_unit, command_unit, "
+    "slope, momentum, rate (on line), xi."
+)
+
+
+@command("Teach a neural network what DESIGN does.", last=common.CHOOSING)
+def train(
+    loops: Loops = common.ON_SCENARIO,
+    out: Path | None = common.output("Design file [default: neural-NAME.json]."),
+    _force: bool = common.FORCE,
+    start: str | None = option("Neural design to go on from [default: drawn].", kind=DESIGN),
+    hidden: int | None = option("Units of the hidden layer [default: 25]."),
+    seed: int | None = option("Seed of their weights [default: 0]."),
+    training_rate: float | None = option("Rate of learning [default: 0.5]."),
+    passes: int | None = option("Through all samples [default: 1]."),
+    network: Texts = option(NETWORK_HELP, metavar="KEY=VALUE"),
+    _memory: str | None = common.MEMORY,
+) -> None:
+    """Teach a neural network what DESIGN does in the motion of its scenario.
+
+    DESIGN, of any kind, is simulated; a network of one hidden layer learns the commands of all axes
+    from the errors and their changes, by back-propagation, and becomes a design of kind neural,
+    which goes on learning on line.
+    """
+    from hfc_design.controllers.neural.record import Lesson
+    from hfc_design.formats import FORMATS
+    from hfc_design.simulation.teaching import taught
+
+    lesson = {"hidden": hidden, "seed": seed, "rate": training_rate, "passes": passes}
+    given: dict[str, Any] = {key: value for key, value in lesson.items() if value is not None}
+    found = taught(loops.design, loops.only, network, start, Lesson()._replace(**given))
+    path = out or common.free(Path(f"{found.design.name}.json"))
+    FORMATS["json"].write(found.design, path)
+    training, unit = found.training, found.unit
+    click.echo(
+        f"{found.samples} samples of {training.taught:.3g} {unit} rms: off by "
+        f"{training.before:.3g} {unit} before, by {training.after:.3g} {unit} after"
+    )
+    click.echo(path)
+
+
+FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
+BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
+
+
+@command("Run every cell of a batch FILE: scenarios x seeds x settings.", last=common.KNOWING)
 def batch(
-    file: Path | None,
-    status: Path | None,
-    workers: int | None,
-    scheduler: str | None,
-    shared: bool,
-    **options: Any,
+    file: Path | None = argument(PATH, required=False),
+    out: Path | None = option("Folder [default: runs/NAME]."),
+    changes: Texts = option(BATCH_SET_HELP, "--set", metavar="KEY=VALUE"),
+    dry_run: bool = option("Show the plan and how long it will take."),
+    status: Path | None = option("What became of a batch's cells."),
+    workers: int | None = option("Run so many cells at once, here.", low=1),
+    scheduler: str | None = option(
+        "Run them on the workers of a Dask scheduler.", metavar="ADDRESS"
+    ),
+    shared: bool = option("Those workers see the folder: they write into it."),
+    tls_ca: Path | None = option("Who signs the scheduler's and our certificate.", kind=FILE),
+    tls_cert: Path | None = option("Our certificate.", kind=FILE),
+    tls_key: Path | None = option("Its key.", kind=FILE),
+    anyway: bool = option(common.ANYWAY_HELP),
+    _memory: str | None = common.MEMORY,
 ) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
@@ -162,17 +184,16 @@ def batch(
     Without --workers or --scheduler one cell after the other, each on every core.
     """
     from hfc_design.batch import session
-    from hfc_design.core.records import UserError
 
     if (file is None) == (status is None):
-        raise UserError("give either a batch file or --status DIR")
+        raise refusal("give either a batch file or --status DIR")
     if workers is not None and scheduler is not None:
-        raise UserError("give either --workers N or --scheduler ADDRESS")
+        raise refusal("give either --workers N or --scheduler ADDRESS")
     if shared and scheduler is None:
-        raise UserError("--shared needs --scheduler ADDRESS")
-    tls = tuple(options.pop(f"tls_{part}") for part in ("ca", "cert", "key"))
+        raise refusal("--shared needs --scheduler ADDRESS")
+    tls = (tls_ca, tls_cert, tls_key)
     if any(tls) and not (all(tls) and scheduler):
-        raise UserError("--tls-ca, --tls-cert and --tls-key belong together, with --scheduler")
+        raise refusal("--tls-ca, --tls-cert and --tls-key belong together, with --scheduler")
     afar = None
     if workers is not None or scheduler is not None:
         from hfc_design.batch.cluster import connected
@@ -182,4 +203,4 @@ def batch(
         session.show_status(status)
     elif file is not None:
         at_once = 0 if scheduler else workers or 1
-        session.batch(file, workers=afar, at_once=at_once, **options)
+        session.batch(file, out, dry_run, changes, afar, at_once, anyway)

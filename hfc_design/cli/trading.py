@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.options import PATH, force, knowing_plugins, output
+from hfc_design.cli import options as common
+from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
     from hfc_design.runs.front import Front
@@ -14,21 +16,19 @@ if TYPE_CHECKING:
 #: The strategy that --pareto means where nothing says which.
 PRESET = "nsga-ii"
 #: The strategy that leads to where a front begins: then this many generations more, or of so many
-#: as are told this share.
+#: as are set this share.
 LEADER, SPREAD, LED = "cma", 120, 0.75
-NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
 
 
-def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) -> dict[str, Any]:
-    """The changes of a scenario that ``--pareto names`` means, besides those that are ``told``.
+def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts) -> dict[str, Any]:
+    """The changes of a scenario that ``--pareto names`` means, with the ``settings`` of options.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are told. The strategy ``cma`` of a scenario leads to where a front begins.
+    own unless they are set. The strategy ``cma`` of a scenario leads to where a front begins.
 
     Raises:
-        UserError: the strategy that is told of, or the objectives, cannot be.
+        UserError: the strategy that is set, or the objectives, cannot be.
     """
-    from hfc_design.core.records import UserError
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.objectives.traded import check_names
     from hfc_design.search.loop import STRATEGIES
@@ -39,33 +39,30 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
     except ValueError as error:
         about = str(error).partition(":")[0]  # which has the room for all that there are
         head = "--pareto" if about in each else f"--pareto {names}:"
-        raise UserError(f"{head} {error}") from None
-    search = load_scenario(scenario, others).search
-    own = search.preset
-    preset = told.get("search.preset")
-    if any(change.startswith("search.preset=") for change in others):
-        preset = own
-    strategies = {name: STRATEGIES.get(name) for name in STRATEGIES.names()}
-    trade = [name for name, one in strategies.items() if one.trades is not None]
-    if preset is None:
-        preset = own if own in trade else PRESET
-    if preset in strategies and preset not in trade:
-        raise UserError(
+        raise refusal(f"{head} {error}") from None
+    search = load_scenario(scenario, changes).search
+    set_here = {change.partition("=")[0] for change in changes}
+    trade = [name for name in STRATEGIES.names() if STRATEGIES.get(name).trades is not None]
+    preset = search.preset if search.preset in trade else PRESET
+    preset = settings.get("search.preset", preset)
+    if "search.preset" in set_here:
+        preset = search.preset
+    if preset in STRATEGIES.names() and preset not in trade:
+        raise refusal(
             f"--pareto {names}: search strategy {preset} finds one design and no front; "
             f"{', '.join(trade)} does"
         )
-    if preset != own:
+    if preset != search.preset:
         fields = STRATEGIES.get(preset).settings.model_fields
         default = {f"search.{key}": fields[key].default for key in ("population", "generations")}
-        set_here = {change.partition("=")[0] for change in others}
-        whole = told.get("search.generations")
-        if "search.generations" in set_here:
-            whole = search.generations
-        if (own, preset) == (LEADER, PRESET):
+        if (search.preset, preset) == (LEADER, PRESET):
+            whole = settings.get("search.generations")
+            if "search.generations" in set_here:
+                whole = search.generations
             lead = search.generations if whole is None else round(LED * whole)
             default |= {"search.lead": lead, "search.generations": lead + SPREAD}
-        told = {key: x for key, x in default.items() if key not in set_here} | told
-    return told | {"search.preset": preset, "search.objectives": str(each)}
+        settings = {key: x for key, x in default.items() if key not in set_here} | settings
+    return settings | {"search.preset": preset, "search.objectives": str(each)}
 
 
 def show_front(front: "Front") -> None:
@@ -82,33 +79,34 @@ def show_front(front: "Front") -> None:
     show_rows(head, rows, left=left, title=title, title_style="")
 
 
-@click.command(short_help="Write the design of a point of a front, or the best of a batch.")
-@click.argument("run", type=PATH)
-@click.option("--point", type=int, help="The point of this number in front.csv.")
-@click.option("--nearest", metavar="NAME=NUMBER,...", help=NEAREST_HELP)
-@click.option("--knee", is_flag=True, help="The point where the front bends most.")
-@output("--out", help="Design file to write.")
-@force
-@knowing_plugins
-def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Path | None) -> None:
+NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
+
+
+@command("Write the design of a point of a front, or the best of a batch.", last=common.KNOWING)
+def pick(
+    run: Path = argument(PATH),
+    point: int | None = option("The point of this number in front.csv."),
+    nearest: str | None = option(NEAREST_HELP, metavar="NAME=NUMBER,..."),
+    knee: bool = option("The point where the front bends most."),
+    out: Path | None = common.output("Design file to write."),
+    _force: bool = common.FORCE,
+) -> None:
     """Make a design file of a point of the front of RUN, of hfc design --pareto.
 
     Without a choice it shows the front. Of the folder of a batch, or of many runs, it takes the
     best design that can be used: by the share of machines that pass, then by the merit.
     """
-    from hfc_design.batch.runs import best_usable, is_run
-    from hfc_design.cli.shown import show_table
-    from hfc_design.cli.usable_table import show_usable
+    from hfc_design.batch.results import best_usable, is_run
+    from hfc_design.cli.scoring import show_table, show_usable
     from hfc_design.core.checkpoint import write_whole
-    from hfc_design.core.records import UserError
     from hfc_design.core.texts import content
-    from hfc_design.files.design import design_json
+    from hfc_design.formats import FORMATS
     from hfc_design.runs.front import chosen
     from hfc_design.runs.run import DESIGN, finished_run, front_needed, picked
 
     if isdir(run) and not is_run(run):
         if point is not None or nearest is not None or knee:
-            raise UserError(f"{run}: is no run with a front; name one of its runs")
+            raise refusal(f"{run}: is no run with a front; name one of its runs")
         best = best_usable(run)
         click.echo(f"{best.title}: {best.use.answer}\nrun folder {run / best.path}")
         if out is not None:
@@ -117,36 +115,35 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
         return
     choices = (point is not None) + (nearest is not None) + knee
     if choices > 1:
-        raise UserError("hfc pick takes one of --point, --nearest and --knee")
+        raise refusal("hfc pick takes one of --point, --nearest and --knee")
     if not choices and out is not None:
-        raise UserError(f"--out {out}: needs --point, --nearest or --knee")
+        raise refusal(f"--out {out}: needs --point, --nearest or --knee")
     scenario, result = finished_run(run)
     front = front_needed(run, result)
     if not choices:
         show_front(front)
         return
     if out is None:
-        raise UserError("hfc pick needs --out FILE for the design")
+        raise refusal("hfc pick needs --out FILE for the design")
     wanted = None if nearest is None else numbers_of("--nearest", nearest, "chatter=2")
     point = chosen(front, scenario, point, wanted)
     design, evaluation, numbers = picked(scenario, result, point)
-    write_whole(out, (design_json(design) + "\n").encode())
+    FORMATS["json"].write(design, out)
     if numbers is not None:
         show_usable(numbers)
     show_table(scenario, {f"point {point + 1}": evaluation})
     click.echo(f"design {out}")
 
 
-def numbers_of(option: str, told: str, example: str) -> dict[str, float | str]:
+def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
     """Numbers, or texts with a unit, by their names; UserError: the text is of another form."""
     from hfc_design.core.numbers import number_or_none
-    from hfc_design.core.records import UserError
 
     wanted: dict[str, float | str] = {}
-    for pair in told.split(","):
-        name, equals, text = pair.partition("=")
-        if not equals or not text.strip():
-            raise UserError(f"{option} {told}: has to be NAME=NUMBER,... as in {example}")
-        number = number_or_none(text)
-        wanted[name.strip()] = text.strip().strip("'\"") if number is None else number
+    for pair in text.split(","):
+        name, equals, value = pair.partition("=")
+        if not equals or not value.strip():
+            raise refusal(f"{option} {text}: has to be NAME=NUMBER,... as in {example}")
+        number = number_or_none(value)
+        wanted[name.strip()] = value.strip().strip("'\"") if number is None else number
     return wanted

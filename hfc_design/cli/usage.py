@@ -3,7 +3,7 @@
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,29 +13,42 @@ import click
 TYPED = "hfc.typed"
 #: What an option has beside its name that takes a key and its value.
 KEYED = re.compile(r"[A-Z]+=[A-Z]+")
+NUMBERS = click.types.IntParamType, click.types.FloatParamType
 
 
-class Plain(click.Command):
-    """A command whose mistakes are told in a line, as a script of its own."""
+class Refusing(click.Command):
+    """A command whose mistakes are reported in a line."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
         """Read the arguments."""
-        with told():
+        with as_lines():
             return super().make_context(*arguments, **options)
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Its parameters; none is given twice."""
-        check_once(self, ctx, args)
-        return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: click.Context) -> object:
+    def invoke(self, ctx: click.Context) -> Any:
         """Run it; UserError becomes lines on stderr and its exit code."""
-        with told():
+        with as_lines():
             return super().invoke(ctx)
 
 
+class Plain(Refusing):
+    """Such a command with options, of which none is given twice: ours, or a script of its own."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Its parameters."""
+        if not ctx.resilient_parsing:  # a shell asks what may follow
+            check_once(ctx, args)
+        return super().parse_args(ctx, args)
+
+
+def refusal(text: str) -> Exception:
+    """The UserError of a command line with this line, imported late so that help is quick."""
+    from hfc_design.core.records import UserError
+
+    return UserError(text)
+
+
 @contextmanager
-def told() -> Iterator[None]:
+def as_lines() -> Iterator[None]:
     """What a user did wrong becomes lines on stderr and an exit code."""
     try:
         yield
@@ -65,7 +78,7 @@ def _tell(error: Exception) -> None:
     heard()  # a library that is interrupted while it is imported may tell something else
 
 
-def check_once(command: click.Command, ctx: click.Context, arguments: list[str]) -> None:
+def check_once(ctx: click.Context, arguments: list[str]) -> None:
     """Whether no option of one value is given twice, no key of one of several; digits are plain.
 
     Only the last would count.
@@ -73,34 +86,25 @@ def check_once(command: click.Command, ctx: click.Context, arguments: list[str])
     Raises:
         click.UsageError: one is, or the arguments cannot be read.
     """
-    outer = None if ctx.command is command else ctx
-    own = click.Context(command, info_name=command.name, parent=outer)
     try:
-        typed, _, order = command.make_parser(own).parse_args([*arguments])
+        typed, _, order = ctx.command.make_parser(ctx).parse_args([*arguments])
     except click.UsageError as error:
-        error.ctx = error.ctx or own
+        error.ctx = error.ctx or ctx
         raise
     ctx.meta[TYPED] = typed
-    for parameter, times in Counter(order).items():
-        once = isinstance(parameter, click.Option) and not (parameter.multiple or parameter.is_flag)
-        if once and times > 1:
-            told = f"{parameter.opts[0]} is given {times} times; once is allowed"
-            raise click.UsageError(told, own)
-    for option in dict.fromkeys(order):
-        number = isinstance(option.type, click.types.FloatParamType | click.types.IntParamType)
-        text = "".join(typed[option.name] or "") if number else ""
-        if "_" in text or not text.isascii():  # which int() and float() read
-            own.meta[TYPED] = typed
-            raise click.BadParameter("", own, option)
+    for option, times in Counter(order).items():
+        if not isinstance(option, click.Option):
+            continue
+        name, values = option.opts[0], typed[option.name]
+        if times > 1 and not (option.multiple or option.is_flag):
+            raise click.UsageError(f"{name} is given {times} times; once is allowed", ctx)
+        if isinstance(option.type, NUMBERS) and ("_" in values or not values.isascii()):
+            raise click.BadParameter("", ctx, option)  # int() and float() read these
         if option.multiple and KEYED.fullmatch(option.metavar or ""):
-            _check_keys(option.opts[0], typed[option.name])
-
-
-def _check_keys(option: str, changes: Iterable[str]) -> None:
-    """UsageError: of "key=value" an option gives a key twice."""
-    for key, times in Counter(text.partition("=")[0].strip() for text in changes).items():
-        if times > 1:
-            raise click.UsageError(f"{option} {key}: is given {times} times; once is allowed")
+            keys = Counter(text.partition("=")[0].strip() for text in values)
+            key, most = keys.most_common(1)[0]
+            if most > 1:
+                raise refusal(f"{name} {key}: is given {most} times; once is allowed")
 
 
 def _line(error: click.UsageError) -> str:
@@ -135,9 +139,9 @@ def _allowed(kind: Any, typed: str) -> str:
         from hfc_design.core.wording import one_of
 
         return f"is none of them; {one_of(typed, map(str, kind.choices))}"
-    whole = isinstance(kind, click.types.IntParamType)
-    if not whole and not isinstance(kind, click.types.FloatParamType):
+    if not isinstance(kind, NUMBERS):
         return ""
+    whole = isinstance(kind, click.types.IntParamType)
     number = "has to be a whole number" if whole else "has to be a number"
     low, high = getattr(kind, "min", None), getattr(kind, "max", None)
     if low is not None and high is not None:

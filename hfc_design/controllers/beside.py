@@ -49,15 +49,17 @@ class BesideGenome(Genome):
         parts = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
         each = self.each("stage", numbers, parts)
-        step = min(own.step for own in each)
-        wider = np.concatenate([np.full(len(own.start), own.step / step) for own in each])
-        ends = np.cumsum([len(own.start) for own in each])[:-1]
+        step = min(stage.step for stage in each)
+        wider = np.concatenate([np.full(len(stage.start), stage.step / step) for stage in each])
+        ends = np.cumsum([len(stage.start) for stage in each])[:-1]
 
         def members(points: Floats, tree: Integers) -> SideBySide:
-            own = zip(each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True)
-            return SideBySide(tree, tuple(one.members(*at) for one, *at in own))
+            part_points = zip(
+                each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True
+            )
+            return SideBySide(tree, tuple(one.members(*at) for one, *at in part_points))
 
-        return Stage(np.concatenate([own.start for own in each]) / wider, step, members)
+        return Stage(np.concatenate([stage.start for stage in each]) / wider, step, members)
 
     def trees(self, tree: Integers) -> tuple[Integers, ...]:
         """The structure of each part, (n,)."""
@@ -66,7 +68,7 @@ class BesideGenome(Genome):
     def each(self, what: str, *parts: Any, shared: tuple[Any, ...] = ()) -> tuple[Any, ...]:
         """What the method ``what`` of every part's genome makes of its own and what all share."""
         every = zip(self.parts, *parts, strict=True)
-        return tuple(getattr(genome, what)(*own, *shared) for genome, *own in every)
+        return tuple(getattr(genome, what)(*args, *shared) for genome, *args in every)
 
     def empty(self) -> SideBySide:
         """One individual of each combination."""
@@ -79,8 +81,8 @@ class BesideGenome(Genome):
 
     def mutated(self, population: SideBySide, step: Floats, rng: np.random.Generator) -> SideBySide:
         """The individuals changed by relative steps (n,)."""
-        found = self.each("mutated", population.parts, shared=(step, rng))
-        return population._replace(parts=found)
+        parts = self.each("mutated", population.parts, shared=(step, rng))
+        return population._replace(parts=parts)
 
     def blended(self, one: SideBySide, other: SideBySide, share: Floats) -> SideBySide:
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
@@ -103,7 +105,7 @@ def _together(each: Sequence[Stages]) -> Stages:
     if not all(each):
         return ()
     longest = max(each, key=len)
-    now = [[own[min(k, len(own) - 1)] for own in each] for k in range(len(longest))]
+    now = [[stages[min(k, len(stages) - 1)] for stages in each] for k in range(len(longest))]
     shares = (share for share, _ in longest)
     return tuple((x, any(compete for _, compete in y)) for x, y in zip(shares, now, strict=True))
 
@@ -111,9 +113,9 @@ def _together(each: Sequence[Stages]) -> Stages:
 class AroundGenome(BesideGenome):
     """Of a controller around others: its parts are what is ``inner``, and numbers of its own."""
 
-    def __init__(self, settings: Any, target: Target, own: Genome):
+    def __init__(self, settings: Any, target: Target, outer: Genome):
         inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
-        super().__init__(settings, target, [inner, own], "inner")
+        super().__init__(settings, target, [inner, outer], "inner")
 
     def notation(self, structure: int) -> str:
         """That of what is inside."""

@@ -122,9 +122,9 @@ def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
 
 
 def _start(law: AxisLaw, zero: Scalar) -> ConnectedMemory:
-    own: Inside = law.structure
-    drive = _still(own.connection.sensing, zero)
-    return ConnectedMemory(own.law.initial_memory(zero), drive, zero, zero)
+    wrapped: Inside = law.structure
+    drive = _still(wrapped.connection.sensing, zero)
+    return ConnectedMemory(wrapped.law.initial_memory(zero), drive, zero, zero)
 
 
 def _begun(xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory) -> ConnectedMemory:
@@ -142,18 +142,20 @@ def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> tuple[Scalar, ConnectedMemory, Any]:
     """The command that the drive is to have, what to remember, and what the law made it of."""
-    own: Inside = law.structure
-    inner = own.law._replace(limit=law.limit, sample_time=law.sample_time)
-    seen, drive = _sensed(xp, own.connection.sensing, law.sample_time, memory.drive, signals)
+    wrapped: Inside = law.structure
+    inner = wrapped.law._replace(limit=law.limit, sample_time=law.sample_time)
+    seen, drive = _sensed(xp, wrapped.connection.sensing, law.sample_time, memory.drive, signals)
     fresh = memory.running < 0.5
-    before = own.begins.memory(
+    before = wrapped.begins.memory(
         xp, fresh, memory.law, lambda rested: inner.primed(xp, gains, rested, seen)
     )
-    asked, after, parts = inner.sample(xp, inner, gains, before, seen)
+    requested, after, parts = inner.sample(xp, inner, gains, before, seen)
     on = _enabled(signals)
     tripped = _tripped(xp, memory, on, _far(signals, seen))
     runs = on & (tripped < 0.5)
-    command, drive = _commanded(xp, own.connection, law.limit, drive, signals, asked, fresh, runs)
+    command, drive = _commanded(
+        xp, wrapped.connection, law.limit, drive, signals, requested, fresh, runs
+    )
     return command, ConnectedMemory(after, drive, xp.where(on, 1.0, 0.0), tripped), parts
 
 
@@ -175,7 +177,7 @@ class ConnectedMachine(NamedTuple):
 
     def initial_memory(self, zero: Scalar) -> ConnectedMemory:
         """Memory before the first sample."""
-        drives = tuple(_still(own.sensing, zero) for own in self.connections)
+        drives = tuple(_still(connection.sensing, zero) for connection in self.connections)
         return ConnectedMemory(self.inner.initial_memory(zero), drives, zero, zero)
 
     def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> ConnectedMemory:
@@ -185,30 +187,32 @@ class ConnectedMachine(NamedTuple):
     def primed(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> ConnectedMemory:
         """See ``controller.primed``."""
         each = zip(self.connections, memory.drive, view.axes, strict=True)
-        drives = tuple(_stood(xp, own.sensing, *one) for own, *one in each)
+        drives = tuple(_stood(xp, connection.sensing, *one) for connection, *one in each)
         return memory._replace(drive=drives)
 
     def step(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> Stepped:
         """The command that each drive is to have, and what to remember."""
         each = zip(self.connections, memory.drive, view.axes, strict=True)
-        sensed = [_sensed(xp, own.sensing, self.sample_time, *one) for own, *one in each]
+        sensed = [
+            _sensed(xp, connection.sensing, self.sample_time, *one) for connection, *one in each
+        ]
         seen, drives = zip(*sensed, strict=True)
-        told = View(seen, view.path and self._path(xp, view.path, seen))
+        sensed_view = View(seen, view.path and self._path(xp, view.path, seen))
         fresh = memory.running < 0.5
         before = self.begins.memory(
-            xp, fresh, memory.law, lambda rested: primed(self.inner, xp, gains, rested, told)
+            xp, fresh, memory.law, lambda rested: primed(self.inner, xp, gains, rested, sensed_view)
         )
-        asked, after = self.inner.step(xp, gains, before, told)
+        requested, after = self.inner.step(xp, gains, before, sensed_view)
         on = reduce(and_, map(_enabled, view.axes))
         tripped = _tripped(xp, memory, on, reduce(or_, map(_far, view.axes, seen)))
         runs = on & (tripped < 0.5)
-        rows = zip(self.connections, self.limits, drives, view.axes, asked, strict=True)
+        rows = zip(self.connections, self.limits, drives, view.axes, requested, strict=True)
         commands, drives = zip(*(_commanded(xp, *row, fresh, runs) for row in rows), strict=True)
         return commands, ConnectedMemory(after, drives, xp.where(on, 1.0, 0.0), tripped)
 
     def _path(self, xp: Xp, path: PathView, seen: Sequence[Signals]) -> PathView:
         """The path with the contour error that the axes have of it."""
-        x, y = (-own["error"] for own in seen[:2])
+        x, y = (-signals["error"] for signals in seen[:2])
         return path._replace(
             contour_error=self.contour_error(x, y, *path.tangent, path.curvature, xp.sqrt)
         )
@@ -246,28 +250,28 @@ def _tripped(xp: Xp, memory: ConnectedMemory, on: Truth, far: Truth) -> Scalar:
 
 def _commanded(
     xp: Xp,
-    own: Connection,
+    connection: Connection,
     limit: float | None,
     memory: DriveMemory,
     signals: Signals,
-    asked: Scalar,
+    requested: Scalar,
     fresh: Truth,
     runs: Truth,
 ) -> tuple[Scalar, DriveMemory]:
-    """What a drive is to have of what its law ``asked`` for, and what is remembered of that."""
-    command, preset = limited(xp, limit, asked), signals.get("preset", 0.0)
+    """What a drive is to have of what its law ``requested``, and what is remembered of that."""
+    command, preset = limited(xp, limit, requested), signals.get("preset", 0.0)
     taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
     first = xp.where(taken > 0.5, preset - command, 0.0)
     fading = xp.where(fresh, first, memory.fading)
     command = command + fading + xp.where(taken > 0.5, 0.0, preset)
     before = xp.where(fresh, xp.where(taken > 0.5, preset, 0.0), memory.command)
     command = limited(xp, limit, command)
-    if own.change is not None:
-        command = limited(xp, limit, ramped(xp, own.change, before, command))
-    command = xp.where(runs, _converted(xp, own, command), 0.0)
+    if connection.change is not None:
+        command = limited(xp, limit, ramped(xp, connection.change, before, command))
+    command = xp.where(runs, _converted(xp, connection, command), 0.0)
     after = memory._replace(command=command, fading=fading * exp(-1.0 / FADING), taken=taken)
     # What the law asked for is in it, so that a command that is none is seen behind its limits.
-    return command + 0.0 * asked, after
+    return command + 0.0 * requested, after
 
 
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
@@ -297,13 +301,13 @@ def _sensed(
             off = _folded(xp, sensing, angle, reading - expected)
             angles[angle] = (expected + alpha * off,)
             read[rate] = rates[angle] = memory.rates[angle] + beta * off / every
-    found = {name: signals.get(name, 0.0) for name in FOLLOWED}
-    found |= xp.foreign(sensing.told, read)
-    found |= {name: _in_steps(xp, read[name], step) for name, step in sensing.apart.items()}
-    found["error"] = found["reference"] - read[sensing.position]
-    found["error"] = _folded(xp, sensing, sensing.position, found["error"])
-    found["error_rate"] = found["reference_rate"] - read[sensing.velocity]
-    return found, memory._replace(angles=angles, rates=rates)
+    law_signals = {name: signals.get(name, 0.0) for name in FOLLOWED}
+    law_signals |= xp.foreign(sensing.told, read)
+    law_signals |= {name: _in_steps(xp, read[name], step) for name, step in sensing.apart.items()}
+    law_signals["error"] = law_signals["reference"] - read[sensing.position]
+    law_signals["error"] = _folded(xp, sensing, sensing.position, law_signals["error"])
+    law_signals["error_rate"] = law_signals["reference_rate"] - read[sensing.velocity]
+    return law_signals, memory._replace(angles=angles, rates=rates)
 
 
 def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:
@@ -320,12 +324,12 @@ def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:
     return value if not step else step * xp.floor(value / step + 0.5)
 
 
-def _converted(xp: Xp, own: Connection, command: Scalar) -> Scalar:
+def _converted(xp: Xp, connection: Connection, command: Scalar) -> Scalar:
     """What the converter makes of a command (``simulation.sensors.converted``)."""
-    if own.step is None:
-        return limited(xp, own.largest, command)
-    whole = _in_steps(xp, command, own.step)
-    if own.largest is None:
+    if connection.step is None:
+        return limited(xp, connection.largest, command)
+    whole = _in_steps(xp, command, connection.step)
+    if connection.largest is None:
         return whole
-    end = xp.where(whole < 0.0, -own.largest, own.largest)
-    return xp.where(abs(whole) < own.largest - 0.5 * own.step, whole, end)
+    end = xp.where(whole < 0.0, -connection.largest, connection.largest)
+    return xp.where(abs(whole) < connection.largest - 0.5 * connection.step, whole, end)

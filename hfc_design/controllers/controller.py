@@ -130,14 +130,14 @@ def primed(controller: Controller, xp: Xp, gains: Gains, memory: Memory, view: V
 
     So no change of a signal kicks. A simulated motion has no need of it: there nothing was before.
     """
-    own = getattr(controller, "primed", None)
-    return own(xp, gains, memory, view) if own else memory
+    method = getattr(controller, "primed", None)
+    return method(xp, gains, memory, view) if method else memory
 
 
 def begun(controller: Controller, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
     """What a ``controller`` with these gains remembers before its first sample."""
-    own = getattr(controller, "begun", None)
-    return own(xp, zero, gains) if own else controller.initial_memory(zero)
+    method = getattr(controller, "begun", None)
+    return method(xp, zero, gains) if method else controller.initial_memory(zero)
 
 
 class PerAxis(NamedTuple):
@@ -154,12 +154,15 @@ class PerAxis(NamedTuple):
     def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> tuple[Memory, ...]:
         """See ``begun``."""
         each = zip(self.laws, self._each(gains), strict=True)
-        return tuple(law.begun(xp, zero, own) for law, own in each)
+        return tuple(law.begun(xp, zero, axis_gains) for law, axis_gains in each)
 
     def primed(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> tuple[Memory, ...]:
         """See ``primed``."""
         each = zip(self.laws, self._each(gains), memory, view.axes, strict=True)
-        return tuple(law.primed(xp, own, before, told) for law, own, before, told in each)
+        return tuple(
+            law.primed(xp, axis_gains, before, axis_signals)
+            for law, axis_gains, before, axis_signals in each
+        )
 
     def _each(self, gains: Gains) -> Gains:
         return gains if self.own_gains else (gains,) * len(self.laws)
@@ -167,7 +170,9 @@ class PerAxis(NamedTuple):
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of every axis, and what each remembers."""
         each = zip(self.laws, self._each(gains), memory, view.axes, strict=True)
-        stepped = [law.step(xp, own, before, signals) for law, own, before, signals in each]
+        stepped = [
+            law.step(xp, axis_gains, before, signals) for law, axis_gains, before, signals in each
+        ]
         commands, memories = zip(*stepped, strict=True)
         return commands, memories
 
@@ -208,8 +213,8 @@ class RateLimited(NamedTuple):
 
     def step(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> Stepped:
         """The commands of what is inside, on their way to them, and what to remember."""
-        asked, inner = self.inner.step(xp, gains, memory.inner, view)
-        each = zip(self.limits, self.changes, memory.commands, asked, strict=True)
+        requested, inner = self.inner.step(xp, gains, memory.inner, view)
+        each = zip(self.limits, self.changes, memory.commands, requested, strict=True)
         commands = tuple(
             ramped(xp, change, before, limited(xp, limit, command))
             for limit, change, before, command in each

@@ -133,5 +133,5 @@ def _mapped(function: Callable[..., Any], *trees: Any) -> Any:
     first = trees[0]
     if not isinstance(first, tuple):
         return function(*trees)
-    parts = [_mapped(function, *own) for own in zip(*trees, strict=True)]
+    parts = [_mapped(function, *children) for children in zip(*trees, strict=True)]
     return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)

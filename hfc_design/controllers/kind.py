@@ -1,20 +1,20 @@
-"""What a kind of controller is: one record of everything that the rest of the package asks it.
+"""What a kind of controller is: a class with all that the rest of the package asks it.
 
 A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known, ``KINDS`` several.
-What a kind lacks is None here, and one sentence to the user. Never imports JAX.
+Never imports JAX.
 """
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from types import FunctionType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import Field, ValidationInfo
 
-from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
+from hfc_design.controllers.controller import Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
-from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters, Plain
+from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters, Plain
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
 
@@ -29,19 +29,19 @@ Limits = dict[str, float | None]
 DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 
 
-class ControllerRecord(Record):
-    """A controller in a design file; each kind adds keys of its own."""
+class later:
+    """Something of a module that is imported when it is asked for: it starts JAX, or draws.
 
-    kind: str  # which kind of controller it is
-    sample_time_s: Positive  # time from one command to the next [s]
+    In the body of a class it is a method, or a value.
+    """
 
-    @classmethod
-    def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Take out of a record's ``data`` what follows from its values of these dotted keys.
+    def __init__(self, module: str, name: str):
+        self.module, self.name = module, name
 
-        Raises:
-            ValueError: a key changes nothing; the line begins with it.
-        """
+    def __get__(self, record: Any, kind: Any = None) -> Any:
+        attribute = getattr(importlib.import_module(self.module), self.name)
+        bound = record is not None and isinstance(attribute, FunctionType)
+        return attribute.__get__(record) if bound else attribute
 
 
 class ControllerSettings(Record):
@@ -88,17 +88,9 @@ class Target(NamedTuple):
 
     def of(self, k: int) -> "Target":
         """The same for axis ``k`` alone."""
-        name, own = self.machine.axes[k], (self.parameters[k],)
+        name, parameters = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
-        return self._replace(machine=self.machine.only(k), parameters=own, limits=limits)
-
-
-class Inside(NamedTuple):
-    """The controllers that a controller of a whole machine is made around."""
-
-    #: (record, axes) -> the record of each axis by its name, or "" and that of all of them.
-    records: Callable[[Own, tuple[str, ...]], dict[str, Own]]
-    replaced: Callable[[Own, dict[str, Own]], Own]  # (record, such records) -> record
+        return self._replace(machine=self.machine.only(k), parameters=parameters, limits=limits)
 
 
 class Shown(NamedTuple):
@@ -114,9 +106,9 @@ class Shown(NamedTuple):
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
-        own = None if self.signals is None else {axis: self.signals[axis]}
+        signals = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
-        return Shown(machine, parameters, own, self.largest[at])
+        return Shown(machine, parameters, signals, self.largest[at])
 
     @property
     def units(self) -> dict[str, str]:
@@ -124,7 +116,7 @@ class Shown(NamedTuple):
         return self.machine.drives[0].units
 
 
-#: Of ``Kind.connecting``, where the error is all that a law reads.
+#: Of ``ControllerRecord.connecting``, where the error is all that a law reads.
 CHANGES = (
     "The change of `error` is formed inside, from one sample to the next and without a filter: "
     "give the error as the encoder reads it."
@@ -132,25 +124,14 @@ CHANGES = (
 
 
 def zone_told(record: Own) -> list[str]:
-    """The dead zone of a record for ``Kind.connecting``; nothing without one."""
+    """The dead zone of a record for ``ControllerRecord.connecting``; nothing without one."""
     zone = record.dead_zone
     return [f"An `error` of up to {zone!r} either way counts as 0 inside."] if zone else []
 
 
 def reach_of(gains: dict[str, float], limit: float | None) -> dict[str, float]:
-    """``Kind.reach`` of signals that have a gain each: where each commands the limit, or 1."""
+    """``ControllerRecord.reach`` of signals with a gain each: where it commands the limit, or 1."""
     return {name: (limit or 1.0) / abs(gain) for name, gain in gains.items() if gain}
-
-
-def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:
-    """The section of a report on a controller that says nothing else of itself."""
-    from hfc_design.pictures.section import Listing, Section  # which draw
-
-    own: Json = record.model_dump(exclude={"kind", "sample_time_s"})
-    found = {key.rpartition(".")[2]: value for key, value in flat(own).items()}
-    rows = [[k, f"{x:.6g}"] for k, x in found.items() if isinstance(x, int | float)]
-    listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
-    return [Section("The controller", "", listing, [])]
 
 
 class Explain(NamedTuple):
@@ -162,78 +143,139 @@ class Explain(NamedTuple):
     remember: Callable[[Memory, dict[str, float]], Memory]
     #: (record, parts) -> units with the rules that fire, and shares of the command.
     shown: Callable[[Own, Any], Json]
-    #: The record without its adaptation.
-    held: Callable[[Own], Own] = lambda record: record
     #: Other names for what is remembered: as the change of a signal, say.
     changes: dict[str, str] = {}
     #: Names that inputs have in the program that a record comes from -> the signals that they are.
     names: Callable[[Own], dict[str, str]] = lambda record: {}
 
 
-@dataclass(frozen=True, eq=False)
-class Kind:
-    """A kind of controller."""
+def errors_alone(record: Record) -> list[str]:
+    """What a law reads that says nothing else."""
+    return ["error", "error_rate"]
 
-    name: str
-    summary: str  # for hfc list controllers
-    record: type[ControllerRecord]  # in a design file
-    settings: type[ControllerSettings] | None  # in a scenario; None: nothing searches it
-    #: The numbers of a record, for one individual; arrays with a trailing axis in a population.
-    gains: Callable[[Own], Gains]
-    #: The law of one axis: of (record, limit of the command).
-    law: Callable[[Own, float | None], AxisLaw] | None = None
-    #: The controller of a whole machine, of (record, limits), where it is no law for each axis.
-    controller: Callable[[Own, Limits], Controller] | None = None
-    inside: Inside | None = None
-    #: Whether it has to see the path of an X-Y machine.
-    path: bool = False
-    #: The record of each axis by its name, where they differ; formats write them one by one.
-    axes: Callable[[Own], dict[str, Own]] | None = None
+
+def nothing(record: Record) -> list[Any]:
+    """Of what a kind has none."""
+    return []
+
+
+def numbers(record: Any, shown: "Shown") -> list[Any]:
+    """The section of a report on a controller that says nothing else of itself."""
+    from hfc_design.pictures.section import Listing, Section  # which draw
+
+    data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
+    values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}
+    rows = [[k, f"{x:.6g}"] for k, x in values.items() if isinstance(x, int | float)]
+    listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
+    return [Section("The controller", "", listing, [])]
+
+
+def names_of(part: type[Record]) -> tuple[str, ...]:
+    """Of a kind, as its record or its settings have them; () where they have any."""
+    return get_args(part.model_fields["kind"].annotation)
+
+
+class ControllerRecord(Record):
+    """A kind of controller: a class, whose objects are the controllers of design files.
+
+    Its fields are the keys of a file. It has either ``law``, of one axis, or ``controller``, of a
+    whole machine; what else it lacks is None here, and one sentence to the user.
+    """
+
+    kind: str  # which kind of controller it is
+    sample_time_s: Positive  # time from one command to the next [s]
+
+    name: ClassVar[str] = ""  # of the kind, as its literal ``kind`` has it
+    summary: ClassVar[str] = "an own kind"  # for hfc list controllers
+    record: ClassVar[Any]  # itself
+    settings: ClassVar[type[ControllerSettings] | None] = None  # in a scenario; None: not searched
     #: What a search can do with it: (settings, target) -> Genome.
-    genome: Callable[[Own, Target], Any] | None = None
-    #: The structure of a record as ``Genome.notation`` tells it; "": its kind has but one.
-    structure: Callable[[Own], str] = lambda record: ""
-    #: How many units of its hierarchy matter: (record of one, gains of a population) -> (n,).
-    units: Callable[[Own, Gains], Integers] | None = None
-    #: Signals that its law reads at a sample, an argument of the C code each; None: any.
-    reads: Callable[[Own], list[str]] | None = lambda record: ["error", "error_rate"]
-    #: The record with what the memory of its law has made of it; None where that is nothing.
-    adapted: Callable[[Own, Memory], Own | None] | None = None
-    #: The same of what commands a whole machine: of (record, names of the axes, memory).
-    learnt: Callable[[Own, tuple[str, ...], Memory], Own | None] | None = None
-    #: A record of given gains by their names.
-    of_gains: Callable[[dict[str, float]], Json] | None = None
-    #: How far the signals go of one axis until its range ends, or until each alone commands about
-    #: the limit: (record, limit) -> sizes; "error_change" is of the error in a sample. Those that
-    #: are not named go to 1. Test vectors go a little beyond.
-    reach: Callable[[Own, float | None], dict[str, float]] = lambda record, limit: {}
-    #: What whoever connects its signals has to know beside what they are, a line each.
-    connecting: Callable[[Own], list[str]] = lambda record: []
-    rules: RuleBase | None = None
-    no_rules: str = "no rule tables"  # why there are no ``rules``, for who asks for a file of them
-    #: Differences that have to be more than 0 in single precision.
-    widths: Callable[[Own], list[float]] = lambda record: []
-    #: Terms tabulated for a machine without exp: (record, points) -> "law", that of the runtime
-    #: with them: limit -> AxisLaw, and how far it is off.
-    lookup: Callable[[Own, int], Json] | None = None
-    explain: Explain | None = None
-    #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
-    table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
-    #: What ``hfc plot`` draws: (record, drive) -> "surface", "terms", "tables", "tree", as far as
+    genome: ClassVar[Any] = None
+    #: law(limit) -> AxisLaw; limit is the largest command.
+    law: ClassVar[Any] = None
+    #: controller(limits) -> Controller, of a machine whose axes have these largest commands.
+    controller: ClassVar[Any] = None
+    path: ClassVar[bool] = False  # whether it has to see the path of an X-Y machine
+    #: axis_records() -> the record of each axis, where they differ; formats write them one by one.
+    axis_records: ClassVar[Any] = None
+    #: units_that_matter(gains) -> (n,) how many units of its hierarchy do, of a population.
+    units_that_matter: ClassVar[Any] = None
+    #: reads() -> signals that its law reads at a sample, an argument of the C code each; None: any.
+    reads: ClassVar[Any] = errors_alone
+    #: widths() -> differences that have to be more than 0 in single precision.
+    widths: ClassVar[Any] = nothing
+    #: What a report shows: sections(shown) -> sections.
+    sections: ClassVar[Any] = numbers
+    #: adapted(memory) -> the record with what its law's memory has made of it, None where nothing.
+    adapted: ClassVar[Any] = None
+    #: learnt(axes, memory) -> the same of what commands a whole machine.
+    learnt: ClassVar[Any] = None
+    #: of_gains(gains by name) -> a record's keys.
+    of_gains: ClassVar[Any] = None
+    rule_base: ClassVar[RuleBase | None] = None
+    no_rules: ClassVar[str] = "no rule tables"  # why, for who asks for a file of them
+    #: lookup(points) -> terms tabulated for a machine without exp: "law", that of the runtime with
+    #: them: limit -> AxisLaw, and how far it is off.
+    lookup: ClassVar[Any] = None
+    explain: ClassVar[Explain | None] = None
+    #: table_gains() -> gains of the rule table, which a stable range bounds: name -> (K_1, K_2).
+    table_gains: ClassVar[Any] = None
+    #: What ``hfc plot`` draws: pictures(drive) -> "surface", "terms", "tables", "tree", as far as
     #: there are, -> name of a unit -> ``pictures.section.Drawn``; the last one where none is named.
-    pictures: Callable[[Own, Any], dict[str, dict[str, Any]]] | None = None
-    #: What a report shows: (record, Shown) -> sections.
-    sections: Callable[[Own, Shown], list[Any]] = numbers
+    pictures: ClassVar[Any] = None
 
-    def __repr__(self) -> str:
-        return f"Kind({self.name!r})"
+    @classmethod
+    def __pydantic_init_subclass__(cls, **others: Any) -> None:
+        """What is known by itself."""
+        cls.record = cls
+        if names := names_of(cls):
+            cls.name = names[0]
 
-    def controller_of(self, record: Own, limits: Limits) -> Controller:
+    def law_gains(self) -> Gains:
+        """Its numbers, for one individual; arrays with a trailing axis in a population."""
+        raise NotImplementedError
+
+    def inside(self, axes: tuple[str, ...]) -> "dict[str, ControllerRecord]":
+        """The controllers that it is made around, of a machine with these axes.
+
+        That of each axis by its name, or "" and that of all of them.
+        """
+        return {}
+
+    def held(self) -> Self:
+        """The record without its adaptation."""
+        return self
+
+    def structure(self) -> str:
+        """As ``Genome.notation`` tells it; "": its kind has but one."""
+        return ""
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """How far signals of an axis go until its range ends, or each alone commands the limit.
+
+        "error_change" is of the error in a sample. Those that are not named go to 1. Test vectors
+        go a little beyond.
+        """
+        return {}
+
+    def connecting(self) -> list[str]:
+        """What whoever connects its signals has to know beside what they are, a line each."""
+        return []
+
+    def controller_of(self, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:
-            return self.controller(record, limits)
-        assert self.law is not None  # see fault
-        return PerAxis(self.name, tuple(self.law(record, limit) for limit in limits.values()))
+            controller: Controller = self.controller(limits)
+            return controller
+        return PerAxis(self.kind, tuple(map(self.law, limits.values())))
+
+    @classmethod
+    def renewed(cls, data: Json, keys: list[str]) -> None:
+        """Take out of a record's ``data`` what follows from its values of these dotted keys.
+
+        Raises:
+            ValueError: a key changes nothing; the line begins with it.
+        """
 
 
 def kinds() -> Group[Any]:
@@ -241,15 +283,6 @@ def kinds() -> Group[Any]:
     from hfc_design.controllers.kinds import KINDS  # which finds all that import this
 
     return KINDS
-
-
-def later(module: str, name: str) -> Callable[..., Any]:
-    """A function of a module that is imported at the first call: it starts JAX, or draws."""
-
-    def call(*arguments: Any) -> Any:
-        return getattr(importlib.import_module(module), name)(*arguments)
-
-    return call
 
 
 def needed(capability: Any, design: Any, lacks: str) -> Any:

@@ -48,8 +48,8 @@ def memberships(xp: Xp, terms: Partition, u: Scalar) -> Degrees:
     """Degrees of ``u`` in triangles (JK04 eq. 1). A degree is 0 on an edge."""
     if not xp.sparse:
         return [_membership(xp, terms, k, u) for k in range(len(terms.centres))]
-    found: Degrees = xp.call(neighbours, xp, *map(xp.table, terms), u)
-    return found
+    degrees: Degrees = xp.call(neighbours, xp, *map(xp.table, terms), u)
+    return degrees
 
 
 def neighbours(
@@ -86,8 +86,8 @@ def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
 
     if not xp.sparse:
         return [_near(xp, place, k) for k in range(-highest, highest + 1)]
-    found: Degrees = xp.call(even_neighbours, xp, place, highest)
-    return found
+    degrees: Degrees = xp.call(even_neighbours, xp, place, highest)
+    return degrees
 
 
 def even_neighbours(xp: Xp, place: Scalar, highest: int) -> Neighbours:
@@ -114,9 +114,9 @@ def spread(degrees: Degrees, count: int) -> Sequence[Scalar]:
     """A number for each of ``count`` terms, 0 where only two neighbours have one."""
     if not isinstance(degrees, Neighbours):
         return degrees
-    found = [0.0] * count
-    found[degrees.first : degrees.first + 2] = degrees.values
-    return found
+    values = [0.0] * count
+    values[degrees.first : degrees.first + 2] = degrees.values
+    return values
 
 
 def firing_of(degrees: Degrees) -> Scalar:
@@ -134,8 +134,8 @@ def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
     if not isinstance(values, Neighbours):
         return values[k]
     lower, upper = values.values
-    beside = xp.where(k == values.first + 1, upper, 0)
-    return xp.where(k == values.first, lower, beside)
+    upper_value = xp.where(k == values.first + 1, upper, 0)
+    return xp.where(k == values.first, lower, upper_value)
 
 
 def weighted(xp: Xp, in_row: Degrees, in_column: Degrees, table: Any) -> Scalar:
@@ -166,7 +166,7 @@ def changed(
             [function(size, *each) for each in zip(in_column, row, strict=True)]
             for size, row in zip(sizes, table, strict=True)
         ]
-    own = [(i, of_row(degree)) for i, degree in fired(in_row)]
+    row_sizes = [(i, of_row(degree)) for i, degree in fired(in_row)]
     columns, rows = [*fired(in_column)], xp.table(table)
-    each = ((i, size, j, degree) for i, size in own for j, degree in columns)
+    each = ((i, size, j, degree) for i, size in row_sizes for j, degree in columns)
     return xp.put(table, [(i, j, function(size, d, rows[i][j])) for i, size, j, d in each])

@@ -107,8 +107,8 @@ def drawing(surface: Surface, caption: str) -> Drawing:
 
 def _side(side: Side, terms: Sequence[Term]) -> Json:
     """An edge that is infinite is null."""
-    told = [
-        {key: x if isinstance(x, str) or isfinite(x) else None for key, x in own.items()}
-        for own in (term._asdict() for term in terms)
+    term_data = [
+        {key: x if isinstance(x, str) or isfinite(x) else None for key, x in fields.items()}
+        for fields in (term._asdict() for term in terms)
     ]
-    return {**side._asdict(), "terms": told}
+    return {**side._asdict(), "terms": term_data}

@@ -50,11 +50,11 @@ def unpacked(content: bytes) -> Arrays:
     Raises:
         Exception: whatever ``zipfile`` and NumPy raise of what is none, and ValueError.
     """
-    found = arrays(content, len(content), STORED)
-    for array in found.values():
+    loaded = arrays(content, len(content), STORED)
+    for array in loaded.values():
         if array.dtype.char not in CODES or not array.dtype.isnative:
             raise ValueError(f"an array of {str(array.dtype)[:60]} has no place here")
-    return {name: array.copy(order="K") for name, array in found.items()}
+    return {name: array.copy(order="K") for name, array in loaded.items()}
 
 
 def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
@@ -71,18 +71,18 @@ def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
             raise ValueError("holds a member twice")
         for member in members:
             if member.compress_type not in packing or member.flag_bits & 1:
-                told = "is encrypted, or compressed as none of NumPy's files is"
-                raise ValueError(f"member {member.filename[:60]!r} {told}")
+                fault = "is encrypted, or compressed as none of NumPy's files is"
+                raise ValueError(f"member {member.filename[:60]!r} {fault}")
             if not member.filename.endswith(SUFFIX):
                 raise ValueError(f"member {member.filename[:60]!r} is no array")
         if sum(max(member.file_size, member.compress_size) for member in members) > largest:
             raise ValueError(f"its members are larger than {largest / 1e6:.3g} MB")
-        found = {}
+        loaded = {}
         for member in members:
             with archive.open(member) as stream:  # read() would unpack all before it looks
                 content = stream.read(member.file_size)
-            found[member.filename.removesuffix(SUFFIX)] = array_of(content)
-        return found
+            loaded[member.filename.removesuffix(SUFFIX)] = array_of(content)
+        return loaded
 
 
 def array_of(content: bytes) -> np.ndarray:
@@ -105,8 +105,8 @@ def array_of(content: bytes) -> np.ndarray:
         or math.prod(shape) * dtype.itemsize != len(content) - begin
     ):
         raise ValueError("an array has not the size that it tells")
-    found = np.frombuffer(content, dtype, offset=begin) if math.prod(shape) else np.zeros(0, dtype)
-    return found.reshape(shape, order="F" if turned else "C")
+    values = np.frombuffer(content, dtype, offset=begin) if math.prod(shape) else np.zeros(0, dtype)
+    return values.reshape(shape, order="F" if turned else "C")
 
 
 def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
@@ -115,9 +115,9 @@ def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
     begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
     if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:
         raise ValueError
-    told = ast.literal_eval(content[8 + width : begin].decode(VERSIONS[version]))
-    shape, turned, dtype = told["shape"], told["fortran_order"], told["descr"]
+    header = ast.literal_eval(content[8 + width : begin].decode(VERSIONS[version]))
+    shape, turned, dtype = header["shape"], header["fortran_order"], header["descr"]
     sizes = type(shape) is tuple and all(type(size) is int and size >= 0 for size in shape)
-    if not sizes or type(turned) is not bool or len(told) != 3:
+    if not sizes or type(turned) is not bool or len(header) != 3:
         raise ValueError
     return begin, shape, turned, np.lib.format.descr_to_dtype(dtype)

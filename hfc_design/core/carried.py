@@ -120,10 +120,10 @@ def gathered(part: Plain, folder: Path, carried: Callable[[AnyFile], Carried]) -
         return [gathered(one, folder, carried) for one in part]
     if not isinstance(part, dict):
         return part
-    found = {key: gathered(one, folder, carried) for key, one in part.items()}
-    file = found.get("file")
+    table = {key: gathered(one, folder, carried) for key, one in part.items()}
+    file = table.get("file")
     if isinstance(file, str) and Path(file).name == file and isfile(folder / file):
         with suppress(ValueError):
             whole = carried(folder / file)
-            found["file"] = whole.model_dump() if whole.text is not None else file
-    return found
+            table["file"] = whole.model_dump() if whole.text is not None else file
+    return table

@@ -35,18 +35,18 @@ def write_whole(path: Path, content: bytes) -> None:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
             now; what was there stays.
     """
-    beside = path.with_name(secrets.token_hex(8).join(HALF))
+    temporary = path.with_name(secrets.token_hex(8).join(HALF))
     with writing(path):
-        with beside.open("xb") as file:  # never what somebody else has put or linked there
+        with temporary.open("xb") as file:  # never what somebody else has put or linked there
             try:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
                 check(path)
-                beside.replace(path)
+                temporary.replace(path)
             except BaseException:
                 with suppress(OSError):
-                    beside.unlink()
+                    temporary.unlink()
                 raise
         synced(path.parent)
 
@@ -79,8 +79,8 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
     Raises:
         RunError: it cannot be written.
     """
-    told = {"format": np.array(FORMAT), "made_by": np.array(json.dumps(made_by))}
-    write_whole(path, archive.packed({**told, **dict(flat(search))}))
+    header = {"format": np.array(FORMAT), "made_by": np.array(json.dumps(made_by))}
+    write_whole(path, archive.packed({**header, **dict(flat(search))}))
 
 
 @contextmanager
@@ -128,10 +128,10 @@ def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any
         ValueError, KeyError: an array is not what such a record has, is missing or too many.
     """
     left = dict(arrays)
-    found = _built(kind, "", left, fields)
+    record = _built(kind, "", left, fields)
     if left:
         raise ValueError(f"holds {next(iter(left))!r} too")
-    return found
+    return record
 
 
 def digest(content: bytes) -> str:
@@ -159,7 +159,7 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         kind, parts = type(like), _named(like)
     elif hasattr(like, "_fields"):
         hints = get_type_hints(like).items()
-        kind, parts = like, {key: known.get(key, known.get(own, own)) for key, own in hints}
+        kind, parts = like, {key: known.get(key, known.get(hint, hint)) for key, hint in hints}
     else:
         name, is_number = prefix.rstrip("."), isinstance(like, type) and like in NUMBERS
         # In another order products of matrices would round in another way.
@@ -167,8 +167,8 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         if not _fits(value, like):
             raise ValueError(f"{name} is not what such a search has")
         return like(value) if is_number else value
-    found = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
-    return kind(*found) if hasattr(kind, "_fields") else tuple(found)
+    values = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
+    return kind(*values) if hasattr(kind, "_fields") else tuple(values)
 
 
 def _fits(value: np.ndarray, like: Any) -> bool:

@@ -39,8 +39,8 @@ def busy(what: str) -> AbstractContextManager[object]:
     if not console.is_terminal:
         return nullcontext()
     # What is printed meanwhile stays where it goes, a pipe perhaps.
-    kept: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
-    return Live(Spinner("dots", what), console=console, transient=True, **kept)
+    no_redirect: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
+    return Live(Spinner("dots", what), console=console, transient=True, **no_redirect)
 
 
 class Fitting(ProgressColumn):
@@ -123,7 +123,7 @@ def plain_table(**options: Any) -> Table:
 def show_rows(
     heads: Iterable[str],
     rows: Iterable[Iterable[str | Text]],
-    kept: int = 1,
+    leading: int = 1,
     left: Container[int] = (0,),
     **options: Any,
 ) -> None:
@@ -133,26 +133,26 @@ def show_rows(
         table.add_column(head, justify="left" if k in left else "right")
     for row in rows:
         table.add_row(*row)
-    show_whole(table, kept)
+    show_whole(table, leading)
 
 
-def show_whole(table: Table, kept: int = 1) -> None:
+def show_whole(table: Table, leading: int = 1) -> None:
     """Print a table with no number cut.
 
-    Columns that do not fit beside the first ``kept``, which may break and take half of the room,
+    Columns that do not fit beside the first ``leading``, which may break and take half of the room,
     come in further tables below.
     """
-    console, others = terminal(), [*range(kept, len(table.columns))]
-    whole = _part(table, [*range(kept), *others], kept, None)
-    most = None if _fits(whole, console) else console.width // (2 * kept)
+    console, others = terminal(), [*range(leading, len(table.columns))]
+    whole = _part(table, [*range(leading), *others], leading, None)
+    most = None if _fits(whole, console) else console.width // (2 * leading)
     while others:
         count = len(others)
-        part = _part(table, [*range(kept), *others[:count]], kept, most)
+        part = _part(table, [*range(leading), *others[:count]], leading, most)
         while count > 1 and not _fits(part, console):
             count -= 1
-            part = _part(table, [*range(kept), *others[:count]], kept, most)
-        part.title = table.title if others[0] == kept else None
-        part.caption = table.caption if count == len(table.columns) - kept else None
+            part = _part(table, [*range(leading), *others[:count]], leading, most)
+        part.title = table.title if others[0] == leading else None
+        part.caption = table.caption if count == len(table.columns) - leading else None
         others = others[count:]
         console.print(part)
         if others:
@@ -166,16 +166,16 @@ def _fits(table: Table, console: Console) -> bool:
     return console.measure(table, options=endless).maximum <= console.width
 
 
-def _part(table: Table, places: list[int], kept: int, most: int | None) -> Table:
-    """A table of some of the columns; the first ``kept`` have so many letters at most."""
+def _part(table: Table, places: list[int], leading: int, most: int | None) -> Table:
+    """A table of some of the columns; the first ``leading`` have so many letters at most."""
     part = copy(table)
     part.columns, part.rows = [], []
     columns = [table.columns[k] for k in places]
     for k, column in enumerate(columns):
-        own: dict[str, Any] = {"justify": column.justify, "no_wrap": True}
-        if k < kept:
-            own |= {"no_wrap": False, "overflow": "fold", "max_width": most}
-        part.add_column(column.header, **own)
+        options: dict[str, Any] = {"justify": column.justify, "no_wrap": True}
+        if k < leading:
+            options |= {"no_wrap": False, "overflow": "fold", "max_width": most}
+        part.add_column(column.header, **options)
     rows = zip(*(column.cells for column in columns), strict=True)
     for cells, row in zip(rows, table.rows, strict=True):
         part.add_row(*cells, style=row.style, end_section=row.end_section)

@@ -24,7 +24,7 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
     Raises:
         UserError: a change is not of that form.
     """
-    found: Json = {}
+    settings: Json = {}
     for change in _texts(changes, option):
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
@@ -32,12 +32,12 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
                 f"{option} {change}: has to look like KEY=VALUE, as in {EXAMPLES[option]}"
             )
         try:
-            told = toml_of(f"value = {text}")
+            parsed = toml_of(f"value = {text}")
         except ValueError:
-            told = {}
-        value = told["value"] if [*told] == ["value"] else text.strip()
-        found[key.strip()] = _from_here(key.strip(), value) if option == "--set" else value
-    return found
+            parsed = {}
+        value = parsed["value"] if [*parsed] == ["value"] else text.strip()
+        settings[key.strip()] = _from_here(key.strip(), value) if option == "--set" else value
+    return settings
 
 
 def _from_here(key: str, value: Plain) -> Plain:
@@ -67,10 +67,10 @@ def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
         if fault := fault or plain_fault({key: value}):
             raise UserError(f"{option} {str(key)[:60]}: {fault}")
         place: Plain = data
-        told = f"{option} {key}={value}"
+        argument = f"{option} {key}={value}"
         for part in path:
-            place = _inner(place, part, told)
-        place[_entry(place, last, told) if isinstance(place, list) else last] = value
+            place = _inner(place, part, argument)
+        place[_entry(place, last, argument) if isinstance(place, list) else last] = value
     return data
 
 
@@ -87,25 +87,25 @@ def _texts(changes: Iterable[str], option: str) -> list[str]:
     return texts
 
 
-def _inner(place: Plain, part: str, told: str) -> Plain:
+def _inner(place: Plain, part: str, argument: str) -> Plain:
     """The table or list that a part of a key names in ``place``; a table that is not there yet."""
-    key: Plain = _entry(place, part, told) if isinstance(place, list) else part
-    found: Plain = place[key] if isinstance(place, list) else place.get(key)
-    if found is None:  # an optional part of a design is null where there is none
-        found = {}
-    elif isinstance(found, tuple):  # of a script
-        found = list(found)
-    if not isinstance(found, dict | list):
-        raise UserError(f"{told}: {part} is not a table")
-    place[key] = found
-    return found
+    key: Plain = _entry(place, part, argument) if isinstance(place, list) else part
+    container: Plain = place[key] if isinstance(place, list) else place.get(key)
+    if container is None:  # an optional part of a design is null where there is none
+        container = {}
+    elif isinstance(container, tuple):  # of a script
+        container = list(container)
+    if not isinstance(container, dict | list):
+        raise UserError(f"{argument}: {part} is not a table")
+    place[key] = container
+    return container
 
 
-def _entry(place: list[Plain], part: str, told: str) -> int:
+def _entry(place: list[Plain], part: str, argument: str) -> int:
     """The entry of a list that a part of a key names."""
     if not (part.isascii() and part.isdigit() and int(part) < len(place)):
         entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
-        raise UserError(f"{told}: {part!r} names no entry of a list, which has {entries}")
+        raise UserError(f"{argument}: {part!r} names no entry of a list, which has {entries}")
     return int(part)
 
 
@@ -122,8 +122,8 @@ def flat(table: Json, prefix: str = "") -> Json:
     An empty table inside another is a value: ``controller.linear = {}`` asks for a linear part. An
     empty section says nothing, as one whose lines are all comments.
     """
-    found: Json = {}
+    flattened: Json = {}
     for key, value in table.items():
         nested = isinstance(value, dict) and (value or not prefix)
-        found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
-    return found
+        flattened |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+    return flattened

@@ -75,19 +75,19 @@ def beside(error: ValidationError | None, lines: Iterable[str]) -> ValidationErr
 
 
 def _again(
-    error: ValidationError, front: Place, told: Callable[[str, Place], Exception | None]
+    error: ValidationError, front: Place, reword: Callable[[str, Place], Exception | None]
 ) -> ValidationError:
-    return ValidationError.from_exception_data(error.title, _details(error, front, told))
+    return ValidationError.from_exception_data(error.title, _details(error, front, reword))
 
 
 def _details(
-    error: ValidationError, front: Place, told: Callable[[str, Place], Exception | None]
+    error: ValidationError, front: Place, reword: Callable[[str, Place], Exception | None]
 ) -> list[InitErrorDetails]:
     details = []
     for one in error.errors(include_url=False):
         kind: Any = one["type"]
         context = one.get("ctx", {})
-        if (new := told(kind, one["loc"])) is not None:
+        if (new := reword(kind, one["loc"])) is not None:
             kind, context = "value_error", {"error": new}
         elif kind not in KINDS:
             kind, context = PydanticCustomError(kind, "{told}", {"told": one["msg"]}), {}
@@ -119,16 +119,16 @@ def explained(
         lines = [f"{', '.join(missing)}: {'are' if len(missing) > 1 else 'is'} missing"]
     # Of what may be one thing or another, a fault inside says more than that it is not the other.
     around = {key[: dot.start()] for key in faults for dot in islice(_DOT.finditer(key), DEEP)}
-    shown = {key: told for key, told in faults.items() if key not in around}
-    lines += [_either(told) for told in [*shown.values()][:MOST]]
+    shown = {key: messages for key, messages in faults.items() if key not in around}
+    lines += [_either(messages) for messages in [*shown.values()][:MOST]]
     if rest := [*shown][MOST:]:
         lines.append(f"and {len(rest)} more keys with faults, from {rest[0]} on")
     return lines
 
 
-def _either(told: list[str]) -> str:
+def _either(messages: list[str]) -> str:
     """One line of several rules for one value: any of them would do."""
-    first, *others = dict.fromkeys(told)
+    first, *others = dict.fromkeys(messages)
     head, rule, _ = first.partition(": has to be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
     return (
@@ -184,15 +184,15 @@ def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -
     """What to say of a table whose kind is missing, or is none that there is."""
     context = error.get("ctx", {})
     which = context["discriminator"].strip("'")
-    own = f"{key}.{which}" if key else which
+    kind_key = f"{key}.{which}" if key else which
     if error["type"] == "union_tag_invalid":
         known = [name.strip("' ") for name in context["expected_tags"].split(",")]
         return (
-            own,
-            f"{own} = {short(context['tag'])}: is no {which}; {one_of(context['tag'], known)}",
+            kind_key,
+            f"{kind_key} = {short(context['tag'])}: is no {which}; {one_of(context['tag'], known)}",
         )
     known = _kinds(error["loc"], data, which, again)
-    return own, f"{own}: is missing; {one_of('', known)}"
+    return kind_key, f"{kind_key}: is missing; {one_of('', known)}"
 
 
 def _kinds(place: Place, data: Plain, which: str, again: Callable[[Plain], Any]) -> list[str]:
@@ -211,8 +211,8 @@ def _with_kind(data: Plain, place: Place, which: str) -> Plain:
     if isinstance(data, dict) and place and place[0] in data:
         return data | {place[0]: _with_kind(data[place[0]], place[1:], which)}
     if isinstance(data, list | tuple) and place and isinstance(place[0], int):
-        own = _with_kind(data[place[0]], place[1:], which)
-        return [*data[: place[0]], own, *data[place[0] + 1 :]]
+        entry = _with_kind(data[place[0]], place[1:], which)
+        return [*data[: place[0]], entry, *data[place[0] + 1 :]]
     if place:  # the branch of a union, which is no key of the file
         return _with_kind(data, place[1:], which)
     return data | {which: ""} if isinstance(data, dict) else data

@@ -50,16 +50,16 @@ def for_scripts(line: str) -> str:
     return _OPTIONS.sub(_argument, line)
 
 
-def _argument(found: re.Match[str]) -> str:
-    option = found["first"] or found["option"]
-    head, value = found["head"] or "", found["value"] or found["its"]
-    if found["command"] or option not in {*ARGUMENTS, *FLAGS}:
-        return found[0]
+def _argument(match: re.Match[str]) -> str:
+    option = match["first"] or match["option"]
+    head, value = match["head"] or "", match["value"] or match["its"]
+    if match["command"] or option not in {*ARGUMENTS, *FLAGS}:
+        return match[0]
     if option in FLAGS:
         return f"{head}{FLAGS[option]}" + (f" {value}" if value else "")
     name = ARGUMENTS[option]
     if value is None:
-        return f"{head}{name}" if found["first"] else f"{name}="
+        return f"{head}{name}" if match["first"] else f"{name}="
     if option not in SEVERAL:
         return f"{head}{name}={_told(value)}"
     key, equals, inside = value.partition("=")

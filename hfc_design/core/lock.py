@@ -134,8 +134,8 @@ def check(path: Path) -> None:
 def grace() -> float:
     """Seconds of silence after which a holder may be overtaken; UserError: they cannot be."""
     given = os.environ.get(GRACE, "60")
-    if 1.0 <= (found := number_or_none(given) or 0.0) <= 1e6:
-        return found
+    if 1.0 <= (seconds := number_or_none(given) or 0.0) <= 1e6:
+        return seconds
     raise UserError(f"{GRACE} = {given[:40]!r}: has to be a number of seconds from 1 to 1e6")
 
 
@@ -162,15 +162,15 @@ def _taken(path: Path) -> int | None:
 
 def _overtaken(path: Path) -> int | None:
     """An open lock file of our own in the place of one that has been silent for too long."""
-    beside = path.with_name(secrets.token_hex(8).join(HALF))
-    new = os.open(beside, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    temporary = path.with_name(secrets.token_hex(8).join(HALF))
+    new = os.open(temporary, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     with suppress(FileNotFoundError):  # the holder has just given it back
         fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
         _sign(new)
         if os.fstat(new).st_mtime - path.lstat().st_mtime > grace():
-            beside.replace(path)
+            temporary.replace(path)
             return new
-    beside.unlink(missing_ok=True)
+    temporary.unlink(missing_ok=True)
     os.close(new)
     return None
 
@@ -190,11 +190,11 @@ def _lies_at(path: Path, descriptor: int) -> bool:
 def _sign(descriptor: int) -> None:
     """Say who holds the lock."""
     name = Path(*sys.argv[:1]).name.replace("__main__.py", "hfc")
-    told = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
+    holder = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
     os.utime(descriptor)
     with suppress(OSError):  # a full disk
         os.ftruncate(descriptor, 0)
-        text = f"{told} ({shlex.join([name, *sys.argv[1:]])[:100]})\n"
+        text = f"{holder} ({shlex.join([name, *sys.argv[1:]])[:100]})\n"
         os.pwrite(descriptor, text.encode(errors="replace"), 0)
 
 

@@ -81,10 +81,10 @@ def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list
 
 def put(rows: Sequence[Any], changes: Iterable[tuple[Any, ...]]) -> list[Any]:
     """Rows of numbers, or of rows, with those replaced that ``(place, ..., value)`` tell."""
-    found = [list(row) if isinstance(row, Sequence) else row for row in rows]
+    updated = [list(row) if isinstance(row, Sequence) else row for row in rows]
     for *places, last, value in changes:
-        reduce(getitem, places, found)[last] = value
-    return found
+        reduce(getitem, places, updated)[last] = value
+    return updated
 
 
 def between(
@@ -98,13 +98,13 @@ def between(
 
     Those that there are, ``but`` one. A row is a number where a table is a row itself.
     """
-    found = [list(table) for table in tables]
-    for k in range(max(low, 0), min(high, len(found[0]))):
+    updated = [list(table) for table in tables]
+    for k in range(max(low, 0), min(high, len(updated[0]))):
         if k != but:
             after = function(k, *(table[k] for table in tables))
-            for table, row in zip(found, after, strict=True):
+            for table, row in zip(updated, after, strict=True):
                 table[k] = row
-    return found
+    return updated
 
 
 class Xp(NamedTuple):

@@ -44,16 +44,16 @@ def raised(error: Exception) -> str:
             return f"{place and f'in {place}: '}{INSTEAD[one.__name__]}; {_WHY} ({kind})"
     if isinstance(error, ValidationError):
         return f"{kind}: {error}"
-    told = _carried(str(error)) or str(error).partition("\n")[0]
-    return f"{kind}: {told}{place and f' ({place})'}"
+    message = _carried(str(error)) or str(error).partition("\n")[0]
+    return f"{kind}: {message}{place and f' ({place})'}"
 
 
-def _carried(told: str) -> str:
+def _carried(message: str) -> str:
     """What JAX says in paragraphs of a value that each sample hands to the next; "" of others."""
-    found = _CARRIED.search(told)
-    if not found:
+    match = _CARRIED.search(message)
+    if not match:
         return ""
-    before, after = map(_in_a_word, found.groups())
+    before, after = map(_in_a_word, match.groups())
     head = "what one sample hands to the next has to stay of one kind, each number a float"
     return f"{head}: {before} became {after}"
 

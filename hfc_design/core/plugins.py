@@ -52,11 +52,12 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: tuple[type[Any], ...]  # any of which has a ``name``
+    kind: tuple[type[Any], ...]  # any of which has a ``name``; in ``classes`` it is one itself
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
+    classes: tuple[type[Any], ...] = ()
     built_in: frozenset[str] = field(init=False)  # known at first: names that nobody may take
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
     modules: dict[str, str] = field(default_factory=dict)  # name -> module of an added one's code
@@ -71,8 +72,8 @@ class Group(Generic[Thing]):
         Raises:
             UserError: it is none of this kind, cannot work, or has a name that is taken.
         """
-        if not isinstance(thing, self.kind):
-            wanted = " or ".join(kind.__name__ for kind in self.kind)
+        if not self.takes(thing):
+            wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
             raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(thing.name)
         if not re.fullmatch(NAME, name):
@@ -89,6 +90,11 @@ class Group(Generic[Thing]):
         self.known[name] = thing
         return thing
 
+    def takes(self, thing: Any) -> bool:
+        """Whether that is one of these."""
+        is_subclass = isinstance(thing, type) and issubclass(thing, self.classes)
+        return is_subclass or isinstance(thing, self.kind)
+
     def get(self, name: str) -> Thing:
         """The one with a name, of an installed package if need be.
 
@@ -97,18 +103,18 @@ class Group(Generic[Thing]):
         """
         if name in self.known:
             return self.known[name]
-        found = tuple(metadata.entry_points(group=self.entry_points, name=name))
-        if not found:
+        entries = tuple(metadata.entry_points(group=self.entry_points, name=name))
+        if not entries:
             raise UserError(
                 f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
                 "ones: --use module:OBJECT or runtime.use"
             )
-        if len(found) > 1:
-            values = ", ".join(entry.value for entry in found)
+        if len(entries) > 1:
+            values = ", ".join(entry.value for entry in entries)
             raise UserError(f"{self.what} {name!r}: several packages have it: {values}")
-        thing = self._imported(found[0].value, f"entry point {name} = {found[0].value}")
-        if (own := getattr(thing, "name", None)) != name:
-            raise UserError(f"entry point {name} = {found[0].value}: its name is {own!r}")
+        thing = self._imported(entries[0].value, f"entry point {name} = {entries[0].value}")
+        if (declared := getattr(thing, "name", None)) != name:
+            raise UserError(f"entry point {name} = {entries[0].value}: its name is {declared!r}")
         return thing
 
     def named(self, key: str, name: str) -> Thing:
@@ -124,8 +130,8 @@ class Group(Generic[Thing]):
 
     def source(self, name: str) -> str | None:
         """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""
-        found = metadata.entry_points(group=self.entry_points, name=name)
-        return self.given.get(name) or next((entry.value for entry in found), None)
+        entries = metadata.entry_points(group=self.entry_points, name=name)
+        return self.given.get(name) or next((entry.value for entry in entries), None)
 
     def resolve(self, text: str) -> Thing:
         """What the command line means: a name, or ``module:OBJECT``.
@@ -168,7 +174,7 @@ def use(text: str) -> None:
 def group_of(thing: Any) -> Group[Any]:
     """The group that takes ``thing``; UserError: there is none."""
     for group in GROUPS.values():
-        if isinstance(thing, group.kind):
+        if group.takes(thing):
             return group
     raise UserError(f"{short(thing)} is none of {', '.join(GROUPS)}")
 
@@ -199,11 +205,11 @@ def own_ones(used: Iterable[tuple[str, str]]) -> References:
 
 def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
     """Group -> name -> where it comes from, of what is used and not built in."""
-    found: dict[str, dict[str, str]] = {}
+    by_group: dict[str, dict[str, str]] = {}
     for what, name in own_ones(used):
         if source := GROUPS[what].source(name):
-            found.setdefault(what, {})[name] = source
-    return found
+            by_group.setdefault(what, {})[name] = source
+    return by_group
 
 
 def origins(used: Iterable[tuple[str, str]]) -> dict[str, str]:
@@ -247,20 +253,22 @@ def own_code(
     try:
         yield
     except Exception as error:
-        own = [f"{what} {name!r}" for what, name in own_ones(parts)]
-        if not own or isinstance(error, (UserError, *passing)):
+        user_parts = [f"{what} {name!r}" for what, name in own_ones(parts)]
+        if not user_parts or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(own)}{doing}: {noted}{raised(error)}") from error
+        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{raised(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
     """`` --use module:OBJECT`` for each of ``sources``, or of those that are not known here."""
     groups = named.items() if isinstance(named, dict) else ()
-    own = [(what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)]
+    valid_groups = [
+        (what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)
+    ]
     return options(
         str(source)
-        for what, parts in own
+        for what, parts in valid_groups
         for name, source in parts.items()
         if REFERENCE.fullmatch(str(source)) and (known or name not in GROUPS[what].names())
     )
@@ -282,12 +290,14 @@ def naming_modules(provenance: Json) -> Json:
 
 def resuming(folder: Path) -> str:
     """How a run that was stopped goes on, with the own parts that this process was given."""
-    own = options(text for _, text in given())
-    return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{own}"
+    use_options = options(text for _, text in given())
+    return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{use_options}"
 
 
 def _check_fields(thing: Any, source: str) -> None:
     """UserError: a field of a NamedTuple or dataclass is not what its annotation says."""
+    if isinstance(thing, type):
+        return
     hints: Any = {name: (hint, ...) for name, hint in get_type_hints(type(thing)).items()}
     fields = create_model("Fields", __config__=ANY_CLASS, **hints)
     checked(fields, {name: getattr(thing, name) for name in hints}, source, Path())
@@ -353,13 +363,13 @@ def _found_at(reference: str) -> Any:
     if here not in sys.path:
         sys.path.append(here)
     try:
-        found = importlib.import_module(module)
+        target = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
         raise UserError(f"{module} cannot be imported: {raised(error)}") from error
     for part in name.split("."):
-        if not hasattr(found, part):
-            known = [x for x in vars(found) if not x.startswith("_")]
+        if not hasattr(target, part):
+            known = [x for x in vars(target) if not x.startswith("_")]
             meant = "".join(f"; did you mean {module}:{x}?" for x in near(name, known))
             raise UserError(f"{module} has no {name}{meant}")
-        found = getattr(found, part)
-    return found
+        target = getattr(target, part)
+    return target

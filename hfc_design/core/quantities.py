@@ -55,13 +55,13 @@ def without_unit(value: Any, unit: str) -> str:
 def _quantity(text: str, millimetres: float | None) -> Any:
     import pint
 
-    found = WRITTEN.fullmatch(text.strip())
-    if not found or not math.isfinite(float(found[1])):
+    match = WRITTEN.fullmatch(text.strip())
+    if not match or not math.isfinite(float(match[1])):
         raise ValueError(f"{text[:40]!r} is no number with a unit, as in '20 urad'")
     try:
-        return _units(millimetres).Quantity(float(found[1]), found[2])
+        return _units(millimetres).Quantity(float(match[1]), match[2])
     except (pint.PintError, AttributeError, TypeError, ValueError):
-        raise ValueError(f"{text[:40]!r}: there is no unit {found[2]}") from None
+        raise ValueError(f"{text[:40]!r}: there is no unit {match[2]}") from None
 
 
 @cache

@@ -122,7 +122,7 @@ def in_a_line(message: str) -> str:
     """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
     line = " ".join(message.split())
     if len(line) > LONGEST:
-        line = LONG_WORD.sub(lambda found: f"{found[0][:60]}...{found[0][-30:]}", line)
+        line = LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-30:]}", line)
     if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
         line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
     return harmless(line)
@@ -200,5 +200,5 @@ def checked(
     except ValidationError as error:
         raise UserError(*explained(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
-        told = "a number in it is too large or too small to compute with"
-        raise UserError(f"{source}: {told}") from None
+        fault = "a number in it is too large or too small to compute with"
+        raise UserError(f"{source}: {fault}") from None

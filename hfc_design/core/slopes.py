@@ -10,17 +10,17 @@ from hfc_design.core.numbers import ARRAYS, Floats, Scalar
 
 #: Derivatives of a function by its arguments, of what it gives and those.
 SLOPES: Mapping[Any, Callable[..., tuple[Any, ...]]] = {
-    np.add: lambda found, a, b: (1.0, 1.0),
-    np.subtract: lambda found, a, b: (1.0, -1.0),
-    np.negative: lambda found, a: (-1.0,),
-    np.multiply: lambda found, a, b: (b, a),
-    np.divide: lambda found, a, b: (1.0 / b, -found / b),
-    np.power: lambda found, a, power: (_steep(a, power), np.nan),  # no law has a slope of a power
-    np.absolute: lambda found, a: (np.sign(a),),
-    np.exp: lambda found, a: (found,),
-    np.tanh: lambda found, a: (1.0 - found**2,),
-    np.minimum: lambda found, a, b: (a < b, ~(a < b)),
-    np.maximum: lambda found, a, b: (a > b, ~(a > b)),
+    np.add: lambda output, a, b: (1.0, 1.0),
+    np.subtract: lambda output, a, b: (1.0, -1.0),
+    np.negative: lambda output, a: (-1.0,),
+    np.multiply: lambda output, a, b: (b, a),
+    np.divide: lambda output, a, b: (1.0 / b, -output / b),
+    np.power: lambda output, a, power: (_steep(a, power), np.nan),  # no law has a slope of a power
+    np.absolute: lambda output, a: (np.sign(a),),
+    np.exp: lambda output, a: (output,),
+    np.tanh: lambda output, a: (1.0 - output**2,),
+    np.minimum: lambda output, a, b: (a < b, ~(a < b)),
+    np.maximum: lambda output, a, b: (a > b, ~(a > b)),
 }
 
 
@@ -32,12 +32,12 @@ class Sloped(NDArrayOperatorsMixin):
 
     def __array_ufunc__(self, function: Any, method: str, *given: Any) -> Any:
         values = [_parts(x)[0] for x in given]
-        found = function(*values)
-        if found.dtype == bool:
-            return found
-        each = zip(SLOPES[function](found, *values), given, strict=True)
+        output = function(*values)
+        if output.dtype == bool:
+            return output
+        each = zip(SLOPES[function](output, *values), given, strict=True)
         slopes = [factor * x.slope for factor, x in each if isinstance(x, Sloped)]
-        return Sloped(found, sum(slopes[1:], slopes[0]))
+        return Sloped(output, sum(slopes[1:], slopes[0]))
 
 
 def _steep(a: Any, power: float) -> Any:
@@ -58,9 +58,9 @@ def parts(x: Any, variables: int, lanes: int) -> tuple[Floats, Floats]:
 
 def _where(condition: Any, a: Any, b: Any) -> Any:
     (value, slope), (other, falls) = _parts(a), _parts(b)
-    found = np.where(condition, value, other)
+    selected = np.where(condition, value, other)
     some = isinstance(a, Sloped) or isinstance(b, Sloped)
-    return Sloped(found, np.where(condition, slope, falls)) if some else found
+    return Sloped(selected, np.where(condition, slope, falls)) if some else selected
 
 
 def _pick(values: Mapping[int, Scalar], index: Any) -> Any:

@@ -90,6 +90,6 @@ def holm(p: Floats) -> Floats:
     """Holm's step-down correction of (n,) p-values for having been n (Holm 1979)."""
     order = np.argsort(p, kind="stable")
     steps = np.maximum.accumulate(p[order] * (len(p) - np.arange(len(p))))
-    found = np.empty(len(p))
-    found[order] = np.minimum(steps, 1.0)
-    return found
+    corrected = np.empty(len(p))
+    corrected[order] = np.minimum(steps, 1.0)
+    return corrected

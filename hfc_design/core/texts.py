@@ -49,31 +49,31 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
             raise OSError("it is a named pipe; give a file, or /dev/stdin")
         with open(path, "rb") as file:
             much = os.fstat(file.fileno()).st_size > largest * MEGABYTE
-            found = b"" if much else file.read(largest * MEGABYTE + 1)
+            data = b"" if much else file.read(largest * MEGABYTE + 1)
     except (OSError, ValueError) as error:  # the other one: a zero byte in the name
-        told = getattr(error, "strerror", None) or error
-        raise ValueError(f"cannot be read: {told}") from None
-    if much or len(found) > largest * MEGABYTE:
+        reason = getattr(error, "strerror", None) or error
+        raise ValueError(f"cannot be read: {reason}") from None
+    if much or len(data) > largest * MEGABYTE:
         raise ValueError(f"cannot be read: it has more than {largest} MB")
-    return found
+    return data
 
 
-def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
+def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
     """The text that a file holds, UTF-16 if it says so; ValueError: it is none, or packed."""
-    if found.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encoding = "utf-16"
     try:
-        return io.TextIOWrapper(io.BytesIO(found), encoding).read()  # a line ends with \n
+        return io.TextIOWrapper(io.BytesIO(data), encoding).read()  # a line ends with \n
     except UnicodeDecodeError:
         for start, packer in PACKED.items():
-            if found.startswith(start):
+            if data.startswith(start):
                 raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
         if errors == "strict":
             raise ValueError(
                 "cannot be read: it is not a text in UTF-8; save it in that encoding, or convert "
                 "it: iconv -f cp1252 -t utf-8"
             ) from None
-    return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
+    return io.TextIOWrapper(io.BytesIO(data), encoding, errors).read()
 
 
 def toml_of(text: str) -> Json:
@@ -92,13 +92,13 @@ _WHERE, _COMMA = re.compile(r"\(at line (\d{1,9})"), re.compile(r"=\s*([-+]?\d+)
 _TWICE = "Cannot overwrite a value"
 
 
-def _hint(told: str, text: str) -> str:
+def _hint(message: str, text: str) -> str:
     """What a mistake of TOML may be about, of those that people make; "": another one."""
-    lines, found = text.rstrip().split("\n"), _WHERE.search(told)
-    line = lines[min(int(found[1]) if found else len(lines), len(lines)) - 1]
+    lines, match = text.rstrip().split("\n"), _WHERE.search(message)
+    line = lines[min(int(match[1]) if match else len(lines), len(lines)) - 1]
     if comma := _COMMA.search(line):
         return f"; a number has a decimal point: {comma[1]}.{comma[2]}"
-    return f"; {line.partition('=')[0].strip()[:60]} is given twice" if _TWICE in told else ""
+    return f"; {line.partition('=')[0].strip()[:60]} is given twice" if _TWICE in message else ""
 
 
 def json_of(text: str) -> Plain:
@@ -108,15 +108,15 @@ def json_of(text: str) -> Plain:
 
 def _parsed(wrong: str, parse: Callable[[str], Plain], text: str, finite: bool = False) -> Plain:
     try:
-        found = parse(text)
-        fault = plain_fault(found, finite)
+        parsed = parse(text)
+        fault = plain_fault(parsed, finite)
     except RecursionError:
         fault = NESTED
     except ValueError as error:
         fault = str(error).partition("; use sys.")[0]  # that is for programmers
     if fault:
         raise ValueError(f"{wrong}: {fault}")
-    return found
+    return parsed
 
 
 def _no_number(name: str) -> NoReturn:
@@ -124,11 +124,11 @@ def _no_number(name: str) -> NoReturn:
 
 
 def _distinct(pairs: list[tuple[str, Plain]]) -> Json:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    table = dict(pairs)
+    if len(table) < len(pairs):
         twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
         raise ValueError(f"the key {twice[:60]!r} stands twice in a table")
-    return found
+    return table
 
 
 JSON = json.JSONDecoder(parse_constant=_no_number, object_pairs_hook=_distinct)
@@ -196,10 +196,10 @@ def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
     """The line for a scenario or design that there is not: a file beside it may be meant."""
     ending, file = FILES[what]
     try:
-        there = [Path(own) for own in sorted(os.listdir(Path(name).parent))]
+        there = [Path(entry) for entry in sorted(os.listdir(Path(name).parent))]
     except (OSError, ValueError):  # the other one: a zero byte in the name
         there = []
-    stems = {own.stem: own.name for own in there if own.suffix == ending}
+    stems = {path.stem: path.name for path in there if path.suffix == ending}
     known, stem = [*built_in], Path(name).name.removesuffix(ending)
     for near in get_close_matches(stem, [*known, *stems], 1):
         if near not in known:

@@ -76,13 +76,13 @@ def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
         pattern = str(context["pattern"])
         return f"has to be {PATTERNS.get(pattern, f'a text of the form {pattern}')}"
     numbers = {name: f"{x:.15g}" for name, x in context.items() if isinstance(x, float)}
-    found = RULES.get(kind, NOT_ALLOWED).format_map({**context, **numbers})
-    return found.replace("UNIT", f" [{unit}]" if unit else "")
+    text = RULES.get(kind, NOT_ALLOWED).format_map({**context, **numbers})
+    return text.replace("UNIT", f" [{unit}]" if unit else "")
 
 
 def of_its_name(key: str) -> str:
     """The unit that a key ends with, s of ``duration_s``; "": none."""
-    return next((found for end, found in UNITS.items() if key.endswith(end)), "")
+    return next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
 
 
 class Keys(NamedTuple):
@@ -119,8 +119,8 @@ def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     """``there is a, b, c`` with what may have been meant in front."""
     names = [*known]
     meant = "".join(f"did you mean {one}? " for one in near(given, names))
-    told = ", ".join(names) or "none"
-    if len(told) > MOST:
-        first = told[:MOST].rpartition(", ")[0]
-        told = f"{first} and {len(names) - first.count(', ') - 1} more"
-    return f"{meant}{head} {told}"
+    listing = ", ".join(names) or "none"
+    if len(listing) > MOST:
+        first = listing[:MOST].rpartition(", ")[0]
+        listing = f"{first} and {len(names) - first.count(', ') - 1} more"
+    return f"{meant}{head} {listing}"

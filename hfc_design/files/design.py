@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.controller import Controller, rate_limited, within_rate
-from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
@@ -58,11 +58,11 @@ class PerAxisRecord(Record):
 
     def of(self, axis: str) -> Self:
         """The settings of one axis."""
-        own = self.axes.get(axis)
-        if own is None:
+        axis_settings = self.axes.get(axis)
+        if axis_settings is None:
             return self
         every = {key: getattr(self, key) for key in self.model_fields_set - {"axes"}}
-        return type(self)(**every | own)
+        return type(self)(**every | axis_settings)
 
 
 #: Samples that a command may be delayed by.
@@ -110,8 +110,8 @@ class Limits(PerAxisRecord):
     def without_rate(self) -> Self:
         """The same with commands as fast as you like."""
         axes = {
-            axis: {key: x for key, x in own.items() if key != "command_rate"}
-            for axis, own in self.axes.items()
+            axis: {key: x for key, x in axis_limits.items() if key != "command_rate"}
+            for axis, axis_limits in self.axes.items()
         }
         return self.model_copy(update={"command_rate": None, "axes": axes})
 
@@ -155,14 +155,14 @@ class Design(Record, metaclass=Asked):
         return table("Design", self._told() | self.score)
 
     def _told(self) -> dict[str, object]:
-        own = self.controller
-        told = {"name": self.name, "plant": self.plant.name, "kind": own.kind}
-        return {**told, "sample_time_s": own.sample_time_s}
+        controller = self.controller
+        fields = {"name": self.name, "plant": self.plant.name, "kind": controller.kind}
+        return {**fields, "sample_time_s": controller.sample_time_s}
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> type[ControllerRecord]:
         """The kind of the controller."""
-        return KINDS.get(self.controller.kind)
+        return type(self.controller)
 
     @property
     def failed(self) -> bool:
@@ -188,8 +188,8 @@ class Design(Record, metaclass=Asked):
         if self._connected and self._connected.machine:
             return self._connected.machine
         limits = self.limits.commands(axes := tuple(axes))
-        found = self.kind.controller_of(self.controller, limits)
-        return rate_limited(found, limits, self.changes(axes))
+        controller = self.controller.controller_of(limits)
+        return rate_limited(controller, limits, self.changes(axes))
 
     def changes(self, axes: Iterable[str]) -> dict[str, float | None]:
         """Largest change of the command of each of these axes in a sample; None: any."""
@@ -200,16 +200,19 @@ class Design(Record, metaclass=Asked):
 
         Itself too where its controller is one of the whole machine.
         """
-        if self.kind.controller and not self.kind.axes:
+        if self.kind.controller and not self.kind.axis_records:
             return {"": self}
-        records = self.kind.axes(self.controller) if self.kind.axes else {}
+        records = self.controller.axis_records() if self.kind.axis_records else {}
         names = list(records) or (list(self.plant.axes) if self.limits.axes else [])
-        found = {}
+        designs = {}
         for axis in names:
-            own = {"controller": records.get(axis, self.controller), "limits": self.limits.of(axis)}
-            found[axis] = self.model_copy(update={"name": f"{self.name}-{axis}", **own})
-            found[axis]._axis = axis
-        return found or {"": self}
+            axis_fields = {
+                "controller": records.get(axis, self.controller),
+                "limits": self.limits.of(axis),
+            }
+            designs[axis] = self.model_copy(update={"name": f"{self.name}-{axis}", **axis_fields})
+            designs[axis]._axis = axis
+        return designs or {"": self}
 
 
 #: A design, or what names one: a built-in name, a file, a run folder.
@@ -258,9 +261,9 @@ def read_design(path: str | Path) -> Design:
         UserError: the file cannot be read, is no JSON, or is not a design that can run.
     """
     if Path(path).suffix.lower() in IMPORTED:
-        told = "is a controller of another program"
+        fault = "is a controller of another program"
         raise UserError(
-            f"{path}: {told}; hfc import {quote(str(path))} --out NAME.json makes a design of it"
+            f"{path}: {fault}; hfc import {quote(str(path))} --out NAME.json makes a design of it"
         )
     return parse_design(read_text(path), path)
 
@@ -286,8 +289,8 @@ def _json_of(text: str) -> Any:
             toml = toml_of(text)
         except ValueError:
             toml = {}
-        told = "is TOML, as a scenario, and no design; hfc design makes a design of a scenario"
-        raise (ValueError(told) if toml else error) from None
+        fault = "is TOML, as a scenario, and no design; hfc design makes a design of a scenario"
+        raise (ValueError(fault) if toml else error) from None
 
 
 @contextmanager
@@ -313,25 +316,25 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
     data = changed(design.model_dump(mode="json"), values, "--change")
     start = "controller."
-    own = [key.removeprefix(start) for key in values if key.startswith(start)]
-    if own and isinstance(data["controller"], dict):
+    controller_keys = [key.removeprefix(start) for key in values if key.startswith(start)]
+    if controller_keys and isinstance(data["controller"], dict):
         try:
-            design.controller.renewed(data["controller"], own)
+            design.controller.renewed(data["controller"], controller_keys)
         except ValueError as error:
             raise UserError(f"{source}, changed: {start}{error}") from None
-    told: Any = list(changes)
+    recorded: Any = list(changes)
     if isinstance(changes, Mapping):  # what is no number is told of where it stands
-        told = {key: x if finite(x) else repr(x) for key, x in lists(dict(changes)).items()}
+        recorded = {key: x if finite(x) else repr(x) for key, x in lists(dict(changes)).items()}
     data["score"] = {}
     if isinstance(data["provenance"], dict):  # else it is refused
-        data["provenance"]["changes"] = told
+        data["provenance"]["changes"] = recorded
     return checked(Design, data, f"{source}, changed", Path(source).parent)
 
 
 def design_json(design: Design) -> str:
     """The design as JSON; every float reads back bit for bit, a row of a table is a line."""
     text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
-    return _ROWS.sub(lambda found: found["text"] or _flat(found[0]), text)
+    return _ROWS.sub(lambda match: match["text"] or _flat(match[0]), text)
 
 
 #: A text, which stays as it is, or a list of numbers, or in a list one of labels.
@@ -348,22 +351,22 @@ def _flat(row: str) -> str:
 ENDING, LONGEST = "-learned", 64
 
 
-def learned(design: Design, axes: Iterable[str], memory: Memory, told: Json) -> Design:
+def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -> Design:
     """The design that starts with what the ``memory`` of its controller has learnt.
 
     ``axes`` are those of the machine: where they have learnt different things, each has a
-    controller of its own. ``told`` is for the provenance.
+    controller of its own. ``origin`` is for the provenance.
 
     Raises:
         UserError: it does not adapt, or what it remembers is no number any more.
     """
     if not finite(memory):
         raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
-    found = learnt(design.controller, tuple(axes), within_rate(memory))
-    return with_learned(design, needed(found, design, "it does not adapt"), told)
+    controller = learnt(design.controller, tuple(axes), within_rate(memory))
+    return with_learned(design, needed(controller, design, "it does not adapt"), origin)
 
 
-def with_learned(design: Design, controller: ControllerRecord, told: Json) -> Design:
+def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> Design:
     """The design with a ``controller`` that has learnt; its score is gone.
 
     Raises:
@@ -372,5 +375,5 @@ def with_learned(design: Design, controller: ControllerRecord, told: Json) -> De
     name = design.name.removesuffix(ENDING)[: LONGEST - len(ENDING)] + ENDING
     data = design.model_dump(mode="json", exclude={"score", "controller"})
     data |= {"name": name, "controller": controller.model_dump(mode="json")}
-    data["provenance"] |= {"learned": {"from": design.name, **told}}
+    data["provenance"] |= {"learned": {"from": design.name, **origin}}
     return checked(Design, data, f"what {design.name} has learnt", Path())

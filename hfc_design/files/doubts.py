@@ -29,28 +29,32 @@ LONGER = 1.02
 
 def doubts(scenario: Scenario) -> list[str]:
     """A line each, with the key and its value; no line of a scenario that makes sense."""
-    found = [*_sampled(scenario), *_read(scenario)]
+    warnings = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():
         each = [*_noted(motion), *_timed(motion), *_coarse(motion)]
-        found += [f"{motion.name}: {line}" if scenario.motions else line for line in each]
-    return list(dict.fromkeys(found))
+        warnings += [f"{motion.name}: {line}" if scenario.motions else line for line in each]
+    return list(dict.fromkeys(warnings))
 
 
 def _sampled(scenario: Scenario) -> Iterator[str]:
     every = scenario.simulation.sample_time_s
     for axis, head in _axes(scenario):
-        own = scenario.sensors.of(axis)
-        if own.velocity == "observer" and own.observer_hz and 2.0 * own.observer_hz * every > 1.0:
+        sensor = scenario.sensors.of(axis)
+        if (
+            sensor.velocity == "observer"
+            and sensor.observer_hz
+            and 2.0 * sensor.observer_hz * every > 1.0
+        ):
             yield (
-                f"sensors.{head}observer_hz = {own.observer_hz:g} [Hz]: is beyond half the "
+                f"sensors.{head}observer_hz = {sensor.observer_hz:g} [Hz]: is beyond half the "
                 f"sampling rate, {0.5 / every:g} Hz; there an observer filters nothing"
             )
 
 
 def _read(scenario: Scenario) -> Iterator[str]:
     """Steps of encoders beside what the scenario tolerates of the error."""
-    own = scenario.fitness.on(scenario.units)
-    rows = tolerated(own) if isinstance(own, TolerancesSettings) else ()
+    fitness = scenario.fitness.on(scenario.units)
+    rows = tolerated(fitness) if isinstance(fitness, TolerancesSettings) else ()
     errors = [(one.name, most) for one, most, _ in rows if one.name.endswith("rms_error")]
     name, most = min(errors, key=lambda row: row[1], default=("", np.inf))
     for axis, head in _axes(scenario):
@@ -66,8 +70,8 @@ def _read(scenario: Scenario) -> Iterator[str]:
 
 def _noted(motion: Scenario) -> Iterator[str]:
     """What its program has that a machine may do otherwise."""
-    if isinstance(own := motion.reference, GCode):
-        yield from (f"{own.file.name}: {line}" for line in notes(text_of(own.file)))
+    if isinstance(reference := motion.reference, GCode):
+        yield from (f"{reference.file.name}: {line}" for line in notes(text_of(reference.file)))
 
 
 def _timed(motion: Scenario) -> Iterator[str]:
@@ -104,8 +108,8 @@ def _coarse(motion: Scenario) -> Iterator[str]:
     if not any(motion.sensors.of(axis).encoder_resolution for axis, _ in _axes(motion)):
         return
     each = zip(_axes(motion), motion.plant.each(), motion.samples().axes, strict=True)
-    for (axis, head), one, own in each:
-        step, way = motion.sensors.of(axis).encoder_resolution, float(np.ptp(own.target))
+    for (axis, head), one, axis_samples in each:
+        step, way = motion.sensors.of(axis).encoder_resolution, float(np.ptp(axis_samples.target))
         if 0.0 < way < LEAST_STEPS * step:
             unit = one.drive.units["error"]
             yield (
@@ -117,5 +121,5 @@ def _coarse(motion: Scenario) -> Iterator[str]:
 def _axes(scenario: Scenario) -> list[tuple[str, str]]:
     """Each axis, and what stands before its keys."""
     names = scenario.plant.machine.axes
-    own = scenario.sensors.axes
-    return [(name, f"axes.{name}." if name in own else "") for name in names]
+    sensor_axes = scenario.sensors.axes
+    return [(name, f"axes.{name}." if name in sensor_axes else "") for name in names]

@@ -102,10 +102,10 @@ def _check_path(reference: PathReference, axes: list[Axis], cycle: float) -> Non
 def _check_speed(axis: Axis, reference: Reference, simulation: Simulation) -> None:
     """Whether the steps of the integration are short enough for the fastest reference."""
     with np.errstate(all="ignore"):
-        told = reference.samples(simulation.time)
-    if not all(np.isfinite(x).all() for x in (told.target, told.reference_rate)):
+        samples = reference.samples(simulation.time)
+    if not all(np.isfinite(x).all() for x in (samples.target, samples.reference_rate)):
         raise ValueError(f"reference.kind = {reference.kind!r}: {TOO_FAR}")
-    speed = float(np.abs(told.reference_rate).max())
+    speed = float(np.abs(samples.reference_rate).max())
     substeps = simulation.substeps
     limit = axis.drive.fastest(axis.parameters, simulation.sample_time_s / substeps)
     if speed > limit * (1.0 + SAME):

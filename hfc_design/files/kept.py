@@ -29,7 +29,7 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
     Raises:
         UserError: the two are for different plants or sample times.
     """
-    told = {
+    descriptions = {
         "machine": _machine(design, scenario),
         "limits": _limits(design, scenario),
         "sensors": _told(design, scenario, "sensors"),
@@ -37,7 +37,7 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
     }
     imported = str(design.provenance.get("source", "")).startswith("imported from")
     head = IMPORTED if imported else HEAD
-    return [head, *(f"  {name:8} {text}" for name, text in told.items())]
+    return [head, *(f"  {name:8} {text}" for name, text in descriptions.items())]
 
 
 def _machine(design: Design, scenario: Scenario) -> str:
@@ -46,22 +46,22 @@ def _machine(design: Design, scenario: Scenario) -> str:
         return f"this scenario's: {scenario.plant.name} (made for {design.plant.name})"
     free: Json = {"parameters": {}, "axes": {axis: {} for axis in scenario.plant.axes}}
     plain = scenario.model_copy(update={"plant": scenario.plant.model_copy(update=free)})
-    own, here, alone = map(
+    design_values, here, alone = map(
         _parameters, (machine(design, plain), machine(design, scenario), scenario.plant)
     )
-    if own != here and not states_machine(design):
+    if design_values != here and not states_machine(design):
         return UNKNOWN
-    if changes := _changes(own, here):
+    if changes := _changes(design_values, here):
         return f"{KEPT}, but for {', '.join(changes)}"
     differ = (key for key, x in here.items() if x != alone[key])
-    kept = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
-    return f"{KEPT}: {', '.join(kept)}" if kept else KEPT
+    retained = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
+    return f"{KEPT}: {', '.join(retained)}" if retained else KEPT
 
 
 def states_machine(design: Design) -> bool:
     """Whether a design says for which machine it was made, and not only for which kind of it."""
-    own = design.plant
-    return bool(own.parameters or any(own.axes.values()) or design.provenance.get("scenario"))
+    plant = design.plant
+    return bool(plant.parameters or any(plant.axes.values()) or design.provenance.get("scenario"))
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:
@@ -78,19 +78,21 @@ def _limits(design: Design, scenario: Scenario) -> str:
     """The controller keeps to its own limits of the command, the drive has the scenario's."""
     here = with_converter(scenario, design).limits
     axes = scenario.plant.machine.axes
-    parts, asked = [], []
+    parts, controller_limits = [], []
     for axis in axes:
         head = f"{axis}." if len(axes) > 1 else ""
-        own = design.limits.of(axis)
-        keys = [key for key in type(own).model_fields if key != "axes"]
-        pair = ({head + key: getattr(x, key) for key in keys} for x in (own, here.of(axis)))
+        axis_limits = design.limits.of(axis)
+        keys = [key for key in type(axis_limits).model_fields if key != "axes"]
+        pair = ({head + key: getattr(x, key) for key in keys} for x in (axis_limits, here.of(axis)))
         parts += _changes(*pair)
         for key in ("command", "command_rate"):
-            if (limit := getattr(own, key)) is not None:
-                asked.append(f"{head}{key} {limit:g}")
+            if (limit := getattr(axis_limits, key)) is not None:
+                controller_limits.append(f"{head}{key} {limit:g}")
     if not parts:
         return KEPT
-    inside = f"kept by the controller ({', '.join(asked)}); " if asked else ""
+    inside = (
+        f"kept by the controller ({', '.join(controller_limits)}); " if controller_limits else ""
+    )
     return f"{inside}the drive here has {', '.join(parts)}"
 
 
@@ -108,8 +110,8 @@ def _told(design: Design, scenario: Scenario, key: str) -> str:
             loads = [_plain(type(here).model_validate(one.get(key) or {})) for one in each]
             same = loads == [_plain(one.load) for one in scenario.each_motion()]
             return KEPT if same else "this scenario's, in each motion"
-        own = type(here).model_validate(made.get(key) or {})
-        changes = _changes(_plain(own), _plain(here))
+        original = type(here).model_validate(made.get(key) or {})
+        changes = _changes(_plain(original), _plain(here))
         return f"this scenario's: {', '.join(changes)}" if changes else KEPT
     return UNKNOWN
 
@@ -142,8 +144,8 @@ def _word(value: Any) -> str:
 
 def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
     """A table of tables as one of dotted keys."""
-    found: Json = {}
+    flattened: Json = {}
     for key, value in table.items():
         inside = isinstance(value, Mapping)
-        found |= dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
-    return found
+        flattened |= dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
+    return flattened

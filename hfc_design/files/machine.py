@@ -52,10 +52,13 @@ class Axis(NamedTuple):
     @property
     def moved(self) -> MovedAxis:
         """What a program has to know of it."""
-        own, rotary = self.length, self.drive.millimetres is None and self.drive.degrees is not None
+        unit_size, rotary = (
+            self.length,
+            self.drive.millimetres is None and self.drive.degrees is not None,
+        )
         if self.drive.degrees is not None and rotary:
-            own = self.drive.degrees(self.parameters)
-        unit = own or 0.0
+            unit_size = self.drive.degrees(self.parameters)
+        unit = unit_size or 0.0
         return MovedAxis(self.name, unit, rotary, self.drive.top_speed(self.parameters) * unit)
 
 
@@ -86,17 +89,17 @@ class PlantSettings(Record):
         """Names that there are not, beside values that are no numbers."""
         plant = info.data.get("name")
         drives = machine_of(ALL_PLANTS.get(plant)).drives if plant else ()
-        told = _unknown(drives, given) if isinstance(given, dict) else {}
+        unknown = _unknown(drives, given) if isinstance(given, dict) else {}
         try:
-            found: dict[str, float] = handler(given)
+            parameters: dict[str, float] = handler(given)
         except ValidationError as error:
-            raise beside(error, told.values()) from None
-        if told:
-            rest = {name: x for name, x in found.items() if name not in told}
+            raise beside(error, unknown.values()) from None
+        if unknown:
+            rest = {name: x for name, x in parameters.items() if name not in unknown}
             wrong = filter(None, (drive.fault(rest) for drive in drives))
             values = dict.fromkeys(one.removeprefix("parameters.") for one in wrong)
-            raise beside(None, [*told.values(), *values])
-        return found
+            raise beside(None, [*unknown.values(), *values])
+        return parameters
 
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
@@ -130,21 +133,21 @@ class PlantSettings(Record):
 
     def in_full(self) -> Json:
         """With every parameter, so that a file does not depend on a program's defaults."""
-        found = {axis.name: axis.parameters._asdict() for axis in self.each()}
-        if len(found) == 1 and not self.axes:
-            return {"name": self.name, "parameters": next(iter(found.values()))}
-        return {"name": self.name, "parameters": {}, "axes": found}
+        axes = {axis.name: axis.parameters._asdict() for axis in self.each()}
+        if len(axes) == 1 and not self.axes:
+            return {"name": self.name, "parameters": next(iter(axes.values()))}
+        return {"name": self.name, "parameters": {}, "axes": axes}
 
 
 def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:
     """A line on each of the names that is no parameter of one of the drives."""
-    found = dict[str, str]()
+    unknown = dict[str, str]()
     for known in {drive.parameters._fields for drive in drives}:
         for name in names:
-            if name not in known and name not in found:  # of many, what is meant takes minutes
-                told = f"; {one_of(name, known)}" if len(found) < MOST else ""
-                found[name] = f"{name}: unknown{told}"
-    return found
+            if name not in known and name not in unknown:  # of many, what is meant takes minutes
+                suggestion = f"; {one_of(name, known)}" if len(unknown) < MOST else ""
+                unknown[name] = f"{name}: unknown{suggestion}"
+    return unknown
 
 
 def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
@@ -191,8 +194,8 @@ class SensorSettings(PerAxisRecord):
         if self.velocity == "observer" and self.observer_hz is None:
             raise ValueError("observer_hz: is missing; velocity = 'observer' needs its bandwidth")
         if self.difference_samples > 1 and self.velocity != "encoder":
-            told = f"difference_samples = {self.difference_samples}"
-            raise ValueError(f"{told}: needs velocity = 'encoder', not {self.velocity!r}")
+            setting = f"difference_samples = {self.difference_samples}"
+            raise ValueError(f"{setting}: needs velocity = 'encoder', not {self.velocity!r}")
         return self
 
 
@@ -222,11 +225,11 @@ def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
 
 def reading_fault(drive: Drive, names: Iterable[str]) -> str | None:
     """Why a sensor of one of these signals makes no sense, in a line."""
-    own = measured_apart(drive)
+    signals = measured_apart(drive)
     for name in names:
-        if name in own:
+        if name in signals:
             continue
-        has = f"; the {drive.name} has {', '.join(own)}" if own else ""
+        has = f"; the {drive.name} has {', '.join(signals)}" if signals else ""
         if name in drive.inputs:
             return f"{name}: comes from encoders, of which encoder_resolution and noise speak{has}"
         return f"{name}: is no measured signal{has}"

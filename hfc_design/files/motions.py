@@ -64,27 +64,27 @@ def started(
     Raises:
         ValueError: the machine has no such axis or state.
     """
-    own = dict(start) if len(machine.axes) > 1 else {machine.axes[0]: start}
-    for axis in own:
+    axis_starts = dict(start) if len(machine.axes) > 1 else {machine.axes[0]: start}
+    for axis in axis_starts:
         if axis not in machine.axes:
             raise ValueError(f"start.{axis}: no axis; {one_of(axis, machine.axes)}")
     states = []
     each = zip(machine.axes, machine.drives, machine.initial_state(0.0), strict=True)
     for axis, drive, zero in each:
         state = put(drive, zero, (places or {}).get(axis, 0.0))
-        for name, value in own.get(axis, {}).items():
+        for name, value in axis_starts.get(axis, {}).items():
             if name not in state._fields or isinstance(value, dict):
                 known = one_of(name, state._fields)
                 raise ValueError(f"start.{name}: no state of the machine; {known}")
-        states.append(state._replace(**own.get(axis, {})))
+        states.append(state._replace(**axis_starts.get(axis, {})))
     return tuple(states)
 
 
 def put(drive: Drive, state: State, off: float) -> State:
     """The state with the whole of an axis moved by so much."""
     places = {drive.position, drive.seen[0], *drive.encoders}
-    own = {name: getattr(state, name) + off for name in places if name in state._fields}
-    return state._replace(**own)
+    shifted = {name: getattr(state, name) + off for name in places if name in state._fields}
+    return state._replace(**shifted)
 
 
 def way(target: Floats, rate: Floats) -> float:
@@ -101,11 +101,11 @@ def beside(
     ``ways`` are how far each axis goes, ``finest`` the steps that its sensors
     make beside those of its own encoder, in its units.
     """
-    found = []
+    perturbed = []
     for axis, state, way, step in zip(axes, start, ways, finest, strict=True):
         still = STILL_MM / axis.length if axis.length else STILL_RAD
         whole = float(axis.drive.commanded(np.array(0.25))) != 0.25
         coarsest = max(step, axis.resolution, float(whole))
         off = max(DISTURBANCE * way, LEAST_STEPS * coarsest) or still
-        found.append(put(axis.drive, state, off))
-    return tuple(found)
+        perturbed.append(put(axis.drive, state, off))
+    return tuple(perturbed)

@@ -63,9 +63,9 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     if not exists(path):  # it may be the end of a pipe
         raise no_such("scenario", name, builtin_names())
     data = read_toml(path)
-    own = data.get("reference", {})
-    if built_in and "file" in own:  # a file in a change lies where the user is
-        own["file"] = str(BUILTIN / own["file"])
+    reference = data.get("reference", {})
+    if built_in and "file" in reference:  # a file in a change lies where the user is
+        reference["file"] = str(BUILTIN / reference["file"])
     data = changed({"name": Path(name).stem} | data, changes)
     if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
         raise UserError(
@@ -100,13 +100,17 @@ def own_plant(name: str) -> list[Entry]:
     """Signals and parameters of a plant that a user has made known, with their units."""
     if name not in ALL_PLANTS.known or name in ALL_PLANTS.built_in:
         return []
-    found, machine = [], machine_of(ALL_PLANTS.get(name))
+    entries, machine = [], machine_of(ALL_PLANTS.get(name))
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
         table = "parameters" if len(machine.axes) == 1 else f"axes.{axis}"
-        own = {f"plant.{table}.{key}": unit for key, unit in drive.parameter_units.items()}
-        found += [Entry(PLANT, name, "signal", key, unit=x) for key, x in drive.units.items()]
-        found += [Entry(PLANT, name, "parameter", key, unit=x) for key, x in own.items()]
-    return found
+        parameter_units = {
+            f"plant.{table}.{key}": unit for key, unit in drive.parameter_units.items()
+        }
+        entries += [Entry(PLANT, name, "signal", key, unit=x) for key, x in drive.units.items()]
+        entries += [
+            Entry(PLANT, name, "parameter", key, unit=x) for key, x in parameter_units.items()
+        ]
+    return entries
 
 
 def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:

@@ -48,8 +48,8 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
         design = changed_design(design, changes, source)
     if design is not name:
         with naming(design.provenance):
-            own = design.plant.model_dump()
-            plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
+            settings = design.plant.model_dump()
+            plant = checked(PlantSettings, settings, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
         design = _with_axes(_gathered(design, Path(source)), source)
     return design
@@ -66,8 +66,8 @@ def _with_axes(design: Design, source: str) -> Design:
     known = axes_of(design)
     for axis in design.limits.axes:
         if axis not in known:
-            told = f"the machine has {', '.join(known)}; plant.axes names others"
-            raise UserError(f"{source}: limits.axes.{axis}: there is no such axis, {told}")
+            hint = f"the machine has {', '.join(known)}; plant.axes names others"
+            raise UserError(f"{source}: limits.axes.{axis}: there is no such axis, {hint}")
     axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
     return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
 
@@ -75,10 +75,10 @@ def _with_axes(design: Design, source: str) -> Design:
 def _gathered(design: Design, source: Path) -> Design:
     """The design with the files of its scenario that lie beside it or in its run folder."""
     folder = source if source.is_dir() else source.parent
-    told = gathered(design.provenance.get("scenario"), folder, carrier())
-    if told == design.provenance.get("scenario"):
+    scenario_data = gathered(design.provenance.get("scenario"), folder, carrier())
+    if scenario_data == design.provenance.get("scenario"):
         return design
-    return design.model_copy(update={"provenance": design.provenance | {"scenario": told}})
+    return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario_data}})
 
 
 def check_laws(design: Design, machine: Machine) -> None:
@@ -92,19 +92,19 @@ def check_laws(design: Design, machine: Machine) -> None:
         kind, record, known = part.kind, part.controller, [*drive.inputs, *FOLLOWED]
         if kind.law is None:
             continue
-        told = f"controller {kind.name!r}: its"
+        subject = f"controller {kind.name!r}: its"
         with own_code(", a step of its law", ("controller", kind.name)):
             read = kind.reads(record) if kind.reads else known
             for name in read:
                 if name not in known:
                     why = f"no signal of the plant {drive.name!r}; there is {', '.join(known)}"
                     raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
-            law, gains = kind.law(record, part.limits.of(axis).command), kind.gains(record)
+            law, gains = kind.law(record, part.limits.of(axis).command), record.law_gains()
             try:
                 law.step(SCALARS, gains, law.begun(SCALARS, 0.0, gains), dict.fromkeys(read, SMALL))
             except KeyError as error:
                 why = "which its reads does not name" if kind.reads else "which no signal is called"
-                raise UserError(f"{told} law reads {error}, {why}") from error
+                raise UserError(f"{subject} law reads {error}, {why}") from error
 
 
 def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
@@ -139,23 +139,24 @@ def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -
     Raises:
         UserError: the plant has not the signals that the design reads, or a change is not allowed.
     """
-    own: Any = {"name": name, "axes": {axis: {} for axis in scenario.plant.axes}}
-    _check_signals(design, here := PlantSettings.model_construct(**own))
+    plant: Any = {"name": name, "axes": {axis: {} for axis in scenario.plant.axes}}
+    _check_signals(design, here := PlantSettings.model_construct(**plant))
     unsaid = {"controller"} - scenario.model_fields_set  # the default one is for another plant
-    data = scenario.model_dump(mode="json", exclude_none=True, exclude=unsaid) | {"plant": own}
+    data = scenario.model_dump(mode="json", exclude_none=True, exclude=unsaid) | {"plant": plant}
     if scenario.robust:
         old, new = (
-            {x for own in one.values() for x in own._fields} for one in (scenario.plant, here)
+            {x for parameters in one.values() for x in parameters._fields}
+            for one in (scenario.plant, here)
         )
-        told = scenario.robust.tolerances.items()
-        data["robust"]["tolerances"] = {key: x for key, x in told if key not in old - new}
+        tolerances = scenario.robust.tolerances.items()
+        data["robust"]["tolerances"] = {key: x for key, x in tolerances if key not in old - new}
     return load_scenario(data, changes)
 
 
 def made_for(design: Design, scenario: Scenario) -> Design:
     """The design as one that was made for a scenario."""
-    told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
-    return design.model_copy(update={"provenance": design.provenance | told})
+    origin = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
+    return design.model_copy(update={"provenance": design.provenance | origin})
 
 
 def axes_of(design: Design) -> tuple[str, ...]:
@@ -165,13 +166,13 @@ def axes_of(design: Design) -> tuple[str, ...]:
     """
     if design.axis:
         return (design.axis,)
-    own = PlantSettings(**design.plant.model_dump()).machine
-    if len(own.axes) > 1:
-        return own.axes
+    plant_machine = PlantSettings(**design.plant.model_dump()).machine
+    if len(plant_machine.axes) > 1:
+        return plant_machine.axes
     try:
         return machine(design, own_scenario(design, design.name)).machine.axes
     except UserError:
-        return own.axes
+        return plant_machine.axes
 
 
 def machine(design: Design, scenario: Scenario) -> PlantSettings:
@@ -182,8 +183,8 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
     Raises:
         UserError: it has not, or the two are made for different sample times.
     """
-    own, wanted = design.plant, scenario.plant
-    if own.name != wanted.name:
+    design_plant, wanted = design.plant, scenario.plant
+    if design_plant.name != wanted.name:
         _check_signals(design, wanted)
     sample_time = scenario.simulation.sample_time_s
     if design.controller.sample_time_s != sample_time:
@@ -191,14 +192,18 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
             f"design {design.name} runs every {design.controller.sample_time_s} s, "
             f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
         )
-    if own.name != wanted.name:
+    if design_plant.name != wanted.name:
         return wanted
     axes = {
-        axis: own.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
+        axis: design_plant.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
         for axis in wanted.machine.axes
-        if axis in own.axes or axis in wanted.axes
+        if axis in design_plant.axes or axis in wanted.axes
     }
-    both = {"name": own.name, "parameters": own.parameters | wanted.parameters, "axes": axes}
+    both = {
+        "name": design_plant.name,
+        "parameters": design_plant.parameters | wanted.parameters,
+        "axes": axes,
+    }
     return checked(PlantSettings, both, f"design {design.name}: plant", Path())
 
 
@@ -208,16 +213,16 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
     Raises:
         UserError: a signal is missing or counts in another unit, or the axes are others.
     """
-    own = design.plant.name
-    head = f"design {design.name} is for the plant {own} and cannot run on {here.name}"
+    plant_name = design.plant.name
+    head = f"design {design.name} is for the plant {plant_name} and cannot run on {here.name}"
     try:
         made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
     except ValueError:  # of a plug-in that is not here
-        raise UserError(f"{head}: no plant {own} is known here") from None
+        raise UserError(f"{head}: no plant {plant_name} is known here") from None
     parts, drives = design.by_axis(), dict(zip(made.axes, made.drives, strict=True))
     if "" not in parts and {*parts} != {*machine.axes}:
-        told = f"axes must be {', '.join(parts)} (got {', '.join(machine.axes)})"
-        raise UserError(f"{head}: {told}")
+        mismatch = f"axes must be {', '.join(parts)} (got {', '.join(machine.axes)})"
+        raise UserError(f"{head}: {mismatch}")
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
         part = parts.get(axis, design)
         read = part.kind.reads(part.controller) if part.kind.reads else drive.inputs
@@ -243,15 +248,20 @@ def with_converter(scenario: Scenario, design: Design) -> Scenario:
         UserError: what comes out contradicts itself.
     """
     made_for = {axis: design.limits.of(axis) for axis in scenario.plant.machine.axes}
-    kept = {}
-    for axis, own in made_for.items():
-        told = scenario.limits.of(axis)
-        kept[axis] = {
-            key: getattr(own, key) for key in CONVERTER if key not in told.model_fields_set
+    inherited = {}
+    for axis, design_limits in made_for.items():
+        scenario_limits = scenario.limits.of(axis)
+        inherited[axis] = {
+            key: getattr(design_limits, key)
+            for key in CONVERTER
+            if key not in scenario_limits.model_fields_set
         }
-    if not any(any(own.values()) for own in kept.values()):
+    if not any(any(converter.values()) for converter in inherited.values()):
         return scenario
-    axes = {axis: own | scenario.limits.axes.get(axis, {}) for axis, own in kept.items()}
+    axes = {
+        axis: converter | scenario.limits.axes.get(axis, {})
+        for axis, converter in inherited.items()
+    }
     every = scenario.limits.model_dump(exclude={"axes"}, exclude_none=True)
     source = f"design {design.name} on scenario {scenario.name}: limits"
     limits = checked(Limits, every | {"axes": axes}, source, Path())
@@ -266,15 +276,15 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
     slower = slower_drives(design, scenario)
     controller = design.commanding(slower)
     controller = rate_limited(controller, scenario.limits.commands(slower), slower)
-    return controller, population_of_one(design.kind.gains(design.controller))
+    return controller, population_of_one(design.controller.law_gains())
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
     """Largest change of the command of each axis where the drive is slower; None: it is not."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
-    asked = design.changes(axes)
-    return {k: x if x and x < (asked[k] or inf) else None for k, x in drives.items()}
+    design_changes = design.changes(axes)
+    return {k: x if x and x < (design_changes[k] or inf) else None for k, x in drives.items()}
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:

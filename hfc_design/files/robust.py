@@ -31,17 +31,17 @@ AT_REST, MOVING = re.compile("static|stiction|break_?away"), re.compile("coulomb
 
 def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list[str]:
     """The parameters of a drive that are friction, of any plant by their names."""
-    found = []
+    names = []
     for name in drive.parameters._fields:
         sticks = AT_REST.search(name) is not None
         if (sticks and at_rest) or (not sticks and moving and MOVING.search(name)):
-            found.append(name)
-    return [name for name in found if name not in drive.exact]
+            names.append(name)
+    return [name for name in names if name not in drive.exact]
 
 
 def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | None:
     """The first of ``names`` that is no parameter of a machine, and what there is; None: none."""
-    known = dict.fromkeys(name for own in settings.values() for name in own._fields)
+    known = dict.fromkeys(name for parameters in settings.values() for name in parameters._fields)
     for name in names:
         if name not in known and name not in AROUND:
             return f"{name}: no parameter of {settings.machine.name}; {one_of(name, known)}"
@@ -80,8 +80,8 @@ class RobustSettings(Record):
         shares = {key: x for key, x in self.tolerances.items() if key not in absolute}
         for key, spread in {"spread": self.spread, **shares}.items():
             if self.margin * spread >= 1.0:
-                told = key if key == "spread" else f"tolerances.{key}"
+                name = key if key == "spread" else f"tolerances.{key}"
                 raise ValueError(
-                    f"{told} = {spread:g}: times margin = {self.margin:g} it has to stay below 1"
+                    f"{name} = {spread:g}: times margin = {self.margin:g} it has to stay below 1"
                 )
         return self

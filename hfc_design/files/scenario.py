@@ -104,15 +104,20 @@ class Scenario(Record, metaclass=Asked):
         return table("Scenario", {"description": self.description} | self._told())
 
     def _told(self) -> dict[str, object]:
-        told = {"name": self.name, "plant": self.plant.name, "controller": self.controller.kind}
-        own = self.simulation
+        fields = {"name": self.name, "plant": self.plant.name, "controller": self.controller.kind}
+        simulation = self.simulation
         more = {"motions": ", ".join(one.name for one in self.motions)} if self.motions else {}
-        return {**told, "duration_s": own.duration_s, "sample_time_s": own.sample_time_s, **more}
+        return {
+            **fields,
+            "duration_s": simulation.duration_s,
+            "sample_time_s": simulation.sample_time_s,
+            **more,
+        }
 
     @model_validator(mode="after")
     def _tolerances_of_parameters(self) -> "Scenario":
-        if told := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
-            raise ValueError(f"robust.tolerances.{told}")
+        if fault := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
+            raise ValueError(f"robust.tolerances.{fault}")
         also = self.robust.tolerances if self.robust else {}
         if self.stress.load is not None:
             in_units("stress.load", self.stress.load, "load", self.units)
@@ -158,8 +163,8 @@ class Scenario(Record, metaclass=Asked):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
         self._can_trade()
         if self.run.polish and self.traded:
-            told = f"run.polish = {self.run.polish}: polishes one design; "
-            raise ValueError(f"{told}search.preset = {preset!r} looks for a front")
+            reason = f"run.polish = {self.run.polish}: polishes one design; "
+            raise ValueError(f"{reason}search.preset = {preset!r} looks for a front")
         return self
 
     @property
@@ -172,7 +177,7 @@ class Scenario(Record, metaclass=Asked):
             names = [one.name for one in self.traded]
         except ValueError as error:
             raise ValueError(f"search.objectives: {error}") from None
-        if UNITS in names and KINDS.get(self.controller.kind).units is None:
+        if UNITS in names and KINDS.get(self.controller.kind).units_that_matter is None:
             raise ValueError(
                 f"search.objectives: {UNITS}: a controller of kind {self.controller.kind!r} has no "
                 "hierarchy whose units could be counted"
@@ -191,8 +196,8 @@ class Scenario(Record, metaclass=Asked):
         return self.each_motion()[names.index(name) if name is not None else 0]
 
     def _alone(self, motion: Motion) -> "Scenario":
-        own = {key: getattr(motion, key) for key in ("reference", "load", "start")}
-        changes: dict[str, Any] = {key: x for key, x in own.items() if x is not None}
+        overrides = {key: getattr(motion, key) for key in ("reference", "load", "start")}
+        changes: dict[str, Any] = {key: x for key, x in overrides.items() if x is not None}
         if motion.duration_s is not None:
             duration = {"duration_s": motion.duration_s}
             changes["simulation"] = self.simulation.model_copy(update=duration)
@@ -214,8 +219,8 @@ class Scenario(Record, metaclass=Asked):
         for axis in self.plant.machine.axes:
             delay = self.limits.of(axis).delay_samples
             if delay >= steps:
-                told = f"limits.delay_samples = {delay:g}: has to be shorter than the motion"
-                raise ValueError(f"{told} of {steps:.0f} samples")
+                fault = f"limits.delay_samples = {delay:g}: has to be shorter than the motion"
+                raise ValueError(f"{fault} of {steps:.0f} samples")
         self._has_windows()
         self._speaks_of_its_axes()
         check_following(self.plant, self.reference, self.simulation)
@@ -231,7 +236,7 @@ class Scenario(Record, metaclass=Asked):
     def around(self) -> tuple[Around, ...]:
         """What stands around the drive of each axis."""
         each = (self.limits.of(axis) for axis in self.plant.machine.axes)
-        return tuple(Around(own.delay_samples, own.lag_s) for own in each)
+        return tuple(Around(axis_limits.delay_samples, axis_limits.lag_s) for axis_limits in each)
 
     @property
     def longest_delay(self) -> float | None:
@@ -304,8 +309,8 @@ class Scenario(Record, metaclass=Asked):
         weights = tuple(motion.weight for motion in self.motions) or (1.0,)
         robust = self.robust or RobustSettings()  # whatever it keeps of one machine
         bounds = constraints_on(self.constraints, self.units)
-        kept = (robust.keep, robust.quantile, robust.forgiven)
-        return Ensemble(weights, bounds, *kept, self.nominal_only)
+        aggregation = (robust.keep, robust.quantile, robust.forgiven)
+        return Ensemble(weights, bounds, *aggregation, self.nominal_only)
 
     @property
     def margins(self) -> dict[str, float]:
@@ -330,10 +335,10 @@ class Scenario(Record, metaclass=Asked):
     def judge(self) -> Judge:
         """How its closed loops are judged, by a search and by everybody else."""
         fitness = objective_of(self.fitness.on(self.units))
-        found = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
+        evaluator = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
         weighed = [one.measure for one in self.traded if one.measure is not None]
-        return found._replace(measured=(*weighed, *(bound.measure for bound in bounds)))
+        return evaluator._replace(measured=(*weighed, *(bound.measure for bound in bounds)))
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""
@@ -342,35 +347,40 @@ class Scenario(Record, metaclass=Asked):
         generator = np.random.default_rng(self.sensors.seed)
         each, frame = self.plant.each(), None
         if path is None:
-            told = [reference_of(self.reference, axis.name).samples(time) for axis in each]
+            references = [reference_of(self.reference, axis.name).samples(time) for axis in each]
         elif isinstance(path, Program):
-            told, frame = path.axis_samples(time)
+            references, frame = path.axis_samples(time)
         else:
-            told, frame = path.axis_samples(time, each[0].length)
+            references, frame = path.axis_samples(time, each[0].length)
         noises = [
             self.sensors.of(axis.name).noise
             * generator.standard_normal((len(axis.drive.encoders), len(time)))
             for axis in each
         ]
         axes, places = [], self.places
-        for motion, axis, noise in zip(told, each, noises, strict=True):
+        for motion, axis, noise in zip(references, each, noises, strict=True):
             read = self.sensors.of(axis.name).readings.values()
             others = [one.noise * generator.standard_normal(len(time)) for one in read]
             load = self.load.of(axis.name)
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
-            own = {"loads": loads, "noise": np.vstack([noise, *others])}
-            own |= {"sliding": settled * slides(motion.reference_rate)}
+            axis_signals = {"loads": loads, "noise": np.vstack([noise, *others])}
+            axis_signals |= {"sliding": settled * slides(motion.reference_rate)}
             end = motion.target[-1]
             gone = end - places[axis.name]  # but for rounding nothing, where it has come back
             heading = np.sign(gone) if abs(gone) > SAME * np.ptp(motion.target) else 0.0
             ends = np.full_like(time, end), np.full_like(time, heading)
             if isinstance(path, Program):
                 ends = turned_back(motion.target)
-            own |= dict(zip(("end", "heading"), ends, strict=True))
-            axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
+            axis_signals |= dict(zip(("end", "heading"), ends, strict=True))
+            axes.append(
+                motion._replace(reference=axis.drive.commanded(motion.target), **axis_signals)
+            )
         start = started(self.plant.machine, self.start, places)
         rest = (settled, self.simulation.sample_time_s, time, late_samples(time), start)
         begun = zip(axes, places.values(), strict=True)
-        ways = [way(own.target - place, own.reference_rate) for own, place in begun]
+        ways = [
+            way(axis_samples.target - place, axis_samples.reference_rate)
+            for axis_samples, place in begun
+        ]
         finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
         return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))

@@ -11,9 +11,9 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
-from hfc_design.files.cells import called
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.kept import dotted, states_machine
+from hfc_design.files.labels import run_label
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, machine
@@ -42,27 +42,27 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
         if any(_same(one, other) for other in given[:k]):
             name = one.name if isinstance(one, Design) else one
             raise UserError(f"{name}: stands there twice; it does what it does")
-    found = [load_design(_no_kind(one)) for one in given]
+    loaded = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
-    own = ["" if isinstance(one, Design) else called(one) for one in given]
-    pairs = zip(own, found, strict=True)
+    labels = ["" if isinstance(one, Design) else run_label(one) for one in given]
+    pairs = zip(labels, loaded, strict=True)
     names = apart([name or design.name for name, design in pairs], paths)
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
         names[k] = next(label for label in free if label not in names[:k])
-    return dict(zip(names, found, strict=True))
+    return dict(zip(names, loaded, strict=True))
 
 
 def apart(names: Sequence[str], paths: Sequence[tuple[str, ...]]) -> list[str]:
     """The names; where several are alike the end of each one's path, as long as it takes."""
-    found = [*names]
+    labels = [*names]
     for deep in range(1, max(map(len, paths), default=0) + 1):
-        same = Counter(found)
-        found = [
+        same = Counter(labels)
+        labels = [
             harmless("/".join(parts[-deep:])) if parts and same[name] > 1 else name
-            for parts, name in zip(paths, found, strict=True)
+            for parts, name in zip(paths, labels, strict=True)
         ]
-    return found
+    return labels
 
 
 def _parts(name: str | Path) -> tuple[str, ...]:
@@ -103,30 +103,30 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
     """In what the machine of the design ``name``, which is ``shared``, is not the scenario's."""
-    told = "; ".join(_machines(shared.plant, scenario.plant, "in the scenario"))
-    return f"all on the machine of {name}: {told}" if told else None
+    changes = "; ".join(_machines(shared.plant, scenario.plant, "in the scenario"))
+    return f"all on the machine of {name}: {changes}" if changes else None
 
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
     limits = {"command": shared.units.signals["command"]}
     here = dotted(shared.limits.model_dump())
-    own = dotted(design.limits.model_dump(exclude_none=True))
-    if changed := _changed(own, {key: here.get(key) for key in own}, limits):
+    design_limits = dotted(design.limits.model_dump(exclude_none=True))
+    if changed := _changed(design_limits, {key: here.get(key) for key in design_limits}, limits):
         yield f"the controller keeps to its own limits: {changed}"
     if design.plant.name != shared.plant.name:
         yield f"made for the plant {design.plant.name}, here {shared.plant.name}"
     other = _machines(machine(design, scenario), shared.plant, "here")
     for changed in other if states_machine(design) else ():
         yield f"made for another machine: {changed}"
-    told: Any = design.provenance.get("scenario")
+    original: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited
-        if isinstance(told, str):
-            told = load_scenario(told).model_dump(mode="json")
+        if isinstance(original, str):
+            original = load_scenario(original).model_dump(mode="json")
         whose = {"limits": "a drive of other limits", "sensors": "other sensors"}
-        for key, named in whose.items() if isinstance(told, dict) else ():
+        for key, named in whose.items() if isinstance(original, dict) else ():
             part = getattr(shared, key)
-            was = type(part).model_validate(told.get(key) or {})
+            was = type(part).model_validate(original.get(key) or {})
             made, here = (dotted(x.model_dump(mode="json")) for x in (was, part))
             if changed := _changed(made, here, limits):
                 yield f"made with {named}: {changed}"
@@ -146,10 +146,10 @@ def _changed(
     made: Json, here: Json, units: Mapping[str, str], head: str = "", where: str = "here"
 ) -> str:
     """What is not alike in two tables; ``head`` stands before the names of both."""
-    found = []
+    changes = []
     for key in {**made, **here}:
         if made.get(key) != here.get(key):
             then, now = ("none" if x.get(key) is None else x[key] for x in (made, here))
             unit = units.get(key, "")
-            found.append(f"{head}{key} {then}, {where} {now}{unit and f' {unit}'}")
-    return "; ".join(found)
+            changes.append(f"{head}{key} {then}, {where} {now}{unit and f' {unit}'}")
+    return "; ".join(changes)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from hfc_design.codegen.c import program
 from hfc_design.codegen.recorded import PATH
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import kinds, needed
+from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
@@ -54,7 +54,7 @@ def sources(
     for k, axis in enumerate(axes):
         places |= {f"{axis}_{signal}": f"axes[{k}].{signal}" for signal in names}
     parts = inside(design.controller, whole)
-    widths = [width for part in parts for width in kinds().get(part.kind).widths(part)]
+    widths = [width for part in parts for width in part.widths()]
     reserved = [*writing.RESERVED["c"], *writing.RESERVED["c-library"]]
     reserved += [f"{name}_{public}" for public in PUBLIC]
     reserved += OF_MACHINES if axes else ()

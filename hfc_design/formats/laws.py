@@ -6,7 +6,7 @@ from typing import Any
 from hfc_design.codegen.memory import by_axis, filled, in_order, numbers_of
 from hfc_design.codegen.recorded import PATH, Recorded, Source, of_axis, of_machine, recorded
 from hfc_design.controllers.controller import AxisLaw, begun, within_rate
-from hfc_design.controllers.kind import ControllerRecord, kinds, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.numbers import SCALARS, Floats, Memory
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
@@ -51,7 +51,7 @@ def _asked(design: Design) -> tuple[Any, ...]:
 
 def machine_axes(design: Design) -> tuple[str, ...]:
     """The axes that one controller commands; () of the controller of an axis."""
-    return () if design.kind.law or design.kind.axes else axes_of(design)
+    return () if design.kind.law or design.kind.axis_records else axes_of(design)
 
 
 def of_path(design: Design) -> tuple[str, ...]:
@@ -60,21 +60,20 @@ def of_path(design: Design) -> tuple[str, ...]:
     A connected one forms the contour error itself.
     """
     axes = machine_axes(design)
-    seen = bool(axes) and any(kinds().get(x.kind).path for x in inside(design.controller, axes))
+    seen = bool(axes) and any(x.path for x in inside(design.controller, axes))
     return PATH[: 3 if design.connected else 4] if seen else ()
 
 
 def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[ControllerRecord]:
     """A controller, and all that are inside of it."""
     yield record
-    if within := kinds().get(record.kind).inside:
-        for own in within.records(record, axes).values():
-            yield from inside(own, axes)
+    for own in record.inside(axes).values():
+        yield from inside(own, axes)
 
 
 def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
     kind, record = design.kind, design.controller
-    gains, reads = kind.gains(record), needed(kind.reads, design, NO_CODE)(record)
+    gains, reads = record.law_gains(), needed(kind.reads, design, NO_CODE)(record)
     own = design.connected
     reads = list(own.units) if own else reads
     truths = own.truths if own and flat else ()
@@ -121,8 +120,8 @@ def begun_law(design: Design) -> Memory:
     """What the controller of a design remembers before its first sample."""
     kind, record = design.kind, design.controller
     if axes := machine_axes(design):
-        memory = begun(design.commanding(axes), SCALARS, 0.0, kind.gains(record))
+        memory = begun(design.commanding(axes), SCALARS, 0.0, record.law_gains())
         return by_axis(memory, axes)
     law = needed(kind.law, design, NO_CODE)(record, None)
     law = design.connected.around(law) if design.connected else law
-    return law.begun(SCALARS, 0.0, kind.gains(record))
+    return law.begun(SCALARS, 0.0, record.law_gains())

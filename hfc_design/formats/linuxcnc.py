@@ -39,7 +39,7 @@ def components(design: Design) -> dict[str, Content]:
         UserError: the design cannot run on HAL, or the scenario that it names not from here: it
             may name a file that is not here.
     """
-    if design.kind.controller and not design.kind.axes:
+    if design.kind.controller and not design.kind.axis_records:
         told = "commands a whole machine, a component is of one axis; --to c has its code"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
     values, sources = _values(design), code.sources(design)

@@ -77,7 +77,7 @@ def variables(design: Design) -> bytes:
     limits = {key: getattr(design.limits, key) for key in ("command", "command_rate")}
     if any(limits.values()):
         data["limits"] = {key: x for key, x in limits.items() if x is not None}
-    if rules := design.kind.rules:
+    if rules := design.kind.rule_base:
         units = rules.units(design.controller)
         data["units"] = [
             {

@@ -64,7 +64,7 @@ def saved(design: Design) -> Saved:
 
 def learns(design: Design) -> bool:
     """Whether the code of a design learns."""
-    if design.kind.axes:
+    if design.kind.axis_records:
         return any(map(learns, design.by_axis().values()))
     return design.kind.reads is not None and bool(laws.learnt(design))
 

@@ -146,7 +146,7 @@ def rule_base(design: Design) -> RuleBase:
     Raises:
         UserError: the design is of a kind without rule tables.
     """
-    rules: RuleBase = needed(design.kind.rules, design, design.kind.no_rules)
+    rules: RuleBase = needed(design.kind.rule_base, design, design.kind.no_rules)
     return rules
 
 

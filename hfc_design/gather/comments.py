@@ -40,18 +40,18 @@ def said(text: str) -> Comment:
 def comments_of(record: type[Any]) -> dict[str, Comment]:
     """Field -> comment of a record or a NamedTuple, those of its bases where it has none itself."""
     found: dict[str, Comment] = {}
-    for one in reversed(record.__mro__):
-        if one.__module__.partition(".")[0] not in ("builtins", "pydantic"):
-            found |= _own(one)
+    for base in reversed(record.__mro__):
+        if base.__module__.partition(".")[0] not in ("builtins", "pydantic"):
+            found |= _in_source(base)
     for name in getattr(record, "_fields", ()):  # of one that was made by a function
-        told = getattr(record, name).__doc__ or ""
-        if name not in found and not told.startswith(SAYS_NOTHING):
-            found[name] = said(told)
+        text = getattr(record, name).__doc__ or ""
+        if not text.startswith(SAYS_NOTHING):
+            found.setdefault(name, said(text))
     return found
 
 
 @cache
-def _own(record: type[Any]) -> dict[str, Comment]:
+def _in_source(record: type[Any]) -> dict[str, Comment]:
     """Those that stand in the text of a class itself."""
     try:
         text = dedent(inspect.getsource(record))
@@ -69,9 +69,8 @@ def _own(record: type[Any]) -> dict[str, Comment]:
         while k in comments and lines[k - 1].lstrip().startswith("#"):
             above.insert(0, comments[k].lstrip("#: "))
             k -= 1
-        told = comments.get(field.end_lineno or 0, "").lstrip("# ") or " ".join(above)
-        if told:
-            found[field.target.id] = said(told)
+        if comment := comments.get(field.end_lineno or 0, "").lstrip("# ") or " ".join(above):
+            found[field.target.id] = said(comment)
     return found
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hfc_design.controllers.kind import ControllerRecord, Kind
+from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import Group
 from hfc_design.core.texts import read_toml
@@ -26,7 +26,7 @@ from hfc_design.files.scenario import DEFAULT_KIND, Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.formats.writing import MEANINGS, meanings_of
 from hfc_design.gather.comments import Comment, comments_of, described, first_line, said, source_in
-from hfc_design.gather.fields import fields_of, plain, records_in
+from hfc_design.gather.fields import fields_of, records_in
 from hfc_design.motion.contour import contour_meanings
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
@@ -50,127 +50,103 @@ COMMON = {
 def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
     """The entries of a plant."""
     machine = machine_of(plant)
-    module = sys.modules.get(getattr(machine.drives[0].step, "__module__", ""))
-    text = inspect.getdoc(module) or "" if module else ""
+    drives = dict.fromkeys(drive.name for drive in machine.drives)
+    text = _docstring(getattr(machine.drives[0].step, "__module__", ""))
     head = Entry(reference.PLANT, plant.name)
     several = len(machine.axes) > 1
+    meaning = described(text) or "a drive of one axis"
+    if isinstance(plant, Machine):
+        coupled = "; they push one another" if machine.forces else ""
+        meaning = f"axes {', '.join(machine.axes)} with the drives {', '.join(drives)}{coupled}"
+    yield head._replace(meaning=meaning, source=source_in(text))
     axes = ", ".join(machine.axes) if several else "one"
-    own = _beside(machine) if isinstance(plant, Machine) else described(text)
-    yield head._replace(meaning=own or "a drive of one axis", source=source_in(text))
     yield head._replace(part="fact", key="axes", meaning=axes)
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
         yield from _parameters(head, f"axes.{axis}" if several else "parameters", drive)
-        yield from _signals(head, f"{axis}." if several else "", drive)
-    yield from _metrics(head, machine)
+        known = MEANINGS | COMMON | meanings_of(drive)
+        for name, unit in drive.units.items():
+            key = f"{axis}.{name}" if several else name
+            one = head._replace(part="signal", key=key, type="number", unit=unit)
+            yield one._replace(meaning=known.get(name, ""))
+    for name, text in _metrics(machine).items():
+        comment = said(text)
+        one = head._replace(part="metric", key=name, type="number", unit=comment.unit)
+        yield one._replace(meaning=comment.meaning)
 
 
-def _beside(machine: Machine) -> str:
-    """What a machine is made of."""
-    drives = ", ".join(dict.fromkeys(drive.name for drive in machine.drives))
-    coupled = "; they push one another" if machine.forces else ""
-    return f"axes {', '.join(machine.axes)} with the drives {drives}{coupled}"
+def _docstring(module: str) -> str:
+    """That of a module; "" where it is not known."""
+    return inspect.getdoc(sys.modules[module]) or "" if module in sys.modules else ""
 
 
 def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
     comments = comments_of(drive.parameters)
     for name, value in drive.parameters()._asdict().items():
-        told = comments.get(name, Comment())
+        comment, allowed = comments.get(name, Comment()), ""
+        with suppress(Exception):  # a user's own code says what is wrong with a value that none has
+            allowed = (drive.fault({name: nan}) or "").partition("has to be ")[2]
         yield head._replace(
             part="parameter",
             key=f"plant.{table}.{name}",
             type="number",
-            unit=drive.parameter_units.get(name) or told.unit,
+            unit=drive.parameter_units.get(name) or comment.unit,
             default=value,
-            allowed=_allowed(drive, name),
-            meaning=told.meaning,
-            source=source_in(told.meaning),
+            allowed=allowed,
+            meaning=comment.meaning,
+            source=source_in(comment.meaning),
         )
 
 
-def _allowed(drive: Drive, name: str) -> str:
-    """What a parameter may be, as the drive says of a value that nothing may be."""
-    with suppress(Exception):  # a user's own code
-        return (drive.fault({name: nan}) or "").partition("has to be ")[2]
-    return ""
-
-
-def _signals(head: Entry, axis: str, drive: Drive) -> Iterator[Entry]:
-    told = MEANINGS | COMMON | meanings_of(drive)
-    for name, unit in drive.units.items():
-        one = head._replace(part="signal", key=axis + name, type="number", unit=unit)
-        yield one._replace(meaning=told.get(name, ""))
-
-
-def _metrics(head: Entry, machine: Machine) -> Iterator[Entry]:
+def _metrics(machine: Machine) -> dict[str, str]:
     """What is read off a motion: of one axis; of two on a path in X-Y; of a program."""
     drive = machine.drives[0]
     if len(machine.axes) > 1:
-        found = program_meanings(machine)
-    else:
-        found = meanings(drive)
-        if drive.millimetres is not None:
-            path = contour_meanings([drive, drive])
-            found |= {name: f"in X-Y: {told}" for name, told in path.items() if name not in found}
-    for name, told in found.items():
-        meaning, unit = said(told)
-        yield head._replace(part="metric", key=name, type="number", unit=unit, meaning=meaning)
+        return program_meanings(machine)
+    found = dict(meanings(drive))
+    if drive.millimetres is not None:
+        path = contour_meanings([drive, drive])
+        found |= {name: f"in X-Y: {text}" for name, text in path.items() if name not in found}
+    return found
 
 
-def kind_entries(kind: Kind) -> Iterator[Entry]:
+def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
     """The entries of a kind of controller: what is searched, what stands in a design file."""
-    texts = [_law_text(kind), kind.summary]
-    found = [*filter(None, map(source_in, texts))]
-    source = max(found, key=len, default="")  # the one that has an equation too
+    sources = [source_in(text) for text in (_law_text(kind), kind.summary)]
+    source = max(sources, key=len)  # the one that has an equation too
     head = Entry(reference.CONTROLLER, kind.name)
     yield head._replace(meaning=kind.summary, source=source)
+    setting = head._replace(part="setting")
+    ranges = getattr(kind.settings, "own_ranges", None)  # where a search of a few gains looks
+    gains = {} if ranges is None else comments_of(type(ranges))
     if kind.settings is not None:
-        own = head._replace(part="setting")
-        yield from fields_of(kind.settings, "controller.", own, (ControllerRecord,))
-        yield from _ranges(kind.settings, own)
-    named = _told_elsewhere(kind)
-    for entry in fields_of(kind.record, "controller.", head._replace(part="design"), ()):
-        told = named.get(entry.key.rpartition(".")[2]) if not entry.meaning else None
-        yield entry if told is None else entry._replace(meaning=told.meaning, unit=told.unit)
-
-
-def _law_text(kind: Kind) -> str:
-    """What the module of a kind's law says of it."""
-    package = kind.record.__module__.removesuffix(".record")
-    if find_spec(package) is None or not hasattr(sys.modules[package], "__path__"):
-        return ""  # a user's own
-    if find_spec(f"{package}.law") is None:
-        return ""
-    return inspect.getdoc(importlib.import_module(f"{package}.law")) or ""
-
-
-def _ranges(settings: type[Any], head: Entry) -> Iterator[Entry]:
-    """Where a search of a few gains looks, if nothing else is told."""
-    own = getattr(settings, "own_ranges", None)
-    if own is None:
-        return
-    said = comments_of(type(own))
-    for name, pair in own._asdict().items():
-        told = said.get(name, Comment())
-        yield head._replace(
+        yield from fields_of(kind.settings, "controller.", setting, (ControllerRecord,))
+    for name, pair in ranges._asdict().items() if ranges is not None else ():
+        comment = gains.get(name, Comment())
+        yield setting._replace(
             key=f"controller.ranges.{name}",
             type="list of numbers",
-            unit=told.unit,
+            unit=comment.unit,
             default=list(pair),
             allowed="[low, high]",
-            meaning=told.meaning,
+            meaning=comment.meaning,
         )
+    for entry in fields_of(kind.record, "controller.", head._replace(part="design")):
+        # The record of such a kind was made of its gains.
+        gain = None if entry.meaning else gains.get(entry.key.rpartition(".")[2])
+        yield entry if gain is None else entry._replace(meaning=gain.meaning, unit=gain.unit)
 
 
-def _told_elsewhere(kind: Kind) -> dict[str, Comment]:
-    """Comments on the gains of a kind whose record was made of them."""
-    own = getattr(kind.settings, "own_ranges", None)
-    return {} if own is None else comments_of(type(own))
+def _law_text(kind: type[ControllerRecord]) -> str:
+    """What the module of a kind's law says of it."""
+    package = kind.record.__module__.removesuffix(".record")
+    if not hasattr(sys.modules.get(package), "__path__") or find_spec(f"{package}.law") is None:
+        return ""  # a user's own
+    return inspect.getdoc(importlib.import_module(f"{package}.law")) or ""
 
 
 def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
     """The entries of a search strategy."""
-    module = sys.modules.get(strategy.settings.__module__)
-    text = first_line(inspect.getdoc(module) or "" if module else "")
+    text = first_line(_docstring(strategy.settings.__module__))
     head = Entry(reference.STRATEGY, strategy.name)
     yield head._replace(meaning=strategy.summary, source=source_in(text))
     yield from fields_of(strategy.settings, "search.", head._replace(part="setting"))
@@ -178,12 +154,11 @@ def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
 
 def objective_entries(objective: Objective) -> Iterator[Entry]:
     """The entries of an objective."""
-    module = sys.modules.get(objective.settings.__module__)
-    own = objective.settings is not ObjectiveSettings
-    text = first_line(inspect.getdoc(module) or "" if module and own else "")
+    plain = objective.settings is ObjectiveSettings
+    text = "" if plain else first_line(_docstring(objective.settings.__module__))
     head = Entry(reference.OBJECTIVE, objective.name)
-    told = said(objective.meaning or objective.title).meaning
-    yield head._replace(meaning=told, unit=objective.unit, source=source_in(text))
+    meaning = said(objective.meaning or objective.title).meaning
+    yield head._replace(meaning=meaning, unit=objective.unit, source=source_in(text))
     yield from fields_of(objective.settings, "fitness.", head._replace(part="setting"))
 
 
@@ -204,12 +179,13 @@ PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
 }
 #: Tables with the keys of [load].
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
-#: Tables of a scenario whose keys are those of what they name: the key that names it, its default.
-CHOSEN = {
-    "reference": ("kind", "ramp"),
-    "fitness": ("kind", "lin-lee"),
-    "controller": ("kind", DEFAULT_KIND),
-    "search": ("preset", "race"),
+#: Tables of a scenario whose keys are those of what they name: the key that names it, its default,
+#: and what there is.
+CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
+    "reference": ("kind", "ramp", None),
+    "fitness": ("kind", "lin-lee", OBJECTIVES),
+    "controller": ("kind", DEFAULT_KIND, KINDS),
+    "search": ("preset", "race", STRATEGIES),
 }
 
 
@@ -218,23 +194,21 @@ def gather() -> list[Entry]:
     references = records_in(AnyReference)
     found = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
-        for name in group.names():
-            if name in group.built_in:
-                found += entries_of(group.get(name))
+        for name in _built_in(group):
+            found += entries_of(group.get(name))
     for record in references:
         found += reference_entries(record, (*references, Load))
     for one in (*MEASURES.values(), band_time(0.0)):
         meaning = one.meaning.replace("within 0", "within the band that is told beside it")
-        found.append(
-            Entry(reference.METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
-        )
+        metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
+        found.append(metric._replace(meaning=meaning))
     found += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
-        told = read_toml(BUILTIN / f"{name}.toml").get("description", "")
-        found.append(Entry(reference.SCENARIO, name, meaning=told))
+        meaning = read_toml(BUILTIN / f"{name}.toml").get("description", "")
+        found.append(Entry(reference.SCENARIO, name, meaning=meaning))
     for name in builtin_designs():
-        told = str(named_design(name).provenance["source"])
-        found.append(Entry(reference.DESIGN, name, meaning=told))
+        meaning = str(named_design(name).provenance["source"])
+        found.append(Entry(reference.DESIGN, name, meaning=meaning))
     return [one._replace(name=one.name or one.key) for one in found]
 
 
@@ -248,6 +222,10 @@ def live(kind: str, name: str) -> list[Entry]:
     return [*entries_of(group.resolve(name))]
 
 
+def _built_in(group: Group[Any]) -> list[str]:
+    return [name for name in group.names() if name in group.built_in]
+
+
 def _keys(references: list[type[BaseModel]]) -> Iterator[Entry]:
     """The keys of every scenario."""
     for one in fields_of(Scenario, "", Entry(reference.KEY, ""), tuple(references)):
@@ -258,20 +236,8 @@ def _keys(references: list[type[BaseModel]]) -> Iterator[Entry]:
             yield one._replace(required=one.required and one.key != "name")  # a file has a name
         elif not rest:
             yield one
-            yield _choice(table, references)
-
-
-def _choice(table: str, references: list[type[BaseModel]]) -> Entry:
-    """The key of a table that names what its other keys belong to."""
-    key, default = CHOSEN[table]
-    groups: dict[str, Group[Any]] = {
-        "fitness": OBJECTIVES,
-        "controller": KINDS,
-        "search": STRATEGIES,
-    }
-    names = [plain(one.model_fields["kind"].default) for one in references]
-    if table in groups:
-        group = groups[table]
-        names = [name for name in group.names() if name in group.built_in]
-    own = Entry(reference.KEY, "", key=f"{table}.{key}", type="text", default=default)
-    return own._replace(allowed=", ".join(names), meaning="which one")
+            key, default, group = CHOSEN[table]
+            kinds = [str(record.model_fields["kind"].default) for record in references]
+            names = kinds if group is None else _built_in(group)
+            choice = Entry(reference.KEY, "", key=f"{table}.{key}", type="text", default=default)
+            yield choice._replace(allowed=", ".join(names), meaning="which one")

@@ -15,9 +15,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, digits, within
-from hfc_design.identify.certainty import CONFIDENCE, Certainty, errors_of, root_of
-from hfc_design.identify.fit import VAGUE, Fit, Found, offs, refined, side_by_side, slopes
-from hfc_design.identify.replay import Recording, replay
+from hfc_design.identify.fit import VAGUE, Fit, levenberg_marquardt, residuals, side_by_side, slopes
+from hfc_design.identify.identifiability import CONFIDENCE, Certainty, errors_of, root_of
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
 
 #: How long each is [s], in at most so many samples.
 LASTS, SAMPLES = 5.0, 10_000
@@ -54,68 +55,76 @@ class Advice(NamedTuple):
     errors: dict[str, tuple[float, float]]  # name -> relative standard error before and after
 
 
-def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Advice | None:
+def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice | None:
     """The sine that tells most of what the log does not tell; None: none tells much more."""
-    if told.command is None:
+    if log.command is None or (known.told.all() and known.error.max() < ENOUGH):
         return None
-    fit, free, every = found.fit, found.fit.free, told.sample_time
+    every, names = log.sample_time, fit.free.names
     steps = min(round(LASTS / every), SAMPLES)
-    pairs = _shapes(float(np.abs(told.command).max()), every, steps)
+    pairs = _shapes(float(np.abs(log.command).max()), every, steps)
     if not pairs:  # samples too slow for the slowest sine
         return None
-    time = every * np.arange(steps)
-    commands = np.array([a * np.sin(2.0 * np.pi * f * time) for a, f in pairs])
-    each = side_by_side(lambda own: _simulated(found, told, own, substeps), commands)
-    places, told_by = (np.stack(parts) for parts in zip(*each, strict=True))
-    going = np.ptp(places, axis=1), np.abs(np.diff(places, axis=1)).max(axis=1) / every
-    far = np.ptp(told.place), np.abs(np.diff(told.place)).max() / every
-    allowed = (going[0] <= FURTHER * far[0]) & (going[1] <= FURTHER * far[1])
-    shares = free.shares(fit.numbers)
-    before, after = root_of(fit.jacobian, fit.scale), []
-    for own in told_by:
-        error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
-        after.append((error * np.sqrt(known.inflated))[:-2] * shares)
-    wanted = np.flatnonzero(~np.array(known.told))
-    if not wanted.size:
-        if known.error.max() < ENOUGH:
-            return None
-        wanted = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
-    gains = np.log(known.error[wanted] / np.array(after)[:, wanted])
+    time, before = every * np.arange(steps), root_of(fit.jacobian, fit.problem.scale)
+
+    def tried(pair: tuple[float, float]) -> tuple[float, float, Floats]:
+        command = pair[0] * np.sin(2.0 * np.pi * pair[1] * time)
+        place, slopes = _simulated(fit, log, command, substeps)
+        error = errors_of(before, root_of(np.nan_to_num(slopes), fit.problem.scale))
+        after = (error * np.sqrt(known.inflated))[:-2] * fit.free.shares(fit.numbers)
+        return *_travel_and_speed(place, every), after
+
+    travel, speed, after = map(np.array, zip(*side_by_side(tried, pairs), strict=True))
+    far, fast = _travel_and_speed(log.place, every)
+    allowed = (travel <= FURTHER * far) & (speed <= FURTHER * fast)
+    least = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
+    wanted = least if known.told.all() else np.flatnonzero(~known.told)
+    gains = np.log(known.error[wanted] / after[:, wanted])
     total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
     k = int(total.argmax())
     if not np.isfinite(total[k]) or gains[k].max() < WORTH:
         return None
     best = wanted[np.argsort(-digits(gains[k]), kind="stable")[:SHOWN]]
-    errors = {free.names[i]: (float(known.error[i]), float(after[k][i])) for i in best}
-    return Advice(*pairs[k], steps * every, float(going[0][k]), float(going[1][k]), errors)
+    errors = {names[i]: (float(known.error[i]), float(after[k, i])) for i in best}
+    return Advice(*pairs[k], steps * every, float(travel[k]), float(speed[k]), errors)
+
+
+def _travel_and_speed(place: Floats, every: float) -> tuple[float, float]:
+    """How far an axis goes in (steps,) places ``every`` s, and how fast."""
+    return np.ptp(place), np.abs(np.diff(place)).max() / every
 
 
 def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float]]:
+    """Amplitudes and frequencies of the sines."""
     allowed = [f for f in FREQUENCIES if within(1.0 / (steps * every), f, FASTEST / every)]
     return [(share * largest, f) for share in AMPLITUDES for f in allowed]
 
 
-def _simulated(
-    found: Found, told: Recording, command: Floats, substeps: int
-) -> tuple[Floats, Floats]:
+def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tuple[Floats, Floats]:
     """(steps,) where the axis would be, and slopes (steps, outputs, numbers) of its log.
 
     A log at least as long is one, of which the end does not count: one program does for both.
     """
-    fit, steps = found.fit, len(command)
-    still = np.zeros(max(steps, len(told.load)))
-    counts, command = np.append(np.ones(steps), still[steps:]), np.append(command, still[steps:])
-    blank = told._replace(outputs=dict.fromkeys(told.outputs, still), command=command, rate=0.0)
-    blank = blank._replace(load=still, added=still, usable=counts)
-    alone = found.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
-    shown = -offs(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
-    seen = blank._replace(outputs=dict(zip(told.outputs, shown.T, strict=True)))
-    own = alone._replace(residual=replay(fit.free, seen, found.bandwidth or 0.0, substeps))
-    return shown[:steps, 0], slopes(own, fit.numbers)[1][:steps]
+    steps = len(command)
+    still = np.zeros(max(steps, len(log.load)))
+    blank = log._replace(
+        outputs=dict.fromkeys(log.outputs, still),
+        command=np.append(command, still[steps:]),
+        load=still,
+        added=still,
+        usable=np.append(np.ones(steps), still[steps:]),
+        rate=0.0,
+    )
+    alone = fit.problem._replace(residual=replay(fit.free, blank, 0.0, substeps))
+    shown = -residuals(alone, np.append(fit.numbers[:-2], [0.0, 0.0]))
+    seen = blank._replace(outputs=dict(zip(log.outputs, shown.T, strict=True)))
+    observed = alone._replace(
+        residual=replay(fit.free, seen, fit.problem.bandwidth or 0.0, substeps)
+    )
+    return shown[:steps, 0], slopes(observed, fit.numbers)[1][:steps]
 
 
 class Profile(NamedTuple):
-    """One parameter."""
+    """How the fit grows worse while one parameter is held off its value."""
 
     name: str
     values: Floats  # (places,) rising, the fitted one in the middle
@@ -123,16 +132,16 @@ class Profile(NamedTuple):
     supposed: Floats  # (2, points) values, and the parabola there that its interval supposes
 
 
-def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
+def profiles(fit: Fit, known: Certainty) -> tuple[Profile, ...]:
     """Of the parameters that are known least."""
     worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
-    return tuple(_profile(found, known, int(k)) for k in worst)
+    return tuple(_profile(fit, known, int(k)) for k in worst)
 
 
-def _profile(found: Found, known: Certainty, k: int) -> Profile:
+def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
     """Of one, from where the others would be by their slopes."""
-    fit, problem, error = found.fit, found.problem, np.sqrt(known.covariance[k, k])
-    root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
+    problem, error = fit.problem, np.sqrt(known.covariance[k, k])
+    root = np.vstack([root_of(fit.jacobian, fit.problem.scale), np.eye(len(fit.numbers)) / VAGUE])
     others = np.arange(len(fit.numbers)) != k
     along = np.ones(len(fit.numbers))
     along[others] = -np.linalg.lstsq(root[:, others], root[:, k])[0]
@@ -140,23 +149,20 @@ def _profile(found: Found, known: Certainty, k: int) -> Profile:
     far = np.minimum(places * error, places / PLACES[-1] * FURTHEST)
     steps = np.outer([*-far[::-1], *far], along)
     lanes = fit.numbers + np.clip(steps, -FURTHEST, FURTHEST)
-    alone = problem._replace(held=others * problem.held)
+    alone = problem._replace(moves=others * problem.moves)
 
     def again(numbers: Floats) -> float:
-        ended, _ = refined(alone, numbers, TOLERANCE, STEPS)
-        return alone.squares(offs(alone, ended))
+        ended, _ = levenberg_marquardt(alone, numbers, TOLERANCE, STEPS)
+        return alone.squares(residuals(alone, ended))
+
+    def values(numbers: Floats) -> Floats:
+        """(places,) the parameter in its unit where its number is one of ``numbers``."""
+        return np.array([fit.free.values(np.where(others, fit.numbers, x))[k] for x in numbers])
 
     least = problem.squares(fit.residual)
     cost = np.insert(side_by_side(again, lanes), len(far), least)
     numbers = np.insert(lanes[:, k], len(far), fit.numbers[k])
     worse = fit.residual.size * (cost / least - 1.0) / known.inflated[k]
     smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
-    supposed = np.array([_values(fit, k, smooth), ((smooth - fit.numbers[k]) / error) ** 2])
-    values = _values(fit, k, numbers)
-    return Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed)
-
-
-def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
-    """(places,) the parameter ``k`` in its unit where its number is one of ``numbers``."""
-    place = np.arange(len(fit.numbers)) == k
-    return np.array([fit.free.values(np.where(place, x, fit.numbers))[k] for x in numbers])
+    supposed = np.array([values(smooth), ((smooth - fit.numbers[k]) / error) ** 2])
+    return Profile(fit.free.names[k], values(numbers), np.maximum(worse, 0.0), supposed)

@@ -16,8 +16,9 @@ from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
-from hfc_design.identify.free import FACTOR, LOAD, OFFSETS, Free
-from hfc_design.identify.replay import DAMPED, Recording, Replay, Residual, replay
+from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 
 #: Starts that are simulated side by side, and how many of the best are refined.
 STARTS, REFINED = 100, 10
@@ -59,21 +60,71 @@ SPOILT, SLOWER = 0.4, (5.0, 2.0)
 #: A lag is looked for from so many samples, and is one if it is so many standard errors long.
 LAG, CLEAR = 0.5, 4.0
 
+One = TypeVar("One")
+Made = TypeVar("Made")
+#: Is called with a line at every step.
+Tell = Callable[[str], None]
+
+
+def silent(line: str) -> None:
+    """Tells nobody."""
+
+
+class Problem(NamedTuple):
+    """A residual and what its outputs weigh; one program does for all of a kind and a length."""
+
+    free: FreeParameters
+    residual: Residual
+    scale: Floats  # (outputs,)
+    moves: Floats  # (names + 2,) 0 where a number stays as it is, else 1
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
+
+    def off(self, numbers: Scalar) -> Scalar:
+        """(steps, outputs) in units of the outputs."""
+        return self.residual(*self.free.parts(numbers))
+
+    def squares(self, off: Floats) -> float:
+        """Sum of the squares of what it is ``off``, each output in its own scale."""
+        with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
+            return float(np.sum(np.square(off / self.scale)))
+
+    @property
+    def observer(self) -> str:
+        """What a recording is replayed with, in words."""
+        if self.bandwidth is None:
+            return "closed loop"
+        return f"observer of {self.bandwidth:g} Hz" if self.bandwidth else "open loop"
+
 
 class Fit(NamedTuple):
     """What was found; numbers are those of ``free``."""
 
-    free: Free
+    problem: Problem
     numbers: Floats  # (names + 2,)
     residual: Floats  # (steps, outputs) recorded less simulated, 0 where it does not count
     jacobian: Floats  # (steps, outputs, names + 2) of the residual
-    scale: Floats  # (outputs,) rms of the residual, which weighs each
     agreeing: int  # refined starts that ended with the same residual
+
+    @property
+    def free(self) -> FreeParameters:
+        """The parameters that were looked for."""
+        return self.problem.free
+
+    @property
+    def how(self) -> str:
+        """How a log is replayed, in words."""
+        command = "" if self.problem.bandwidth is None else "recorded command, "
+        return command + self.problem.observer
 
     @property
     def rms(self) -> Floats:
         """(outputs,) root mean square of the residual [unit of the output]."""
-        return np.asarray(np.sqrt(np.mean(self.residual**2, axis=0)))
+        return rms(self.residual)
+
+    @property
+    def values(self) -> Floats:
+        """(names,) what was found, in units of the drive."""
+        return np.asarray(self.free.values(self.numbers))
 
     @property
     def late(self) -> float:
@@ -86,22 +137,9 @@ class Fit(NamedTuple):
         return abs(float(self.numbers[-1]))
 
 
-class Problem(NamedTuple):
-    """A residual and what its outputs weigh; one program does for all of a kind and a length."""
-
-    free: Free
-    residual: Residual
-    scale: Floats  # (outputs,)
-    held: Floats  # (names + 2,) 0 where a number stays as it is, else 1
-
-    def off(self, numbers: Scalar) -> Scalar:
-        """(steps, outputs) in units of the outputs."""
-        return self.residual(*self.free.parts(numbers))
-
-    def squares(self, off: Floats) -> float:
-        """Sum of the squares of what it is ``off``, each output in its own scale."""
-        with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
-            return float(np.sum(np.square(off / self.scale)))
+def rms(residual: Floats) -> Floats:
+    """(outputs,) root mean square of (steps, outputs)."""
+    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
 
 
 _off = jax.jit(Problem.off)
@@ -116,56 +154,54 @@ def _both(problem: Problem, numbers: Scalar) -> Scalar:
     return jax.jacfwd(twice, has_aux=True)(numbers)
 
 
-def offs(problem: Problem, numbers: Floats) -> Floats:
+def residuals(problem: Problem, numbers: Floats) -> Floats:
     """``Problem.off``."""
     with jax.enable_x64(True):
         return np.asarray(_off(problem, numbers))
 
 
 def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
-    """``Problem.off``, and its slopes (steps, outputs, names + 2) by what is not held."""
+    """``Problem.off``, and its slopes (steps, outputs, names + 2) by what moves."""
     with jax.enable_x64(True):
         jacobian, off = _both(problem, numbers)
-    return np.asarray(off), np.asarray(jacobian) * problem.held
+    return np.asarray(off), np.asarray(jacobian) * problem.moves
 
 
-One = TypeVar("One")
-Made = TypeVar("Made")
-
-
-def side_by_side(one: Callable[[One], Made], each: Iterable[One]) -> list[Made]:
+def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
     """``one`` of each, on all cores: a replay leaves Python alone."""
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        return [*pool.map(one, each)]
+        return [*pool.map(one, many)]
 
 
-def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tuple[Floats, float]:
+def levenberg_marquardt(
+    problem: Problem, numbers: Floats, enough: float, steps: int
+) -> tuple[Floats, float]:
     """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
 
     It has ended when a step makes the squares less by a share of ``enough`` only, or would.
     Damped as Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
-    free = np.flatnonzero(np.asarray(problem.held))
-    begun = np.asarray(problem.free.begun)[free]
+    moving = np.flatnonzero(problem.moves)
+    begun = np.asarray(problem.free.begun)[moving]
 
     def all_of(off: Floats, numbers: Floats) -> float:
-        return problem.squares(off) + float(np.sum(np.square((numbers[free] - begun) / VAGUE)))
+        return problem.squares(off) + float(np.sum(np.square((numbers[moving] - begun) / VAGUE)))
 
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
     least, normal = all_of(off, numbers), np.zeros((0, 0))
     for _ in range(steps if np.abs(jacobian).max() < STEEP and np.isfinite(least) else 0):
         if not normal.size:  # here nothing was tried yet
-            rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, free]
+            rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, moving]
             slope = rows.T @ (off / problem.scale).ravel()
-            slope += VAGUE**-2 * (numbers[free] - begun)
-            normal = rows.T @ rows + VAGUE**-2 * np.eye(len(free))
+            slope += VAGUE**-2 * (numbers[moving] - begun)
+            normal = rows.T @ rows + VAGUE**-2 * np.eye(len(moving))
             size = np.maximum(np.diag(normal), WEAK * np.diag(normal).max())
         step = -np.linalg.lstsq(normal + damping * np.diag(size), slope)[0]
         expected = -2.0 * float(step @ slope + 0.5 * step @ normal @ step)
         if expected <= enough * least or damping > MOST:
             break
         trial = numbers.copy()
-        trial[free] += step
+        trial[moving] += step
         there, changed = slopes(problem, trial)
         gained = least - all_of(there, trial)
         if not (gained > 0.0 and np.abs(changed).max() < STEEP):
@@ -179,75 +215,83 @@ def refined(problem: Problem, numbers: Floats, enough: float, steps: int) -> tup
     return numbers, least
 
 
-def weighed(problem: Problem, command: Floats | None) -> Problem:
+def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
     """The problem with a constant load in the size of what a ``command`` (steps,) moves.
 
-    What holds the mean of it is near the load: a search begins there.
+    What holds the mean of it is near the load: at these numbers (names + 2,) a search begins.
     """
-    free = problem.free
+    free, begun = problem.free, problem.free.begun
     k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
     if k is None or free.positive[k] or command is None or not isinstance(problem.residual, Replay):
-        return problem
-    size, off = float(np.sqrt(np.mean(command**2))), offs(problem, free.begun)
-    rows, at = problem.residual.rows, np.arange(len(free.begun)) == k
+        return problem, begun
+    size, off = float(np.sqrt(np.mean(command**2))), residuals(problem, begun)
+    rows, at = problem.residual.rows, np.arange(len(begun)) == k
     more = replace(problem.residual, rows=rows._replace(command=rows.command + size))
-    pushed = offs(problem._replace(residual=more), free.begun) - off
-    load, held = size, 1.0
+    pushed = residuals(problem._replace(residual=more), begun) - off
+    load, sign = size, 1.0
     for _ in range(PUSHED):
-        pulled = offs(problem, free.begun + at * load / free.scale[k]) - off
+        pulled = residuals(problem, begun + at * load / free.scale[k]) - off
         both = np.isfinite(pushed) & (pushed != 0.0) & np.isfinite(pulled) & (pulled != 0.0)
         if not both.any():
-            return problem
+            return problem, begun
         ratio = float(np.median(pushed[both] / pulled[both])) or -1.0
-        load, held = load * abs(ratio), -np.sign(ratio)
+        load, sign = load * abs(ratio), -np.sign(ratio)
     scale = np.where(at[:-2], load, free.scale)
-    begun = np.where(at, free.starts[free.names[k]] / load, free.begun)
-    near = np.where(at, held * np.mean(command) / size, begun)
-    return problem._replace(free=replace(free, scale=scale, begun=begun, near=near))
+    begun = np.where(at, free.starts[free.names[k]] / load, begun)
+    near = np.where(at, sign * np.mean(command) / size, begun)
+    return problem._replace(free=replace(free, scale=scale, begun=begun)), near
 
 
-def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
+def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
     """Numbers of the best of many starts, and how many of those refined ended like it.
 
-    The first start is that of ``free``; the others are drawn by a Sobol sequence.
+    The first start is ``near``; the others are drawn around it by a Sobol sequence.
     """
     free, random = problem.free, np.random.default_rng(seed)
     drawn = 2.0 * qmc.Sobol(len(free.names), rng=random).random(128)[: STARTS - 1] - 1.0
     away = np.where(free.positive > 0, np.log(AWAY), AWAY) * drawn
-    starts = free.near + np.pad(away, [(1, 0), (0, 2)])
-    starts = np.where(np.asarray(problem.held) > 0, starts, starts[0])
-    count = offs(problem, starts[0]).size
-    first = np.array(side_by_side(lambda one: problem.squares(offs(problem, one)), starts))
+    starts = near + np.pad(away, [(1, 0), (0, 2)])
+    starts = np.where(problem.moves > 0, starts, starts[0])
+    count = residuals(problem, starts[0]).size
+    first = np.array(side_by_side(lambda one: problem.squares(residuals(problem, one)), starts))
     first = np.where(np.isfinite(first), first, np.inf)
     if not np.isfinite(first.min()):
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
-    scale = np.sqrt(first.min() / count) * np.asarray(problem.scale)
+    scale = np.sqrt(first.min() / count) * problem.scale
     close = problem._replace(scale=scale)  # in which what began is not forgotten
-    ended = side_by_side(lambda one: refined(close, one, LOOSE, FEW), best)
+    ended = side_by_side(lambda one: levenberg_marquardt(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
-    found = np.sqrt(squares / count)
-    agree = found <= max((1.0 + SAME) * found.min(), NOTHING)
-    return ended[int(found.argmin())][0], int(agree.sum())
+    root = np.sqrt(squares / count)
+    agree = root <= max((1.0 + SAME) * root.min(), NOTHING)
+    return ended[int(root.argmin())][0], int(agree.sum())
 
 
-def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
-    """The problem with each output in the scale of its residual, and the numbers it ends at."""
-    scale = np.asarray(problem.scale)
+def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = silent) -> Fit:
+    """The fit that ``numbers`` end at, each output in the scale of its residual."""
+    tell(f"{problem.observer}: the best one refined")
+    scale = problem.scale
     for k in range(ROUNDS):
-        rms = np.sqrt(np.mean(offs(problem, numbers) ** 2, axis=0))
-        now = np.maximum(rms, 1e-9 * np.asarray(problem.scale))
+        now = np.maximum(rms(residuals(problem, numbers)), 1e-9 * problem.scale)
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
         scale = now
-        numbers, _ = refined(problem._replace(scale=now), numbers, TIGHT, MANY)
-    return problem._replace(scale=scale), numbers
+        numbers, _ = levenberg_marquardt(problem._replace(scale=now), numbers, TIGHT, MANY)
+    return fitted(problem._replace(scale=scale), numbers, agreeing)
 
 
-def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
+def fitted(problem: Problem, numbers: Floats, agreeing: int = 0) -> Fit:
     """The fit at ``numbers``, with its residual and slopes."""
-    residual, jacobian = slopes(problem, numbers)
-    return Fit(problem.free, numbers, residual, jacobian, np.asarray(problem.scale), agreeing)
+    return Fit(problem, numbers, *slopes(problem, numbers), agreeing)
+
+
+def refitted(fit: Fit, numbers: Floats, moving: Mask) -> Fit:
+    """Fitted again from ``numbers`` (names + 2,), of which only ``moving`` (names,) ones move.
+
+    Those of ``LATE`` move if they did.
+    """
+    moves = np.append(moving.astype(float), fit.problem.moves[-2:])
+    return settled(fit.problem._replace(moves=moves), numbers, fit.agreeing)
 
 
 def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
@@ -257,12 +301,12 @@ def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
     the normal matrix, and what comes out is a square.
     """
     numbers = len(fit.numbers)
-    rows = np.vstack([rows_of(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
+    rows = np.vstack([rows_of(fit.jacobian, fit.problem.scale), np.eye(numbers) / VAGUE])
     left, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
+    basis, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
     middle = before.T @ before
-    for k, scale in enumerate(fit.scale):
-        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
+    for k, scale in enumerate(fit.problem.scale):
+        middle += _correlated(fit.residual[:, k] / scale, basis[:, k])
     inverse = right.T / sizes  # root of the covariance under white noise
     lengths, directions = np.linalg.eigh(middle)
     root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
@@ -278,158 +322,107 @@ def _correlated(residual: Floats, slopes: Floats) -> Floats:
     """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
     steps = len(residual)
     lags = max(int(CORRELATED * steps), 1)
-    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
-    kept = own[:lags] * (1.0 - np.arange(lags) / lags)
-    both = np.r_[kept[:0:-1], kept]
+    products = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
+    weighted = products[:lags] * (1.0 - np.arange(lags) / lags)
+    both = np.r_[weighted[:0:-1], weighted]
     spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
     return np.asarray(slopes.T @ spread)
 
 
-Tell = Callable[[str], None]
-
-
-class Found(NamedTuple):
-    """A fit and how its residual comes about."""
-
-    fit: Fit
-    problem: Problem
-    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
-
-    @property
-    def how(self) -> str:
-        """How a log is replayed, in words."""
-        command = "" if self.bandwidth is None else "recorded command, "
-        return command + observer(self.bandwidth)
-
-
 def by_starts(
-    free: Free,
-    told: Recording,
+    free: FreeParameters,
+    log: Recording,
     residual: Residual,
     bandwidth: float | None,
     seed: int,
-    tell: Tell,
+    tell: Tell = silent,
     near: bool = False,
-) -> Found:
+) -> Fit:
     """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
-    size = np.array([max(np.std(values), 1e-300) for values in told.outputs.values()])
+    size = np.array([max(np.std(values), 1e-300) for values in log.outputs.values()])
     late = free.sought[0] if bandwidth is not None else 0.0
-    held = np.append(np.ones(len(free.names)), [late, 0.0])
-    problem = weighed(Problem(free, residual, size, held), told.command)
-    numbers, agreeing = problem.free.near, 0
-    if not near:
-        tell(f"{observer(bandwidth)}: a hundred starts side by side, the best ten refined")
-        numbers, agreeing = searched(problem, seed)
-    return _ended(problem, numbers, agreeing, bandwidth, tell)
+    moves = np.append(np.ones(len(free.names)), [late, 0.0])
+    problem, numbers = with_load_scale(Problem(free, residual, size, moves, bandwidth), log.command)
+    if near:
+        return settled(problem, numbers, 0, tell)
+    tell(f"{problem.observer}: a hundred starts side by side, the best ten refined")
+    return settled(problem, *multistart(problem, numbers, seed), tell)
 
 
 def by_command(
-    free: Free,
-    told: Recording,
+    free: FreeParameters,
+    log: Recording,
     substeps: int,
     tried: Sequence[float],
     seed: int,
-    tell: Tell,
+    tell: Tell = silent,
     near: bool = False,
-) -> Found:
+) -> Fit:
     """Under the command that was recorded, by the observer of the least residual.
 
     ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
     no others are tried.
     """
     first, *others = tried
-    best = by_starts(free, told, replay(free, told, first, substeps), first, seed, tell, near)
+    best = by_starts(free, log, replay(free, log, first, substeps), first, seed, tell, near)
     for hz in others:
-        residual = replay(best.fit.free, told, hz, substeps)
-        problem = best.problem._replace(residual=residual)
-        off = offs(problem, best.fit.numbers)
-        if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.fit.rms[0]:
+        residual = replay(best.free, log, hz, substeps)
+        problem = best.problem._replace(residual=residual, bandwidth=hz)
+        off = residuals(problem, best.numbers)
+        if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.rms[0]:
             break
-        if best.fit.rms[0] <= NOTHING * np.std(told.place):
+        if best.rms[0] <= NOTHING * np.std(log.place):
             break  # of which observer there is less is rounding
-        again = _ended(problem, best.fit.numbers, best.fit.agreeing, hz, tell)
-        if again.fit.rms[0] < best.fit.rms[0]:  # by the position
+        again = settled(problem, best.numbers, best.agreeing, tell)
+        if again.rms[0] < best.rms[0]:  # by the position
             best = again
     for hz in SLOWER if others else ():
-        if left(best, told) > SPOILT and hz * told.duration >= PERIODS:
-            slow = by_starts(free, told, replay(free, told, hz, substeps), hz, seed, tell)
-            best = min(best, slow, key=partial(left, told=told))
-    return _lagged(best)
+        if unexplained(best, log) > SPOILT and hz * log.duration >= PERIODS:
+            slow = by_starts(free, log, replay(free, log, hz, substeps), hz, seed, tell)
+            best = min(best, slow, key=partial(unexplained, log=log))
+    return _with_lag(best)
 
 
-def left(found: Found, told: Recording) -> float:
+def unexplained(fit: Fit, log: Recording) -> float:
     """What a fit leaves of the position, as a share of what its observer does without a machine."""
-    w = 2.0 * np.pi * (found.bandwidth or 0.0) * told.sample_time
+    w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * log.sample_time
     poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
-    alone = lfilter([1.0, -2.0, 1.0], poles, told.place - told.place[0])
-    return float(found.fit.rms[0] / max(np.sqrt(np.mean(alone**2)), 1e-300))
+    alone = lfilter([1.0, -2.0, 1.0], poles, log.place - log.place[0])
+    return float(fit.rms[0] / max(np.sqrt(np.mean(alone**2)), 1e-300))
 
 
-def _lagged(found: Found) -> Found:
+def _with_lag(fit: Fit) -> Fit:
     """The fit with a part of the lateness as a lag, where the log tells one from the other."""
-    moves = found.problem.held.copy()
-    if not (found.problem.free.sought[1] and moves[-2]) or found.fit.lag:
-        return found
+    moves = fit.problem.moves.copy()
+    if not (fit.free.sought[1] and moves[-2]) or fit.lag:
+        return fit
     moves[-1] = 1.0
-    begun = np.append(found.fit.numbers[:-1], LAG)
-    problem = found.problem._replace(held=moves)
-    again = _ended(problem, begun, found.fit.agreeing, found.bandwidth)
-    error = np.sqrt(covariance_of(again.fit)[0][-1, -1])
-    told = again.fit.lag > CLEAR * error and again.fit.rms[0] < found.fit.rms[0]
-    return again if told else found
+    problem = fit.problem._replace(moves=moves)
+    again = settled(problem, np.append(fit.numbers[:-1], LAG), fit.agreeing)
+    error = np.sqrt(covariance_of(again)[0][-1, -1])
+    return again if again.lag > CLEAR * error and again.rms[0] < fit.rms[0] else fit
 
 
-def bandwidths(told: Recording, wanted: float | None) -> list[float]:
+def bandwidths(log: Recording, wanted: float | None) -> list[float]:
     """Those of the observers to try [Hz], the fastest first; the one that is ``wanted``.
 
     Raises:
         ValueError: the log is too short for an observer, or for this one, or too slow.
     """
-    low = PERIODS / told.duration
+    low, share = PERIODS / log.duration, SHARE if wanted is None else LARGEST_SHARE
+    high = share / log.sample_time
     if wanted is not None:
-        high = LARGEST_SHARE / told.sample_time
         if wanted and not within(low, wanted, high):
             raise ValueError(
                 f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
                 "how long it lasts and how it is sampled"
             )
         return [wanted]
-    high = SHARE / told.sample_time
     if not within(0.0, low, high):
         fewest = int(np.ceil(PERIODS / SHARE))
         raise ValueError(
-            f"has {len(told.place)} samples, an observer needs {fewest}: record more, or replay "
+            f"has {len(log.place)} samples, an observer needs {fewest}: record more, or replay "
             "it with --open-loop"
         )
-    return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [
-        min(high, max(low, BANDWIDTHS[-1]))
-    ]
-
-
-def held(found: Found, numbers: Floats, keep: Mask) -> Found:
-    """Fitted again from ``numbers`` (names + 2,), of which only those of ``keep`` (names,) move.
-
-    Those of ``LATE`` move if they do in ``found``.
-    """
-    moves = np.append(keep.astype(float), found.problem.held[-2:])
-    problem = found.problem._replace(held=moves)
-    return _ended(problem, numbers, found.fit.agreeing, found.bandwidth)
-
-
-def observer(bandwidth: float | None) -> str:
-    """What a recording is replayed with, in words."""
-    if bandwidth is None:
-        return "closed loop"
-    return f"observer of {bandwidth:g} Hz" if bandwidth else "open loop"
-
-
-def _ended(
-    problem: Problem,
-    numbers: Floats,
-    agreeing: int,
-    bandwidth: float | None,
-    tell: Tell = lambda line: None,
-) -> Found:
-    tell(f"{observer(bandwidth)}: the best one refined")
-    problem, numbers = settled(problem, numbers)
-    return Found(fitted(problem, numbers, agreeing), problem, bandwidth)
+    slowest = min(high, max(low, BANDWIDTHS[-1]))
+    return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [slowest]

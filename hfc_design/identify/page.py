@@ -13,10 +13,11 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
-from hfc_design.identify import result
 from hfc_design.identify.advice import LIMIT, Profile
-from hfc_design.identify.certainty import CONFIDENCE, GIVEN
+from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
+from hfc_design.identify.outcome import HEADS
 from hfc_design.identify.result import Identified
+from hfc_design.identify.scenario import scenario_text
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
 from hfc_design.pictures.files import small_address
@@ -40,7 +41,7 @@ def write(found: Identified, path: Path, command: str) -> None:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
     texts = {
-        "scenario.toml": result.scenario_text(found).encode(),
+        "scenario.toml": scenario_text(found).encode(),
         "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
         REPORT: page(found, command).html,
     }
@@ -59,27 +60,20 @@ def page(found: Identified, command: str) -> Page:
         small_address,
         found=found,
         plant=found.free.drive.name,
-        heads=result.HEADS,
-        rows=result.parameter_rows(found),
+        heads=HEADS,
         confidence=100 * CONFIDENCE,
-        intervals=result.interval_line(found),
-        agreeing=result.agreeing_line(found),
         doubts=doubts,
         notes=[note for note in found.notes if note not in doubts],
-        untold=result.untold_lines(found),
-        given=GIVEN in found.states,
-        advice=result.advice_line(found),
-        checks=result.check_rows(found),
-        verdict=result.verdict(found),
+        given=GIVEN in found.known.state,
+        profiles={x.name: profiled(x, found.free.unit(x.name)) for x in found.profiles},
+        limit=LIMIT,
+        command=command,
+        use=options(text for _, text in given()),
         replayed=replayed(found),
         closely=closely(found),
         checked=checked(found),
         spectrum=spectrum(found),
         response=response(found),
-        profiles={x.name: profiled(x, found.free.unit(x.name)) for x in found.profiles},
-        limit=LIMIT,
-        command=command,
-        use=options(text for _, text in given()),
     )
 
 
@@ -90,18 +84,18 @@ def counted(residual: Floats) -> Floats:
 
 def replayed(found: Identified) -> Figure:
     """The recorded motion beside the replayed one, its command, and what the replay is off."""
-    told, unit = found.told, found.position_unit
-    time, panels = _time(found), 2 + (told.command is not None)
+    log, unit = found.recording, found.position_unit
+    time, panels = _time(found), 2 + (log.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
     first, *others = figure.subplots(panels, sharex=True)
-    first.plot(*thinned(time, told.place), color="0.65", lw=2.5, label="recorded")
-    simulated = told.place - counted(found.checks[0].residual)
+    first.plot(*thinned(time, log.place), color="0.65", lw=2.5, label="recorded")
+    simulated = log.place - counted(found.checks[0].residual)
     first.plot(*thinned(time, simulated), color=OWN, lw=1.0, label="replayed")
-    if told.reference is not None:
-        first.plot(*thinned(time, told.reference), ":", color="black", lw=1.0, label="reference")
+    if log.reference is not None:
+        first.plot(*thinned(time, log.reference), ":", color="black", lw=1.0, label="reference")
     finish(first, f"position [{unit}]")
-    if told.command is not None:
-        others[0].plot(*thinned(time, told.command), color="0.3", lw=0.8)
+    if log.command is not None:
+        others[0].plot(*thinned(time, log.command), color="0.3", lw=0.8)
         finish(others[0], f"command [{found.free.drive.units['command']}]")
     _draw_off(others[-1], found, found.checks[0].residual, "time [s]")
     above(figure, first, columns=3)
@@ -114,7 +108,7 @@ def closely(found: Identified) -> Figure:
     worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
     near = slice(max(worst - width, 0), worst + width + 1)
     time = _time(found)[near]
-    place, replay = found.told.place[near], (found.told.place - off)[near]
+    place, replay = found.recording.place[near], (found.recording.place - off)[near]
     middle = time - time.mean()
     cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
     factor, small = readable(unit, float(np.abs(place - cubic).max()))
@@ -135,9 +129,9 @@ def checked(found: Identified) -> Figure | None:
     if not checks:
         return None
     figure = framed(0.9 + 1.5 * len(checks), top=0.3)
-    for own, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
-        _draw_off(own, found, check.residual, "time [s]" if check is checks[-1] else "")
-        own.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
+    for axes, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
+        _draw_off(axes, found, check.residual, "time [s]" if check is checks[-1] else "")
+        axes.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
     figure.subplots_adjust(hspace=0.6)
     return figure
 
@@ -146,7 +140,7 @@ def spectrum(found: Identified) -> Figure:
     """At which frequencies the replay is off."""
     figure = framed(2.8 + 0.2 * len(found.checks), top=0.2 + 0.2 * len(found.checks))
     axes = figure.subplots()
-    unit, every = found.position_unit, found.told.sample_time
+    unit, every = found.position_unit, found.recording.sample_time
     styles = ((OWN, "-"), (OTHER, "-"), (OWN, "--"), (OTHER, "--"))
     for check, (colour, style) in zip(found.checks, styles, strict=False):
         length = min(SEGMENT, -(-len(check.residual) // PARTS))
@@ -161,19 +155,19 @@ def spectrum(found: Identified) -> Figure:
 
 def response(found: Identified) -> Figure | None:
     """How the log and the model answer the command, and how much of that is the command's."""
-    own = found.response
-    if own is None:
+    answer = found.response
+    if answer is None:
         return None
     figure = framed(4.4, top=0.35)
     upper, lower = figure.subplots(2, sharex=True, height_ratios=(2, 1))
-    upper.loglog(own.frequency, np.abs(own.log), color="0.6", lw=2.0, label="log")
-    upper.loglog(own.frequency, np.abs(own.model), color=OWN, lw=1.0, label="model")
-    lower.plot(own.frequency, own.coherence, color="0.3", lw=0.8)
+    upper.loglog(answer.frequency, np.abs(answer.log), color="0.6", lw=2.0, label="log")
+    upper.loglog(answer.frequency, np.abs(answer.model), color=OWN, lw=1.0, label="model")
+    lower.plot(answer.frequency, answer.coherence, color="0.3", lw=0.8)
     for axes in (upper, lower):
-        axes.axvspan(own.unknown_above, own.frequency[-1], color="0.93", lw=0)
-        if own.mode:
-            axes.axvline(own.mode.hz, color=OTHER, lw=1.0)
-    upper.set_xlim(own.frequency[0], own.frequency[-1])
+        axes.axvspan(answer.unknown_above, answer.frequency[-1], color="0.93", lw=0)
+        if answer.mode:
+            axes.axvline(answer.mode.hz, color=OTHER, lw=1.0)
+    upper.set_xlim(answer.frequency[0], answer.frequency[-1])
     gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
     gridded(lower, "frequency [Hz]", "coherence [1]")
     above(figure, upper)
@@ -210,7 +204,7 @@ def _draw_off(
 ) -> float:
     """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
     factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
-    time = found.told.sample_time * np.arange(len(residual), dtype=float)
+    time = found.recording.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
     axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
     finish(axes, f"off by [{unit}]", x)
@@ -219,4 +213,4 @@ def _draw_off(
 
 def _time(found: Identified) -> Floats:
     """(steps,) of the log [s]."""
-    return found.told.sample_time * np.arange(len(found.told.place), dtype=float)
+    return found.recording.sample_time * np.arange(len(found.recording.place), dtype=float)

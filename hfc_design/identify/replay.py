@@ -1,4 +1,4 @@
-"""A motion of one axis that was recorded, and a plant under its command, held near the motion.
+"""A plant under the command that was recorded, held near the motion that was recorded.
 
 In open loop whatever the model lacks adds up, and after some seconds the simulated axis is
 anywhere. So it is an observer: in each sample its positions and velocities are set right by a
@@ -10,11 +10,9 @@ Trans. Control Systems Technology 21, 2013). With none it is the plain open loop
 The closed loop that recorded a log is replayed under the reference and the load that it recorded.
 """
 
-import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import jax
@@ -23,15 +21,12 @@ import numpy as np
 
 from hfc_design.controllers.controller import Stepped, View
 from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Scalar, State, Xp
-from hfc_design.core.records import UserError
-from hfc_design.core.texts import about
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.free import Free, Task
-from hfc_design.logs.columns import Column, asked, rates_of
-from hfc_design.logs.reading import read_log
-from hfc_design.logs.signals import Even, signals
+from hfc_design.identify.parameters import FreeParameters
+from hfc_design.identify.recording import Recording
+from hfc_design.logs.columns import rates_of
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.simulation.closed_loop import Moving, closed_loop, moved, start
 from hfc_design.simulation.repeats import Louder
@@ -44,138 +39,12 @@ DAMPED = 0.7
 #: Periods of its bandwidth after which it counts: where the axis began at rest nothing but noise
 #: has to be forgotten, else exp(-2 pi 0.7 x 3) = 2e-6 of how it began is left.
 RESTED, FORGOTTEN = 1.0, 3.0
-#: The velocity at the start is that of a cubic through so many samples.
-BEGINNING = 20
-#: In so many standard errors.
-CLEAR = 4.0
-#: Where the system shows what is piped into a program.
-PIPES = "/dev/", "/proc/"
 #: Parameters of one machine, by how many samples its command is late, which part of that is a lag,
 #: and a load that is always there -> by how much it is off each recorded output (steps, outputs).
 #: JAX takes it as an argument: what was recorded is data.
 Residual: TypeAlias = Callable[..., Scalar]
-
-
 #: Of each angle of a drive its rate, and how far it goes where the axis goes by 1.
 Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
-
-
-class Source(NamedTuple):
-    """A log that is not read yet."""
-
-    path: Path
-    columns: list[Column]
-
-
-class Recording(NamedTuple):
-    """One axis, (steps,) each, in units of its drive."""
-
-    outputs: dict[str, Floats]  # what was measured; the first is the position that is fed back
-    command: Floats | None  # None: not recorded
-    reference: Floats | None
-    load: Floats
-    added: Floats  # to the command of the controller, and within the recorded one
-    usable: Floats  # 1 where the outputs count, else 0
-    sample_time: float  # [s]
-    rate: float  # of the position at the start
-    notes: tuple[str, ...] = ()
-    step: float | None = None  # of the encoder of the position, where it is seen
-
-    @property
-    def place(self) -> Floats:
-        """The position that is fed back."""
-        return next(iter(self.outputs.values()))
-
-    @property
-    def duration(self) -> float:
-        """How long it lasts [s]."""
-        return self.sample_time * len(self.load)
-
-
-def recording(found: Even, drive: Drive) -> Recording:
-    """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
-    seen = drive.seen[0]
-    place = found.values[seen]
-    time = found.sample_time * np.arange(len(place[:BEGINNING]))
-    (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
-    noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
-    if abs(rate) < noise:  # it begins at rest
-        rate = 0.0
-    shown = drive.signals(drive.coefficients(drive.parameters()), drive.initial_state(0.0))
-    rates = rates_of(drive)
-    measured = dict.fromkeys([seen, *rates, *rates.values(), *shown])
-    return Recording(
-        {name: found.values[name] for name in measured if name in found.values},
-        found.values.get("command"),
-        found.values.get("reference"),
-        found.values.get("load", np.zeros_like(place)),
-        found.values.get("added", np.zeros_like(place)),
-        found.usable.astype(float),
-        found.sample_time,
-        float(rate),
-        tuple(found.notes),
-        found.step,
-    )
-
-
-def called(log: Path) -> str:
-    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
-    if not os.path.abspath(log).startswith(PIPES):
-        return log.name
-    behind = Path(os.path.realpath(log))
-    return behind.name if behind.is_file() else "log"
-
-
-def sources(
-    task: Task, log: Path, columns: Sequence[str], check_log: Path | None, others: Sequence[str]
-) -> dict[str, Source]:
-    """The logs by their names, with what the user says of their columns.
-
-    Raises:
-        UserError: that cannot be understood, or is not of the drive.
-    """
-    drive = task.one.drive
-    if others and check_log is None:
-        raise UserError("--check-column: needs --check-log")
-    with about(log):
-        found = {called(log): Source(log, asked(columns, drive))}
-    if check_log is not None:
-        name = called(check_log)
-        with about(check_log):
-            both = {one.name: one for one in (*asked(columns, drive), *asked(others, drive))}
-        own = Source(check_log, [*both.values()])
-        found[name if name not in found else f"{name} (check)"] = own
-    return found
-
-
-def recordings(
-    task: Task, logs: dict[str, Source], sample_time: float | None
-) -> tuple[Task, dict[str, Recording]]:
-    """The task in the cycle and the substeps that the logs need, and what is recorded.
-
-    Raises:
-        UserError: one cannot be read or has not what is needed; the line says which and why.
-    """
-    found, scenario = dict[str, Recording](), task.scenario
-    axis = task.one
-    for name, source in logs.items():
-        read = read_log(source.path)
-        with about(source.path):
-            seen = signals(read, axis.drive, source.columns, sample_time)
-            found[name] = recording(seen, axis.drive)
-    every = next(iter(found.values())).sample_time
-    for name, one in found.items():
-        if abs(one.sample_time / every - 1.0) > 1e-3:
-            raise UserError(f"{name}: is sampled every {one.sample_time:g} s, not {every:g} s")
-    # The largest speed over ten samples: noise is none.
-    each = (abs(one.place[10:] - one.place[:-10]).max() for one in found.values())
-    speed, substeps = float(max(each)) / (10 * every), scenario.simulation.substeps
-    while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
-        substeps *= 2
-    changes = {"sample_time_s": every, "substeps": substeps}
-    simulation = scenario.simulation.model_copy(update=changes)
-    scenario = scenario.model_copy(update={"simulation": simulation})
-    return task._replace(scenario=scenario), found
 
 
 class Rows(NamedTuple):
@@ -183,7 +52,7 @@ class Rows(NamedTuple):
 
     command: Scalar
     place: Scalar
-    loads: Scalar  # (2 substeps + 1,) in each sample, see ``between``
+    loads: Scalar  # (2 substeps + 1,) in each sample, see ``load_between``
     outputs: Scalar
     usable: Scalar
 
@@ -201,7 +70,7 @@ class Replay:
     begun: tuple[Scalar, Scalar]  # place and rate of the axis before the first sample
     sample_time: Scalar  # [s]
     gains: tuple[Scalar, Scalar]  # of the observer, for the place and for the rate [1/s]
-    unknown: Scalar  # (outputs,) see ``zeros``
+    unknown: Scalar  # (outputs,) see ``centred``
 
     def __call__(
         self, parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
@@ -226,52 +95,61 @@ class Replay:
                 state = drive.step(fixed, state, command, loads, step)
             return (state, row.command + left * off), missing * row.usable
 
-        rows = self.rows._replace(command=later(self.rows.command, late - lag))
+        rows = self.rows._replace(command=delayed(self.rows.command, late - lag))
         first = rows.command[0]
         begun = shifted(self.body, drive.initial_state(0.0 * first), *self.begun), first
-        return unzeroed(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
+        return centred(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
 
 
-def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Replay:
+def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int) -> Replay:
     """How far a machine is off what was recorded, where that counts.
 
     Args:
         free: whose drive is replayed; by its start the gears are known.
-        told: under which commands and loads, and where it was.
+        log: under which commands and loads, and where it was.
         bandwidth: of the observer [Hz]; 0: open loop.
         substeps: integration steps in a sample.
     """
-    assert told.command is not None
-    drive, every = free.drive, told.sample_time
-    body, names = rigid(drive, free.start), tuple(told.outputs)
-    angular = 2.0 * np.pi * bandwidth
-    unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
+    assert log.command is not None
+    drive, every = free.drive, log.sample_time
+    body, angular = rigid_body(drive, free.start), 2.0 * np.pi * bandwidth
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
-    periods = bandwidth * every * np.arange(len(told.usable)) * (1.0 + SAME)
-    waits = FORGOTTEN if told.rate else RESTED
-    counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
-    outputs = np.stack([*told.outputs.values()], axis=-1)
-    loads = between(told.load, substeps)
-    rows = Rows(told.command, told.place, loads, outputs, counted)
-    gains = every * 2.0 * DAMPED * angular, every * angular**2
-    begun = float(told.place[0]), told.rate
-    return Replay(drive, body, names, substeps, rows, begun, every, gains, unknown)
+    periods = bandwidth * every * np.arange(len(log.usable)) * (1.0 + SAME)
+    waits = FORGOTTEN if log.rate else RESTED
+    counted = np.where(periods < waits, 0.0, log.usable) if bandwidth else log.usable
+    rows = Rows(log.command, log.place, load_between(log.load, substeps), stacked(log), counted)
+    return Replay(
+        drive,
+        body,
+        tuple(log.outputs),
+        substeps,
+        rows,
+        begun=(float(log.place[0]), log.rate),
+        sample_time=every,
+        gains=(every * 2.0 * DAMPED * angular, every * angular**2),
+        unknown=zeros(body, log, [drive.seen[0]] if bandwidth else []),
+    )
 
 
-def zeros(body: Iterable[str], outputs: Iterable[str], known: Iterable[str]) -> Floats:
+def stacked(log: Recording) -> Floats:
+    """(steps, outputs) what was measured."""
+    return np.stack([*log.outputs.values()], axis=-1)
+
+
+def zeros(body: Body, log: Recording, known: Collection[str]) -> Floats:
     """(outputs,) 1 for an encoder of whose zero nothing is known, else 0.
 
     In open loop that is the axis' own too: its first sample has noise as every other.
     """
-    return np.array([float(name in body and name not in known) for name in outputs])
+    return np.array([float(name in dict(body) and name not in known) for name in log.outputs])
 
 
-def unzeroed(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
+def centred(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
     """(steps, outputs) without the mean of those whose zero is ``unknown``."""
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
-def between(load: Floats, substeps: int) -> Floats:
+def load_between(load: Floats, substeps: int) -> Floats:
     """(steps, 2 substeps + 1) a load until the next sample, where an integrator needs it.
 
     On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s. What its
@@ -284,7 +162,7 @@ def between(load: Floats, substeps: int) -> Floats:
     return load[:, None] + np.outer(rise, share) - np.outer(bend, 0.5 * share * (1.0 - share))
 
 
-def later(command: Scalar, late: Scalar) -> Scalar:
+def delayed(command: Scalar, late: Scalar) -> Scalar:
     """(steps,) the mean in each sample of commands that act so many samples later."""
     samples = jnp.arange(len(command), dtype=float)
     return jnp.interp(samples - late, samples, command)
@@ -292,20 +170,19 @@ def later(command: Scalar, late: Scalar) -> Scalar:
 
 def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) -> Scalar:
     """(outputs,) what a machine shows, without the steps of its encoders."""
-    signals = drive.signals(fixed, state)
-    found = [signals[name] if name in signals else getattr(state, name) for name in outputs]
-    return jnp.stack(found)
+    shown = state._asdict() | drive.signals(fixed, state)
+    return jnp.stack([shown[name] for name in outputs])
 
 
 def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
     """The state with the whole axis further and faster by so much."""
-    moved = {name: getattr(state, name) + share * place for name, (_, share) in body}
-    moved |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
-    return state._replace(**moved)
+    changes = {name: getattr(state, name) + share * place for name, (_, share) in body}
+    changes |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
+    return state._replace(**changes)
 
 
 @cache  # a replay inside of compiled code finds it here
-def rigid(drive: Drive, parameters: Parameters) -> Body:
+def rigid_body(drive: Drive, parameters: Parameters) -> Body:
     """How far each angle goes where the axis goes by 1 without being bent.
 
     A shift after which nothing moves that did not move before: gears are in it, those of the
@@ -318,17 +195,17 @@ def rigid(drive: Drive, parameters: Parameters) -> Body:
     def after(places: Scalar) -> Scalar:
         zero = drive.initial_state(0.0 * places[0])
         state = zero._replace(**dict(zip(names, places, strict=True)))
-        moved = drive.step(fixed, state, 0.0, (0.0, 0.0, 0.0), 1e-3)
-        return jnp.stack([getattr(moved, name) for name in (*names, *pairs.values())])
+        stepped = drive.step(fixed, state, 0.0, (0.0, 0.0, 0.0), 1e-3)
+        return jnp.stack([getattr(stepped, name) for name in (*names, *pairs.values())])
 
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
         change = np.asarray(jax.jacfwd(after)(jnp.zeros(len(names))))
     change = change - np.eye(*change.shape)
     _, sizes, directions = np.linalg.svd(change)
-    free = directions[sizes <= 1e-9 * max(sizes.max(), 1.0)]
-    found = free.T @ (free @ np.ones(len(names))) if len(free) else np.ones(len(names))
-    first = found[names.index(drive.seen[0])]
-    shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
+    still = directions[sizes <= 1e-9 * max(sizes.max(), 1.0)]
+    moves = still.T @ (still @ np.ones(len(names))) if len(still) else np.ones(len(names))
+    first = moves[names.index(drive.seen[0])]
+    shares = moves / first if abs(first) > 1e-6 else np.ones(len(names))
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
 
 
@@ -337,61 +214,56 @@ class Pushed(Louder):
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of the axis, and what to remember."""
-        more, own = gains
-        commands, memory = self.inner.step(xp, own, memory, view)
-        return tuple(command + more for command in commands), memory
+        added, inner = gains
+        commands, memory = self.inner.step(xp, inner, memory, view)
+        return tuple(command + added for command in commands), memory
 
 
-def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
+def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> Residual:
     """How far the loop of a machine is off what was recorded, where that counts.
 
     Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
     """
-    controller, gains = controller_of(design, scenario)
-    one = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
-    own: object = jax.tree.map(lambda leaf: leaf[..., 0], gains)
-    drive, every = one.machine.drives[0], told.sample_time
-    believed = scenario.plant.values()
-    body = rigid(drive, believed[0])
+    controller, wide = controller_of(design, scenario)
+    smooth = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
+    gains: Gains = jax.tree.map(lambda leaf: leaf[..., 0], wide)
+    drive, every, nominal = smooth.machine.drives[0], log.sample_time, scenario.plant.values()
+    body = rigid_body(drive, nominal[0])
     readings = scenario.sensors.of(scenario.plant.machine.axes[0]).readings
-    rows = _rows(told, one.substeps, len(drive.encoders) + len(readings))
-    outputs = np.stack([*told.outputs.values()], axis=-1)
-    usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
+    samples = _samples(log, smooth.substeps, len(drive.encoders) + len(readings))
+    outputs, unknown = stacked(log), zeros(body, log, [drive.seen[0]])
 
     def off(parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0) -> Scalar:
-        fixed = one.coefficients((parameters,))
+        fixed = smooth.coefficients((parameters,))
         zero = 0.0 * late
-        put = shifted(body, drive.initial_state(zero), told.place[0], told.rate)
-        before = start(one, fixed, zero, (put,))
+        put = shifted(body, drive.initial_state(zero), log.place[0], log.rate)
 
         def sample(
             before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
         ) -> tuple[Moving, Scalar]:
-            happens, shown, counts, more = row
-            happens = happens._replace(loads=tuple(each + load for each in happens.loads))
-            missing = shown - read(drive, fixed[0], before.states[0], told.outputs)
+            happens, shown, counts, added = row
+            happens = happens._replace(loads=tuple(x + load for x in happens.loads))
+            missing = shown - read(drive, fixed[0], before.states[0], log.outputs)
             sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
-            after = moved(one, believed, fixed, every, (more, own), before, sampled)
+            after = moved(smooth, nominal, fixed, every, (added, gains), before, sampled)
             return after, missing * counts
 
-        off = jax.lax.scan(sample, before, (rows, outputs, usable, told.added))[1]
-        return unzeroed(off, usable, unknown)
+        rows = samples, outputs, log.usable, log.added
+        missing = jax.lax.scan(sample, start(smooth, fixed, zero, (put,)), rows)[1]
+        return centred(missing, log.usable, unknown)
 
     return jax.tree_util.Partial(off)
 
 
-def _rows(told: Recording, substeps: int, noises: int) -> AxisSamples:
+def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
     """What happens to the axis, a leaf (steps,) each."""
-    assert told.reference is not None
-    steps, every = len(told.load), told.sample_time
-    reference = told.reference
+    assert log.reference is not None
+    reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
     faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
-    rate = np.gradient(reference, every)  # where it is, not half a sample later
-    still = np.zeros(steps)
     return AxisSamples(
         reference=reference,
-        reference_rate=rate,
-        loads=tuple(between(told.load, substeps).T),
+        reference_rate=np.gradient(reference, every),  # where it is, not half a sample later
+        loads=tuple(load_between(log.load, substeps).T),
         noise=(still,) * noises,
         target=reference,
         reference_acceleration=faster / every**2,

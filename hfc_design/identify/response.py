@@ -15,7 +15,7 @@ from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
 from hfc_design.files.stress import Mode
-from hfc_design.identify.fit import NOTHING, Found
+from hfc_design.identify.fit import NOTHING, Fit
 from hfc_design.identify.replay import DAMPED, Replay
 
 #: Segments have at most so many samples, are so many at least, and have so many samples at least;
@@ -29,6 +29,14 @@ MODES, DAMPINGS, HIGHEST, BEYOND = 80, (0.01, 0.03, 0.1, 0.2), 0.4, 1.25
 CLEAR, CHANGES = 30.0, 0.15
 #: Autocorrelations of the residual that are looked at, in so many standard errors.
 LAGS, FAR = 40, 1.96
+
+UNEXCITED = (
+    "DOUBTFUL: the log has no excitation: at no frequency the position answers the command above "
+    "its noise; record reversals and faster motions"
+)
+#: Above this share of the highest frequency of a log there is nothing; of white noise so many
+#: autocorrelations may be off.
+ALL, WHITE = 0.8, 0.15
 
 
 class Response(NamedTuple):
@@ -47,45 +55,61 @@ class Response(NamedTuple):
         """Above this nobody knows whether there is a mode [Hz]."""
         return float(f"{self.top or self.frequency[0]:.2g}")
 
+    def lines(self) -> list[str]:
+        """What the frequencies of the log say against the model."""
+        if self.top is None:
+            return [UNEXCITED]
+        lines = []
+        if self.top <= ALL * self.frequency[-1]:
+            lines.append(
+                f"nothing above {self.unknown_above:g} Hz was excited; a mode there cannot be "
+                "excluded: design for one, or record faster motions"
+            )
+        if self.mode:
+            lines.append(f"there is a mode near {self.mode.hz:g} Hz that this model has not")
+        white = "is white" if self.coloured <= WHITE * LAGS else "is not white, the model lacks it"
+        count = f"{self.coloured} of {LAGS} autocorrelations are none of white noise"
+        return [*lines, f"what is left {white}: {count}"]
 
-def response(found: Found) -> Response | None:
+
+def response(fit: Fit) -> Response | None:
     """What the log of a fit says of frequencies; None: it has no command, or is too short."""
-    replay = found.problem.residual
+    replay = fit.problem.residual
     if not isinstance(replay, Replay):
         return None
     every, part = float(replay.sample_time), _longest(np.asarray(replay.rows.usable))
-    off, place, command = found.fit.residual[part, 0], replay.rows.place[part], replay.rows.command
+    off, place, command = fit.residual[part, 0], replay.rows.place[part], replay.rows.command
     length = min(SEGMENT, len(off) // PARTS)
     if length < LEAST:
         return None
     bends = np.diff(off, 2), np.diff(place, 2), np.asarray(command)[part][1:-1]
 
-    def density(one: Floats, other: Floats) -> Any:
+    def density(first: Floats, second: Floats) -> Any:
         bent: Any = "linear"  # which the types of SciPy do not know
-        return csd(one, other, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
+        return csd(first, second, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
 
     frequency = np.arange(2.0, length // 2 + 1) / (length * every)
-    missing, own, power = (density(bends[2], x) for x in bends)
+    missing, answer, power = (density(bends[2], x) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
-    w = 2.0 * np.pi * (found.bandwidth or 0.0) * every
+    w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * every
     slow = (2.0 * DAMPED * w + w**2) * turn + w**2
-    model = own - missing * (turn**2 + slow) / turn**2
+    model = answer - missing * (turn**2 + slow) / turn**2
     noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
     seen = density(bends[1], bends[1]).real
-    coherence = np.abs(own) ** 2 / (power.real * seen)
+    coherence = np.abs(answer) ** 2 / (power.real * seen)
     count = OVERLAP * (2.0 * len(off) / length - 1.0)
     back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
     error = back + np.sqrt((1.0 - coherence) / (2.0 * coherence * count))
     excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
     excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # a sine alone
     top = float(frequency[excited[-1]]) if excited.size else None
-    counts = (error < KNOWN) & (frequency >= 0.5 * (found.bandwidth or 0.0))
+    counts = (error < KNOWN) & (frequency >= 0.5 * (fit.problem.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
-    mode = _mode(frequency, own / model, error, counts, 0.5 / every)
+    mode = _mode(frequency, answer / model, error, counts, 0.5 / every)
     if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):
         mode = None  # far below it other errors of the model look alike
     size = turn**2 * power.real
-    curves = frequency, own / size, model / size, coherence
+    curves = frequency, answer / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
 
@@ -98,9 +122,11 @@ def _longest(usable: Floats) -> slice:
 
 
 def _coloured(off: Floats) -> int:
-    own = off - off.mean()
-    each = np.array([own[k:] @ own[:-k] for k in range(1, LAGS + 1)]) / max(own @ own, 1e-300)
-    return int((np.abs(each) > FAR / np.sqrt(len(own))).sum())
+    """How many autocorrelations are none of white noise."""
+    off = off - off.mean()
+    products = np.array([off[k:] @ off[:-k] for k in range(1, LAGS + 1)])
+    shares = products / max(off @ off, 1e-300)
+    return int((np.abs(shares) > FAR / np.sqrt(len(off))).sum())
 
 
 def _mode(
@@ -110,22 +136,22 @@ def _mode(
 
     Seen at the mass that swings, a mode shows below itself already.
     """
-    s, told = 2j * np.pi * frequency, frequency[counts]
+    s, seen = 2j * np.pi * frequency, frequency[counts]
     if counts.sum() < 8:
         return None
 
     def left(*columns: Any) -> tuple[float, Floats]:
-        each = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
-        *rows, wanted = (np.append(x.real, x.imag) for x in each)
+        weighted = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
+        *rows, wanted = (np.append(x.real, x.imag) for x in weighted)
         found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
         return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
 
     least, best = np.inf, None
-    for hz, damping in product(np.geomspace(told[0], highest, MODES), DAMPINGS):
+    for hz, damping in product(np.geomspace(seen[0], highest, MODES), DAMPINGS):
         w = 2.0 * np.pi * hz
         swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
         tried = [(left(1.0 - swing, s * (1.0 - swing))[0], -1.0)]
-        if hz <= told[-1]:
+        if hz <= seen[-1]:
             squares, found = left(1.0 + 0.0 * s, s, swing)
             tried.append((squares, found[2] / found[0]))
         for squares, share in tried:

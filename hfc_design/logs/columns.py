@@ -1,7 +1,7 @@
 """Columns of a recording by the names that stand in its file, and which signal each is, in what."""
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -42,14 +42,14 @@ class Log(NamedTuple):
         return len(next(iter(self.columns.values())))
 
 
-def checked(log: Log) -> Log:
+def check_log(log: Log) -> Log:
     """The same log; ValueError: it is too short, ragged, or has what is no number."""
     if not log.columns:
         raise ValueError("has no column of numbers")
     lengths = {name: len(column) for name, column in log.columns.items()}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise ValueError(f"its columns differ in length: {told[:200]}")
+        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"its columns differ in length: {listed[:200]}")
     if log.rows < FEWEST:
         raise ValueError(f"has {log.rows} samples; {FEWEST} are the fewest that tell something")
     for name, column in log.columns.items():
@@ -69,50 +69,49 @@ class Column(NamedTuple):
     unit: str | None = None  # of one count, "5 um" say; None: that of the drive
 
 
-def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
+def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     """What a user says of the columns of a drive's log.
 
     Raises:
         ValueError: one cannot be understood, is no signal, has a unit of another kind, or is of a
             signal that another one is of.
     """
-    found = dict[str, Column]()
-    units = units_of(drive)
+    columns, units = dict[str, Column](), units_of(drive)
     for text in texts:
         if not (said := MAPPED.fullmatch(text)):
             raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
         one = Column(said["name"], said["column"], said["unit"])
-        if other := found.get(one.name):
+        if other := columns.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
             raise ValueError(f"{one.name}: is said of two columns, {both}; one is allowed")
-        found[one.name] = one
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
         scale(one, drive)
-    return [*found.values()]
+        columns[one.name] = one
+    return [*columns.values()]
 
 
 def scale(one: Column, drive: Drive) -> float:
     """What a count of the column is in the unit of its signal; ValueError: of another kind."""
     unit = units_of(drive)[one.name]
-    told = one.unit or unit
+    count = one.unit or unit
     try:
-        return counted(told if told[0] in "+-.0123456789" else f"1 {told}", unit, drive)
+        return converted(count if count[0] in "+-.0123456789" else f"1 {count}", unit, drive)
     except ValueError:
         raise ValueError(
-            f"column {one.column[:60]} for the {one.name}: {told!r} cannot be counted in {unit}; "
+            f"column {one.column[:60]} for the {one.name}: {count!r} cannot be counted in {unit}; "
             f"allowed are [{unit}], others of its kind, and counts as in [0.05 {unit}]"
         ) from None
 
 
-def counted(quantity: str, unit: str, drive: Drive) -> float:
+def converted(quantity: str, unit: str, drive: Drive) -> float:
     """A quantity in ``unit``, by the units of a nominal machine; ValueError: it is no such one."""
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     return number(quantity, unit, millimetres)
 
 
-def how(name: str) -> str:
+def column_hint(name: str) -> str:
     """How a user says which column a signal is."""
     return f"say {name}=COLUMN [UNIT] by --column"
 
@@ -126,69 +125,77 @@ HINTS = {
 }
 
 
-def gaps(log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]) -> str:
+def missing_columns(
+    log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]
+) -> str:
     """What is missing, all of it, with the options that say it; guesses by names of columns."""
     used = {one.column for one in known.values()}
     free = [x for x in log.columns if x not in used]
-    found = []
+    options = dict[str, None]()
     for name in (*missing, *({"reference"} - {*known})):
         words = HINTS.get(name, (name, *name.split("_"), *HINTS[""]))
         hinted = (x for word in words for x in free if word in x.casefold())
         others = () if name in HINTS else HINTS["reference"]
         column = next((x for x in hinted if not any(w in x.casefold() for w in others)), None)
-        if column or name in missing:
-            one = "NAME" if missing[1:] else name
-            told = f"{name}={_said(name, column, drive)}" if column else f"{one}=COLUMN [UNIT]"
-            found.append(f'--column "{told}"')
+        if column:
+            options[f'--column "{name}={_with_unit(name, column, drive)}"'] = None
+        elif name in missing:
+            options[f'--column "{"NAME" if missing[1:] else name}=COLUMN [UNIT]"'] = None
     several = f"s are the {', '.join(missing[:-1])} and {missing[-1]}"
-    each = several if missing[1:] else f" is the {missing[0]}"
+    which = several if missing[1:] else f" is the {missing[0]}"
     other = ", or --sample-time" if "time" in missing else ""
-    rest = "" if "COLUMN" not in " ".join(found) and not log.texts else f"; {there(log)}"
-    return f"which column{each}? say {' '.join(dict.fromkeys(found))}{other}{rest}"
+    rest = "" if "COLUMN" not in " ".join(options) and not log.texts else f"; {listed_columns(log)}"
+    return f"which column{which}? say {' '.join(options)}{other}{rest}"
 
 
-def _said(name: str, column: str, drive: Drive) -> str:
+def _with_unit(name: str, column: str, drive: Drive) -> str:
     """A column as an option says it: with a unit where its own name does not tell one."""
-    unit, told = units_of(drive)[name], TOLD.fullmatch(column)
-    if told and _ending(told["unit"], unit, drive):
+    unit, named = units_of(drive)[name], TOLD.fullmatch(column)
+    if named and unit_of(named["unit"], unit, drive):
         return column
-    if told and told["unit"] == "%" and name == "command":
-        highest = drive.largest_commands(drive.parameters())[1]
-        return f"{column} [{highest / 100:g} {unit}]" if highest < inf else f"{column} [UNIT]"
-    return f"{column} [UNIT]"
+    if not (named and named["unit"] == "%" and name == "command"):
+        return f"{column} [UNIT]"
+    highest = drive.largest_commands(drive.parameters())[1]
+    return f"{column} [{highest / 100:g} {unit}]" if highest < inf else f"{column} [UNIT]"
 
 
-def there(log: Log) -> str:
+def listed_columns(log: Log) -> str:
     """The columns that a log has."""
     texts = f"; no numbers are in {', '.join(log.texts)[:80]}" if log.texts else ""
     return f"there is {', '.join(log.columns)[:120]}{texts}"
 
 
-def looked_up(one: Column, log: Log, drive: Drive) -> Column:
+def parts_of(column: str) -> list[tuple[str, str]]:
+    """Names and units that the name of a column may consist of: ``x [mm]``, ``x_mm``."""
+    if named := TOLD.fullmatch(column):
+        return [(named["name"], named["unit"])]
+    words = column.split("_")
+    return [("_".join(words[:k]), "_".join(words[k:])) for k in range(1, len(words))]
+
+
+def find_column(one: Column, log: Log, drive: Drive) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
     Raises:
         ValueError: there is no such column.
     """
     wanted, unit = one.column.casefold(), units_of(drive)[one.name]
-    whole = [x for x in log.columns if x.casefold() == wanted] or [
-        x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"].casefold() == wanted
-    ]
-    if one.column not in log.columns and len(whole) != 1:
-        raise ValueError(f"has no column {one.column[:60]!r}; {there(log)}")
     if one.column not in log.columns:
+        named = {x: TOLD.fullmatch(x) for x in log.columns}
+        whole = [x for x in log.columns if x.casefold() == wanted] or [
+            x for x, parts in named.items() if parts and parts["name"].casefold() == wanted
+        ]
+        if len(whole) != 1:
+            raise ValueError(f"has no column {one.column[:60]!r}; {listed_columns(log)}")
         one = one._replace(column=whole[0])
     if one.unit is not None:
         return one
-    told = TOLD.fullmatch(one.column)
-    if told and told["unit"] == "%":
+    units = [end for _, end in parts_of(one.column)]
+    if units == ["%"] and TOLD.fullmatch(one.column):
         raise ValueError(
-            f"column {one.column[:60]}: 100 % of what? {how(one.name)}, as [0.1 {unit}]"
+            f"column {one.column[:60]}: 100 % of what? {column_hint(one.name)}, as [0.1 {unit}]"
         )
-    parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
-    ends = [told["unit"]] if told else ["_".join(parts[k:]) for k in range(len(parts))]
-    units = (_ending(end, unit, drive) for end in ends)
-    return one._replace(unit=next(filter(None, units), None))
+    return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
 
 #: Ends of names that a library of units knows, and that mean something else there.
@@ -203,16 +210,16 @@ def is_unit(text: str) -> bool:
         return False
 
 
-def _ending(text: str, unit: str, drive: Drive) -> str | None:
+def unit_of(end: str, unit: str, drive: Drive) -> str | None:
     """The unit that the end of a name is, mm_s for mm/s; None: none that counts in ``unit``."""
-    if text == in_a_name(unit):
+    if end == in_a_name(unit):
         return unit
-    told = text.replace("_", "/")
+    written = end.replace("_", "/")
     try:
-        counted(f"1 {told}", unit, drive)
+        converted(f"1 {written}", unit, drive)
     except ValueError:
         return None
-    return None if text in NO_UNIT else told
+    return None if end in NO_UNIT else written
 
 
 def units_of(drive: Drive) -> dict[str, str]:
@@ -234,29 +241,39 @@ def rates_of(drive: Drive) -> dict[str, str]:
     return {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
 
 
-def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
+def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     """Columns that are called like a signal, with or without a unit; not of those ``said``."""
-    found: dict[str, Column] = {}
+    found = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
         if name in said:
             continue
-        called = {name, others.get(name, name)}
-        each = {x: own for x in log.columns if (own := _called(x, called, unit, drive))}
-        if len(each) > 1:
-            both = " and ".join([*each][:2])
-            raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
-        for column, own in each.items():
-            found[name] = Column(name, column, own)
+        names = {name.casefold(), others.get(name, name).casefold()}
+        units = {x: _unit_after(x, names, unit, drive) for x in log.columns}
+        columns = [Column(name, x, end) for x, end in units.items() if end]
+        if len(columns) > 1:
+            both = " and ".join(one.column for one in columns[:2])
+            raise ValueError(f"{both} may be the {name}: which one? {column_hint(name)}")
+        if columns:
+            found[name] = columns[0]
     return found
 
 
-def _called(column: str, names: set[str], unit: str, drive: Drive) -> str | None:
+def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) -> str | None:
     """The unit of a column that is called like one of ``names``; None: it is not."""
-    folded = {name.casefold() for name in names}
-    if column.casefold() in folded:
+    if column.casefold() in names:
         return unit
-    if (told := TOLD.fullmatch(column)) and told["name"].casefold() in folded:
-        return told["unit"]
-    ends = (column[len(x) + 1 :] for x in folded if column.casefold().startswith(f"{x}_"))
-    return next(filter(None, (_ending(end, unit, drive) for end in ends)), None)
+    ends = [end for name, end in parts_of(column) if name.casefold() in names]
+    if TOLD.fullmatch(column):
+        return ends[0] if ends else None
+    return next(filter(None, (unit_of(end, unit, drive) for end in ends)), None)
+
+
+def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
+    """The longest ones as columns; ValueError: they have too many numbers."""
+    most = max((vector.size for vector in vectors.values()), default=0)
+    columns = {name: vector for name, vector in vectors.items() if vector.size == most}
+    if most * len(columns) > MOST_NUMBERS:
+        raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
+    with np.errstate(all="ignore"):  # what is no number is told
+        return {name: np.asarray(vector, float).ravel() for name, vector in columns.items()}

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from hfc_design.logs.columns import MOST_BYTES, MOST_NUMBERS, Log
+from hfc_design.logs.columns import MOST_BYTES, MOST_NUMBERS, Log, longest
 
 #: First bytes of files of MATLAB 7.3, which are HDF5.
 NEWER = b"\x89HDF", b"MATLAB 7.3 MAT-file"
@@ -65,17 +65,14 @@ def mat_log(found: bytes) -> Log:
                 other = known is not None and not np.array_equal(known.values, matrix.values)
                 values[f"{variable}.{name}" if other else name] = matrix
     except Exception as error:  # zlib, NumPy, codecs: each has its own
-        told = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no MAT file that can be read: {told}") from None
-    longest = max((len(one.values) for one in values.values()), default=0)
-    kept = {name: one.values for name, one in values.items() if len(one.values) == longest}
-    if not kept:
-        has = ", ".join(f"{name} is {told}" for name, told in others.items())[:120]
-        made = next((name[:20] for name, told in others.items() if told.startswith("an obj")), "")
+        why = str(error)[:200] or "it is damaged"
+        raise ValueError(f"is no MAT file that can be read: {why}") from None
+    columns = longest({name: matrix.values for name, matrix in values.items()})
+    if not columns:
+        has = ", ".join(f"{name} is {what}" for name, what in others.items())[:120]
+        made = next((name[:20] for name, what in others.items() if what.startswith("an obj")), "")
         how = f"save vectors: {made and f't = {made}.Time; y = {made}.Data; '}save('log.mat', "
         raise ValueError(f"has no vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')")
-    with np.errstate(all="ignore"):  # what is no number is told
-        columns = {name: np.asarray(one, float) for name, one in kept.items()}
     return Log(columns, format="MAT", texts=tuple(others))
 
 
@@ -91,10 +88,12 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
         if len(value) == 1 and {"time", "signals"} <= record.keys():  # structure with time
             found |= _signals("time", record["time"])
             signals = record["signals"] if isinstance(record["signals"], list) else []
-            for j, one in enumerate(signals):
-                label = one.get("label")
-                told = isinstance(label, Text) and label.strip() and label not in found
-                found |= _split(str(label) if told else f"{name}.signals({j + 1})", one["values"])
+            for j, signal in enumerate(signals):
+                label = signal.get("label")
+                labelled = isinstance(label, Text) and label.strip() and label not in found
+                found |= _split(
+                    str(label) if labelled else f"{name}.signals({j + 1})", signal["values"]
+                )
         elif len(value) == 1 and {"Time", "Data"} <= record.keys():  # a timeseries as a struct
             found |= _signals("time", record["Time"]) | _split(name, record["Data"])
         else:

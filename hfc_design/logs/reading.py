@@ -5,15 +5,14 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.numbers import Floats
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.logs.columns import (
     LARGEST_LOG,
     MOST_BYTES,
     MOST_COLUMNS,
-    MOST_NUMBERS,
     Log,
-    checked,
+    check_log,
+    longest,
 )
 from hfc_design.logs.mat import mat_log
 from hfc_design.logs.texts import UNNAMED, text_log
@@ -28,8 +27,8 @@ def read_log(path: str | Path) -> Log:
     with about(path):
         found = content(path, LARGEST_LOG)
         if reader := ARRAYS.get(Path(path).suffix.lower()):
-            return checked(reader(found))
-        return checked(text_log(decoded(found, "utf-8-sig")))
+            return check_log(reader(found))
+        return check_log(text_log(decoded(found, "utf-8-sig")))
 
 
 def numpy_log(found: bytes) -> Log:
@@ -43,10 +42,15 @@ def numpy_log(found: bytes) -> Log:
             arrays = archive.arrays(found, MOST_BYTES, archive.DEFLATED)
         else:
             arrays = _parts(archive.array_of(found))
-        return Log(_columns(arrays), format="NumPy")
+        return Log(longest({str(x): y for x, y in arrays.items() if _is_signal(y)}), format="NumPy")
     except Exception as error:  # of a damaged file zipfile raises whatever it stumbles over
-        told = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no file of NumPy that can be read: {told}") from None
+        why = str(error)[:200] or "it is damaged"
+        raise ValueError(f"is no file of NumPy that can be read: {why}") from None
+
+
+def _is_signal(array: np.ndarray) -> bool:
+    """Whether it is a vector of real numbers; a scalar is a setting."""
+    return array.dtype.kind in "fiub" and 1 < array.size == max(array.shape, default=0)
 
 
 def _parts(array: np.ndarray) -> archive.Arrays:
@@ -55,24 +59,9 @@ def _parts(array: np.ndarray) -> archive.Arrays:
         return {name: array[name] for name in array.dtype.names}
     table = array[:, None] if array.ndim == 1 else array
     if table.ndim != 2 or table.shape[1] > MOST_COLUMNS:
-        told = f"has to have rows and at most {MOST_COLUMNS} columns (got {array.shape[:4]})"
-        raise ValueError(f"its array {told}")
+        got = f"(got {array.shape[:4]})"
+        raise ValueError(f"its array has to have rows and at most {MOST_COLUMNS} columns {got}")
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
-
-
-def _columns(arrays: archive.Arrays) -> dict[str, Floats]:
-    """Real vectors among ``arrays``, of the longest length; a scalar is a setting, no signal."""
-    vectors = {
-        str(name): array
-        for name, array in arrays.items()
-        if array.dtype.kind in "fiub" and 1 < array.size == max(array.shape, default=0)
-    }
-    longest = max((vector.size for vector in vectors.values()), default=0)
-    kept = {name: vector for name, vector in vectors.items() if vector.size == longest}
-    if longest * len(kept) > MOST_NUMBERS:
-        raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
-    with np.errstate(all="ignore"):  # what is no number is told
-        return {name: np.asarray(vector, float).ravel() for name, vector in kept.items()}
 
 
 #: Endings of files that are no text.

@@ -6,7 +6,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, SAME_SINGLE, Floats, Mask
 from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, counted, how
+from hfc_design.logs.columns import Column, column_hint, converted
 from plants import Drive
 
 #: What lies between values is one step up to so many times the least; this share of the values lies
@@ -26,7 +26,7 @@ PLAUSIBLE = {"m": (1e-10, 1e3), "rad": (1e-10, 1e6)}
 CLEAR = 0.25
 
 
-def step_of(values: Floats) -> float | None:
+def encoder_step(values: Floats) -> float | None:
     """The step of an encoder, if values are whole steps, or those rounded in a text; None: not."""
     gaps = np.diff(np.unique(np.round(values, 15)))
     gaps = gaps[gaps > 1e-12 * max(np.abs(values).max(), 1e-300)]
@@ -47,7 +47,7 @@ def step_of(values: Floats) -> float | None:
     return None if ramp or off > ROUNDED * step else float(f"{step:.4g}")
 
 
-def righted(values: Floats) -> tuple[Floats, Mask]:
+def without_outliers(values: Floats) -> tuple[Floats, Mask]:
     """Values (steps,) with the wrong ones on straight lines, and which these are.
 
     Single samples far off both of their neighbours; those bend back by half as much.
@@ -62,7 +62,7 @@ def righted(values: Floats) -> tuple[Floats, Mask]:
     return np.interp(steps, steps[~wrong], values[~wrong]) if wrong.any() else values, wrong
 
 
-def noise_of(off: Floats, place: Floats, step: float | None) -> float | None:
+def noise_level(off: Floats, place: Floats, step: float | None) -> float | None:
     """Standard deviation of the white noise in (steps,) what a replay is off; None: none is seen.
 
     ``place`` (steps,) says where the axis is slow.
@@ -84,7 +84,7 @@ def noise_of(off: Floats, place: Floats, step: float | None) -> float | None:
     return float(f"{np.sqrt(left):.2g}") if left > least**2 else None
 
 
-def unwrapped(values: dict[str, Floats], places: Sequence[str], drive: Drive) -> list[str]:
+def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive) -> list[str]:
     """Notes of what goes round in ``values``, which then goes on where it began again.
 
     Args:
@@ -124,7 +124,7 @@ def unwrapped(values: dict[str, Floats], places: Sequence[str], drive: Drive) ->
     return notes
 
 
-def checked_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:
+def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:
     """ValueError: what a column with its unit says is no motion of a machine.
 
     Args:
@@ -136,7 +136,7 @@ def checked_travel(one: Column, values: Floats, drive: Drive, duration: float) -
     unit = drive.units["error"]
     for base, (least, fastest) in PLAUSIBLE.items():
         try:
-            size = counted(f"1 {unit}", base, drive)
+            size = converted(f"1 {unit}", base, drive)
         except ValueError:
             continue
         gone, most = size * float(np.ptp(values)), fastest * duration
@@ -144,5 +144,5 @@ def checked_travel(one: Column, values: Floats, drive: Drive, duration: float) -
             raise ValueError(
                 f"column {one.column} in {one.unit}: the {one.name} goes {gone:.3g} {base} in "
                 f"{duration:.3g} s; plausible are {least:g} to {most:.3g} {base}: in which unit "
-                f"is it? {how(one.name)}"
+                f"is it? {column_hint(one.name)}"
             )

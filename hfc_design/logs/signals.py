@@ -11,14 +11,14 @@ from hfc_design.logs.columns import (
     FEWEST,
     Column,
     Log,
-    by_name,
-    gaps,
-    how,
-    looked_up,
+    column_hint,
+    columns_by_name,
+    find_column,
+    missing_columns,
     scale,
     units_of,
 )
-from hfc_design.logs.sensors import checked_travel, righted, step_of, unwrapped
+from hfc_design.logs.sensors import check_travel, encoder_step, unwrap_turns, without_outliers
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -39,7 +39,7 @@ HELD = ("command", "added")
 FOLLOWS = 0.1
 
 
-class Even(NamedTuple):
+class EvenLog(NamedTuple):
     """Evenly sampled signals."""
 
     sample_time: float  # [s]
@@ -49,7 +49,9 @@ class Even(NamedTuple):
     step: float | None = None  # of the encoder of the position, as it was recorded
 
 
-def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None) -> Even:
+def signals(
+    log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None
+) -> EvenLog:
     """The signals of ``drive`` in a log, in its units.
 
     Args:
@@ -62,39 +64,36 @@ def signals(log: Log, drive: Drive, columns: Sequence[Column], sample_time: floa
     Raises:
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
-    chosen = {one.name: one for one in columns}
-    units = units_of(drive)
-    named = by_name(log, drive, [*chosen])
-    timed = {"time"} if log.sample_time or sample_time else set()
+    chosen, units = {one.name: one for one in columns}, units_of(drive)
+    named = columns_by_name(log, drive, [*chosen])
     known = chosen | named
+    timed = {"time"} if log.sample_time or sample_time else set()
     needed = ["time", drive.seen[0], *(["command"] if "reference" not in known else [])]
     if missing := [name for name in needed if name not in known.keys() | timed]:
-        raise ValueError(gaps(log, drive, missing, known))
+        raise ValueError(missing_columns(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
-    for name, own in known.items():
-        one = looked_up(own, log, drive)
-        unit = one.unit or units[name]
-        if own.unit is None or (name in named and unit != units[name]):
-            taken.append(f"{name} is {one.column} in {unit}")
-        values[name] = scale(one, drive) * log.columns[one.column]
+    for name, asked in known.items():
+        column = find_column(asked, log, drive)
+        unit = column.unit or units[name]
+        if asked.unit is None or (name in named and unit != units[name]):
+            taken.append(f"{name} is {column.column} in {unit}")
+        values[name] = scale(column, drive) * log.columns[column.column]
         if units[name] == drive.units["error"]:
-            places[name] = one._replace(unit=unit)
-    turned = unwrapped(values, [*places], drive)
+            places[name] = column._replace(unit=unit)
+    turned = unwrap_turns(values, [*places], drive)
     _check(values, drive)
-    told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
-    found = even(values.pop("time", None), told, values, log.breaks)
+    step = encoder_step(values[drive.seen[0]])
+    found = resampled(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
     if not FASTEST <= found.sample_time <= SLOWEST:
         raise ValueError(
             f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
-            f"{SLOWEST:g} s: which unit has its time? {how('time')}"
+            f"{SLOWEST:g} s: which unit has its time? {column_hint('time')}"
         )
-    duration = found.sample_time * len(found.usable)
-    for name, one in places.items():
-        checked_travel(one, found.values[name], drive, duration)
-    found.notes.extend(turned)
-    if taken:
-        found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
-    return _trusted(found, drive)._replace(step=step)
+    for name, column in places.items():
+        check_travel(column, found.values[name], drive, found.sample_time * len(found.usable))
+    notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
+    found = found._replace(notes=[*notes, *found.notes, *turned], step=step)
+    return _trusted(found, drive)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -103,7 +102,7 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
-    place, _ = righted(values[position])
+    place, _ = without_outliers(values[position])
     size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
@@ -112,32 +111,29 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
         )
 
 
-def _trusted(found: Even, drive: Drive) -> Even:
+def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     """The first samples, if there are too many; what is wrong or at an end of a scale marked."""
-    if len(found.usable) > MOST:
-        told = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
-        found.notes.append(told)
-        values = {name: column[:MOST] for name, column in found.values.items()}
-        found = found._replace(values=values, usable=found.usable[:MOST])
-    notes, usable = [*found.notes], found.usable.copy()
-    position = found.values[drive.seen[0]]
-    right, wrong = righted(position)
+    name, every, notes = drive.seen[0], log.sample_time, [*log.notes]
+    if len(log.usable) > MOST:
+        notes.append(f"only the first {MOST * every:.4g} s are used ({MOST} samples)")
+    values = {signal: column[:MOST] for signal, column in log.values.items()}
+    place, usable = values[name], log.usable[:MOST]
+    right, wrong = without_outliers(place)
     if wrong.any():
-        k, unit = int(np.flatnonzero(wrong)[0]), drive.units["error"]
-        off = position[k] - 0.5 * (position[k - 1] + position[k + 1])
-        found.values[drive.seen[0]], usable = right, usable & ~wrong
+        k = int(np.flatnonzero(wrong)[0])
+        off = place[k] - 0.5 * (place[k - 1] + place[k + 1])
         notes.append(
-            f"{wrong.sum()} wrong samples of {drive.seen[0]} are left out: the one at "
-            f"{k * found.sample_time:.4g} s is {off:.3g} {unit} off those before and after it"
+            f"{wrong.sum()} wrong samples of {name} are left out: the one at {k * every:.4g} s is "
+            f"{off:.3g} {drive.units['error']} off those before and after it"
         )
-    clipped = at_an_end(right)
+    clipped = saturated(right)
     if clipped.any():
-        usable &= ~clipped
         notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {drive.seen[0]} stay at its largest "
+            f"{100 * clipped.mean():.2g} % of the samples of {name} stay at its largest "
             "or smallest value, as if its sensor showed no more, and are left out"
         )
-    return found._replace(usable=usable, notes=notes)
+    usable = usable & ~wrong & ~clipped
+    return log._replace(values=values | {name: right}, usable=usable, notes=notes)
 
 
 #: So many samples in a row exactly at the largest or the smallest value are an end of a scale,
@@ -146,8 +142,8 @@ def _trusted(found: Even, drive: Drive) -> Even:
 STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
-def at_an_end(values: Floats) -> Mask:
-    """(steps,) where a measured signal that was still moving is held at its extreme.
+def saturated(values: Floats) -> Mask:
+    """(steps,) where a measured signal that was still moving is ends at its extreme.
 
     One that comes to rest there slows down before; one that is cut off does not.
     """
@@ -156,8 +152,8 @@ def at_an_end(values: Floats) -> Mask:
     moves = change[change > 0] if (change > 0).any() else np.zeros(1)
     least = max(ARRIVES * np.median(moves), STEPS * moves.min())
     for extreme in (values.max(), values.min()):
-        held = np.flatnonzero(np.diff(np.r_[0, values == extreme, 0]))
-        for begin, end in zip(held[::2], held[1::2], strict=True):
+        ends = np.flatnonzero(np.diff(np.r_[0, values == extreme, 0]))
+        for begin, end in zip(ends[::2], ends[1::2], strict=True):
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
             # In whole steps of an encoder one of them may be just that share of four.
             if end - begin >= STAYS and arrives > least * (1.0 + SAME_SINGLE):
@@ -165,9 +161,9 @@ def at_an_end(values: Floats) -> Mask:
     return found
 
 
-def even(
+def resampled(
     time: Floats | None, sample_time: float | None, values: dict[str, Floats], breaks: Mask | None
-) -> Even:
+) -> EvenLog:
     """Signals (rows,) at even times.
 
     Args:
@@ -185,11 +181,9 @@ def even(
     if time is None:
         if sample_time is None:
             raise ValueError("has no time")
-        part = _longest(
-            sample_time * np.arange(rows, dtype=np.float64), np.flatnonzero(broken), notes
-        )
-        kept = {name: value[part] for name, value in values.items()}
-        return Even(sample_time, kept, np.ones(part.stop - part.start, bool), notes)
+        part = _longest(sample_time * np.arange(rows, dtype=float), np.flatnonzero(broken), notes)
+        values = {name: value[part] for name, value in values.items()}
+        return EvenLog(sample_time, values, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
@@ -197,41 +191,41 @@ def even(
     if not (distance > 0).any():
         raise ValueError("its time stands still: which column is it, and in which unit?")
     twice = np.append([False], distance == 0)
+    usual = float(np.median(distance[distance > 0]))
     if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
-        period = _shared(time, twice, distance)
-        told = even(None, sample_time or period, values, broken)
+        mean = _shared(time[~twice], np.flatnonzero(~twice), usual)
+        log = resampled(None, sample_time or mean, values, broken)
         of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
-        told.notes.insert(0, f"{of}; the sample time is {told.sample_time:g} s, that of their mean")
-        return told
+        told = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
+        return log._replace(notes=[told, *log.notes])
     if twice.any():
         notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
     time, broken = time[~twice], broken[~twice]
-    place = _places(time, sample_time or float(np.median(distance[distance > 0])))
-    gaps = np.append([False], np.diff(place) > FILLED + 1)
-    part = _longest(time, np.flatnonzero(gaps | broken), notes)
+    place = _places(time, sample_time or usual)
+    cuts = np.append([False], np.diff(place) > FILLED + 1) | broken
+    part = _longest(time, np.flatnonzero(cuts), notes)
     time, place = time[part], place[part] - place[part.start]
-    period = sample_time or _period(place, time)
-    kept = {name: value[~twice][part] for name, value in values.items()}
-    return _filled(time, period, place, kept, notes)
+    values = {name: value[~twice][part] for name, value in values.items()}
+    return _filled(time, sample_time or _period(place, time), place, values, notes)
 
 
-def _shared(time: Floats, twice: Mask, distance: Floats) -> float:
-    """The sample time where stamps (rows,) of a coarse clock are ``twice`` those before.
+def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
+    """The sample time where ``stamps`` of a coarse clock begin at ``rows`` and last for several.
 
     Raises:
         ValueError: their samples do not follow each other evenly: some are missing.
     """
-    first = np.flatnonzero(~twice)[1:].astype(float)  # the first stamp's own may have begun before
+    stamps, first = stamps[1:], rows[1:].astype(float)  # the first one may have begun before
     if len(first) < FEWEST:
         raise ValueError(f"has {len(first) + 1} different time stamps; {FEWEST + 1} are the fewest")
-    period, start = np.polyfit(first, time[~twice][1:], 1)
-    off = np.abs(time[~twice][1:] - start - period * first)
-    if off.max() > np.median(distance[distance > 0]):
+    period, start = np.polyfit(first, stamps, 1)
+    off = np.abs(stamps - start - period * first)
+    if off.max() > usual:
         raise ValueError(
             f"its time stamps are those of several samples each, and not evenly so after "
-            f"{time[~twice][1:][off.argmax()]:.6g} s: samples are missing there"
+            f"{stamps[off.argmax()]:.6g} s: samples are missing there"
         )
-    return _period(first, time[~twice][1:])
+    return _period(first, stamps)
 
 
 def _places(time: Floats, period: float) -> Floats:
@@ -265,7 +259,7 @@ def _period(place: Floats, time: Floats) -> float:
 
 def _filled(
     time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
-) -> Even:
+) -> EvenLog:
     """At every place; what is missing lies on a straight line, a command stays as it was."""
     start = float(np.mean(time - period * place))  # of the clock, by all stamps
     off = (time - start) / period - place
@@ -286,7 +280,7 @@ def _filled(
     }
     if missing := int((~recorded).sum()):
         notes.append(f"{missing} of {len(steps)} samples are missing")
-    return Even(period, found, recorded, notes)
+    return EvenLog(period, found, recorded, notes)
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:

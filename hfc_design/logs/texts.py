@@ -50,9 +50,14 @@ class Form(NamedTuple):
             raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
         return [cell.strip() for cell in cells]
 
+    @property
+    def commas(self) -> bool:
+        """Whether a comma is a decimal one: semicolons or tabs part the columns."""
+        return self.separator in (";", "\t")
+
     def pointed(self, text: str) -> str:
-        """With points for decimal commas, where semicolons or tabs part the columns."""
-        return text.replace(",", ".") if self.separator in (";", "\t") else text
+        """With points for decimal commas."""
+        return text.replace(",", ".") if self.commas else text
 
     def number(self, cell: str) -> float | None:
         """A number, with a decimal comma too."""
@@ -113,8 +118,8 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
             raise ValueError(f"line {place}: {name[:40]} has to be {wanted[:40]}: a value is lost")
     for name in names:
         if counts[name] != steps:
-            told = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
-            raise ValueError(f"{told}: one is lost")
+            counted = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
+            raise ValueError(f"{counted}: one is lost")
     table = np.array([value for _, value, _ in pairs])
     table = table.reshape(steps, count) if by_sample else table.reshape(count, steps).T
     return Log(_named(names, table), sample_time, format="halscope (older)")
@@ -203,23 +208,23 @@ def _names(head: Rows, form: Form) -> list[str]:
 
 def _with_unit(name: str, unit: str) -> str:
     """``name [unit]``, unless the name tells it already."""
-    own = unit.strip("[]()")
-    known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(own)}")
-    return name if known else f"{name} [{own}]"
+    bare = unit.strip("[]()")
+    known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(bare)}")
+    return name if known else f"{name} [{bare}]"
 
 
 def _scope_names(head: Rows, form: Form) -> list[str]:
     """Of TwinCAT's Scope: lines of a key before each group, ``Name a Name b``; time is in ms."""
     every = [form.cells(line) for _, line in head]
-    told = {cells[0]: cells for cells in every if len(cells) >= form.columns}
-    if "Name" not in told:
+    keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
+    if "Name" not in keys:
         raise ValueError(f"line {head[0][0]}: Scope's file has to have a line Name of channels")
-    units = told.get("Unit", [""] * form.columns)
-    if "Name" not in told["Name"][: form.columns]:
+    units = keys.get("Unit", [""] * form.columns)
+    if "Name" not in keys["Name"][: form.columns]:
         raise ValueError("has no time: export it from Scope with timelines")
     return [
         "" if name == "Name" else _with_unit(name, unit if is_unit(unit) else "")
-        for name, unit in zip(told["Name"][: form.columns], units, strict=False)
+        for name, unit in zip(keys["Name"][: form.columns], units, strict=False)
     ]
 
 
@@ -230,12 +235,12 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
         raise ValueError("has no time: export it from Scope with timelines")
     for other in times[1:]:
         if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
-            told = f"its channels have different times from sample {off[0] + 1} on"
-            raise ValueError(f"{told}; export those of one sample time from Scope")
+            why = f"its channels have different times from sample {off[0] + 1} on"
+            raise ValueError(f"{why}; export those of one sample time from Scope")
     full = abs(table[0, times[0]]) > 1e15  # since 1601
     names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
-    kept = [k for k in range(len(form.numeric)) if k not in times[1:]]
-    return form._replace(numeric=[form.numeric[k] for k in kept]), table[:, kept]
+    columns = [k for k in range(len(form.numeric)) if k not in times[1:]]
+    return form._replace(numeric=[form.numeric[k] for k in columns]), table[:, columns]
 
 
 def _at(place: int, text: str) -> float:
@@ -252,56 +257,47 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
         raise ValueError("has no samples")
     lines = [line for _, line in rows]
     pointed = [form.pointed(line) for line in lines]
-    if pointed != lines and any("." in line for line in lines):
-        _check_points(rows, form)
     every = len(form.numeric) == form.columns
-    if not every:
-        _check_texts(rows, form, names)
+    mixed = pointed != lines and any("." in line for line in lines)
     try:
-        found = np.loadtxt(
+        table = np.loadtxt(
             pointed, delimiter=form.separator, ndmin=2, comments=None, quotechar='"',
             usecols=None if every else form.numeric,
         )  # fmt: skip
-        if found.shape[1] == len(form.numeric) and np.isfinite(found).all():
-            return np.asarray(found, float)
+        damaged = table.shape[1] != len(form.numeric) or not np.isfinite(table).all()
     except ValueError:
-        pass
-    for (place, _), line in zip(rows, pointed, strict=True):  # which line it is
-        cells = _whole(line, place, form)
-        for k in form.numeric:
-            _at(place, cells[k])
-    raise ValueError("is no table of numbers")
+        damaged = True
+    if damaged or mixed or not every:
+        _check(rows, form, names, damaged)
+    if damaged:
+        raise ValueError("is no table of numbers")
+    return np.asarray(table, float)
 
 
-def _whole(line: str, place: int, form: Form) -> list[str]:
-    cells = form.cells(line)
-    if len(cells) != form.columns:
-        raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
-    return cells
+def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
+    """ValueError: which line is not like the others.
 
-
-def _check_points(rows: Rows, form: Form) -> None:
-    """ValueError: numbers have a decimal comma in one line and a point in another."""
-    first = dict[str, int]()
-    for place, line in rows:
-        cells = _whole(line, place, form)
-        for sign in ",.":
-            if any(sign in cells[k] for k in form.numeric):
-                first.setdefault(sign, place)
-    if len(first) == 2:
-        told = f"line {first[',']}: has a comma in a number, line {first['.']} a point"
-        raise ValueError(f"{told}; one of them has to be the decimal sign of all")
-
-
-def _check_texts(rows: Rows, form: Form, names: Sequence[str]) -> None:
-    """ValueError: a column with texts or nothing in the middle of the file has a number too."""
+    It has another length, no number (in a ``damaged`` table) or another decimal sign where others
+    have numbers, or a number where others have texts or nothing.
+    """
+    signs = dict[str, int]()  # where each stands first
     texts = [k for k in range(form.columns) if k not in form.numeric]
     for place, line in rows:
-        cells = _whole(line, place, form)
+        cells = form.cells(line)
+        if len(cells) != form.columns:
+            raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
         for k in texts:
             if form.number(cells[k]) is not None:
                 told = f"column {names[k][:60] or k + 1} has a number here"
                 raise ValueError(f"line {place}: {told}, and none in other lines")
+        for sign in ",." if form.commas else "":
+            if any(sign in cells[k] for k in form.numeric):
+                signs.setdefault(sign, place)
+        if len(signs) == 2:
+            both = f"line {signs[',']}: has a comma in a number, line {signs['.']} a point"
+            raise ValueError(f"{both}; one of them has to be the decimal sign of all")
+        for k in form.numeric if damaged else ():
+            _at(place, form.pointed(cells[k]))
 
 
 def _named(

@@ -113,9 +113,9 @@ class AxisPath(NamedTuple):
     @property
     def fastest(self) -> Floats:
         """(axes, blocks) the largest direction of each axis, of an arc no less than that."""
-        found = np.abs(self.rate)
-        found[list(self.plane)] += np.hypot(*self.tangent)
-        return found
+        largest = np.abs(self.rate)
+        largest[list(self.plane)] += np.hypot(*self.tangent)
+        return largest
 
     def spans(self) -> tuple[Floats, Floats]:
         """(axes, blocks) the lowest and the highest place of each axis on each block."""
@@ -214,9 +214,9 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     if not peak.all():  # rounded away, of what no machine is
         raise ValueError("a block of its program never gets going; see its limits")
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
-    found = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
+    motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
     first = np.flatnonzero(np.diff(block, prepend=-1))
-    return found._replace(peak=np.maximum.reduceat(peak, first))
+    return motion._replace(peak=np.maximum.reduceat(peak, first))
 
 
 def _pieces(

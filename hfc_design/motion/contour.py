@@ -116,9 +116,9 @@ def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest
     of both of its segments together.
     """
     off = actual - samples.position
-    reach = REACH * np.hypot(off[0], off[1])
-    begin = np.clip(samples.distance - reach, 0.0, path.knots[-1])
-    end = np.clip(samples.distance + reach, 0.0, path.knots[-1])
+    search_range = REACH * np.hypot(off[0], off[1])
+    begin = np.clip(samples.distance - search_range, 0.0, path.knots[-1])
+    end = np.clip(samples.distance + search_range, 0.0, path.knots[-1])
     last = len(path.length) - 1
     first = np.clip(np.searchsorted(path.knots, begin, side="right") - 1, 0, last)
     final = np.clip(np.searchsorted(path.knots, end, side="right") - 1, 0, last)
@@ -164,25 +164,25 @@ def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest:
 def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:
     """Meaning and unit of each metric of an X-Y machine of these, in the order of every table."""
     unit, command = (drives[0].units[name] for name in ("error", "command"))
-    own, known = unit.replace(" ", ""), {}
+    tail, known = unit.replace(" ", ""), {}
     called, counted = drives[0].command_name, in_a_name(command)
     if any(drive.off_its_position for drive in drives):
         known = {
-            f"known_rms_contour_error_{own}": "root mean square of the contour error by the "
+            f"known_rms_contour_error_{tail}": "root mean square of the contour error by the "
             f"encoders that are fed back [{unit}]",
-            f"known_max_contour_error_{own}": f"largest of these [{unit}]",
+            f"known_max_contour_error_{tail}": f"largest of these [{unit}]",
         }
     return {
-        f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
-        f"max_contour_error_{own}": f"largest contour error [{unit}]",
-        f"worst_glitch_{own}": f"largest contour error after an axis reverses [{unit}]",
-        f"path_error_{own}": f"largest contour error but for the {GLITCH_TIME:g} s after an axis "
+        f"rms_contour_error_{tail}": f"root mean square of the contour error [{unit}]",
+        f"max_contour_error_{tail}": f"largest contour error [{unit}]",
+        f"worst_glitch_{tail}": f"largest contour error after an axis reverses [{unit}]",
+        f"path_error_{tail}": f"largest contour error but for the {GLITCH_TIME:g} s after an axis "
         f"starts or reverses [{unit}]",
         **known,
-        f"x_rms_error_{own}": f"root mean square of the tracking error of X [{unit}]",
-        f"y_rms_error_{own}": f"root mean square of the tracking error of Y [{unit}]",
-        f"x_max_error_{own}": f"largest tracking error of X [{unit}]",
-        f"y_max_error_{own}": f"largest tracking error of Y [{unit}]",
+        f"x_rms_error_{tail}": f"root mean square of the tracking error of X [{unit}]",
+        f"y_rms_error_{tail}": f"root mean square of the tracking error of Y [{unit}]",
+        f"x_max_error_{tail}": f"largest tracking error of X [{unit}]",
+        f"y_max_error_{tail}": f"largest tracking error of Y [{unit}]",
         f"peak_{called}_{counted}": f"largest {called} of an axis [{command}]",
         f"rms_{called}_change_{counted}": f"root mean square of the change of the {called} from "
         f"sample to sample, of the axis that chatters more [{command}]",
@@ -235,32 +235,32 @@ def contour(
         return actual, nearest(trajectory, samples, actual).error / millimetres
 
     actual, error = off(positions)
-    found, quiet = glitches(time, samples, error), undisturbed(time, samples.velocity)
+    glitch_list, quiet = glitches(time, samples, error), undisturbed(time, samples.velocity)
     known = None if seen is None else off(seen)[1]
-    return Contour(trajectory, samples, actual, error, found, quiet, unit, millimetres, known)
+    return Contour(trajectory, samples, actual, error, glitch_list, quiet, unit, millimetres, known)
 
 
-def during(found: Contour, time: Floats, part: slice) -> Contour:
+def during(contour: Contour, time: Floats, part: slice) -> Contour:
     """Its errors and glitches in a part of ``time`` (steps,) [s]."""
-    own = time[part]
+    part_time = time[part]
 
     def inside(all_of_them: list[Glitch]) -> list[Glitch]:
-        return [glitch for glitch in all_of_them if own[0] <= glitch.time_s <= own[-1]]
+        return [glitch for glitch in all_of_them if part_time[0] <= glitch.time_s <= part_time[-1]]
 
-    return found._replace(
-        samples=PathSamples(*(column[..., part] for column in found.samples)),
-        actual=found.actual[:, part],
-        error=found.error[part],
-        glitches=inside(found.glitches),
-        undisturbed=found.undisturbed[part],
-        known=None if found.known is None else found.known[part],
-        turned=None if found.turned is None else found.turned[part],
-        turned_glitches=inside(found.turned_glitches),
+    return contour._replace(
+        samples=PathSamples(*(column[..., part] for column in contour.samples)),
+        actual=contour.actual[:, part],
+        error=contour.error[part],
+        glitches=inside(contour.glitches),
+        undisturbed=contour.undisturbed[part],
+        known=None if contour.known is None else contour.known[part],
+        turned=None if contour.turned is None else contour.turned[part],
+        turned_glitches=inside(contour.turned_glitches),
     )
 
 
 def contour_metrics(
-    drives: Sequence[Drive], found: Contour, errors: Floats, commands: Floats
+    drives: Sequence[Drive], contour: Contour, errors: Floats, commands: Floats
 ) -> dict[str, float | None]:
     """``contour_meanings`` in numbers; all None where the motion diverged.
 
@@ -270,14 +270,14 @@ def contour_metrics(
         errors: (2, steps) tracking errors of both axes [unit].
         commands: (2, steps).
     """
-    if not all(np.isfinite(part).all() for part in (found.error, errors, commands)):
+    if not all(np.isfinite(part).all() for part in (contour.error, errors, commands)):
         return dict.fromkeys(contour_meanings(drives))
     values = (
-        rms(found.error),
-        np.abs(found.error).max(),
-        max((abs(glitch.error) for glitch in found.glitches), default=None),
-        np.abs(found.error[found.undisturbed]).max() if found.undisturbed.any() else None,
-        *(() if found.known is None else (rms(found.known), np.abs(found.known).max())),
+        rms(contour.error),
+        np.abs(contour.error).max(),
+        max((abs(glitch.error) for glitch in contour.glitches), default=None),
+        np.abs(contour.error[contour.undisturbed]).max() if contour.undisturbed.any() else None,
+        *(() if contour.known is None else (rms(contour.known), np.abs(contour.known).max())),
         *(rms(error) for error in errors),
         *(np.abs(error).max() for error in errors),
         np.abs(commands).max(),

@@ -51,7 +51,7 @@ def words_of(block: str) -> list[tuple[str, float]]:
     """
     if flow := FLOW.match(block):
         raise ValueError(f"{flow[1]}: subprograms and loops are not read; write their moves out")
-    found: list[tuple[str, str | None]] = []
+    words: list[tuple[str, str | None]] = []
     place = len(block) - len(block.lstrip().removeprefix(SKIPPED))
     while place < len(block):
         piece = PIECE.match(block, place)
@@ -63,9 +63,9 @@ def words_of(block: str) -> list[tuple[str, float]]:
             there = block[max(place - SHOWN, 0) : place + SHOWN].strip()
             raise ValueError(f"cannot be understood at column {place + 1}: {there!r}")
         if piece["letter"]:
-            found.append((piece["letter"].upper(), piece["number"]))
+            words.append((piece["letter"].upper(), piece["number"]))
         place = piece.end()
-    return [(letter, _number(letter, number)) for letter, number in found]
+    return [(letter, _number(letter, number)) for letter, number in words]
 
 
 def _number(letter: str, number: str | None) -> float:
@@ -166,18 +166,18 @@ def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
 
 def notes(text: str) -> list[str]:
     """What the program ``text`` has that a machine may do otherwise, a line each with its first."""
-    found: dict[str, str] = {}
+    lines: dict[str, str] = {}
     for number, code in _lines(text):
         words = words_of(code)
         if code.lstrip().startswith(SKIPPED):
-            found.setdefault(SKIPPED, f"line {number}: {NOTED_BLOCK}")
+            lines.setdefault(SKIPPED, f"line {number}: {NOTED_BLOCK}")
         for letter, value in words:
             if letter == "G" and value in NOTED_G:
-                told = f"line {number}: G{value:g}: {NOTED_G[int(value)]}"
-                found.setdefault(f"G{value:g}", told)
+                note = f"line {number}: G{value:g}: {NOTED_G[int(value)]}"
+                lines.setdefault(f"G{value:g}", note)
         if any(letter == "M" and value in ENDS for letter, value in words):
             break
-    return [*found.values()]
+    return [*lines.values()]
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
@@ -214,36 +214,38 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     Raises:
         ValueError: it cannot be used, or moves something else.
     """
-    found = []
+    moves = []
     for block in blocks(text):
         planar = block.centre is not None or dist(block.start[:2], block.end[:2]) >= SAME_PLACE
         for axis, a, b in zip(AXES[2:], block.start[2:], block.end[2:], strict=True):
             if abs(a - b) < SAME_PLACE or (axis == "Z" and (block.feed is None or not planar)):
                 continue
-            told = f"{axis} moves together with X or Y" if planar else f"{axis} moves"
-            raise ValueError(f"line {block.line}: {told}; only motion in X-Y is read")
+            fault = f"{axis} moves together with X or Y" if planar else f"{axis} moves"
+            raise ValueError(f"line {block.line}: {fault}; only motion in X-Y is read")
         feed = rapid if block.feed is None else block.feed
         start, end = (block.start[0], block.start[1]), (block.end[0], block.end[1])
         if block.centre is not None:
-            found.append(arc(start, block.centre, block.sweep, feed))
+            moves.append(arc(start, block.centre, block.sweep, feed))
         elif planar:
-            found.append(line(start, end, feed))
-    if not found:
+            moves.append(line(start, end, feed))
+    if not moves:
         raise ValueError("has no motion in X or Y")
-    return tuple(found)
+    return tuple(moves)
 
 
-def _sorted(found: list[tuple[str, float]]) -> tuple[list[float], list[float], Words]:
+def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[float], Words]:
     """The G codes, the M codes and the other words of a block."""
     codes: dict[str, list[float]] = {"G": [], "M": []}
     words: Words = {}
-    for letter, code in found:
+    for letter, code in block_words:
         if why := OTHERS.get(letter, {}).get(code):
             raise ValueError(f"{letter}{code:g}: {why}")
-    own = {letter for kind, code in found if kind == "G" for letter in PARAMETERS.get(code, "")}
-    for letter, value in found:
-        if letter in own:
-            if ("G", 5.1) in found and value != 1.0:
+    parameters = {
+        letter for kind, code in block_words if kind == "G" for letter in PARAMETERS.get(code, "")
+    }
+    for letter, value in block_words:
+        if letter in parameters:
+            if ("G", 5.1) in block_words and value != 1.0:
                 raise ValueError(f"G5.1 Q{value:g}: look-ahead is always on here (Q1)")
         elif letter not in IDLE_LETTERS | set(LETTERS):
             raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
@@ -287,8 +289,8 @@ class _Machine:
                 raise ValueError(f"F{words['F']:g}: a feed has to be more than 0 {unit}")
             self.feed = words["F"]
         if words.keys() & {*AXES, *"IJKR"}:
-            own = {k: self.unit * x if k in LENGTHS else x for k, x in words.items()}
-            self._move(number, own)
+            in_millimetres = {k: self.unit * x if k in LENGTHS else x for k, x in words.items()}
+            self._move(number, in_millimetres)
         return any(code in ENDS for code in m_codes)
 
     def _set_modes(self, codes: list[float]) -> None:

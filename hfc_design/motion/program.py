@@ -52,22 +52,22 @@ class Program(NamedTuple):
 
     def axis_samples(self, time: Floats) -> tuple[list[AxisSamples], PathFrame]:
         """Every axis in units of its drive, not yet in the drive's steps, and the path."""
-        found, units = self.samples(time), [axis.unit for axis in self.axes]
-        rows = zip(found.position, found.velocity, found.acceleration, units, strict=True)
+        samples, units = self.samples(time), [axis.unit for axis in self.axes]
+        rows = zip(samples.position, samples.velocity, samples.acceleration, units, strict=True)
         axes = [AxisSamples(x / u, v / u, None, None, x / u, a / u) for x, v, a, u in rows]
         way, speed, _ = self.motion.at(time)
         block = self.path.block(way)
         feed = np.where(np.isinf(self.path.feed), self.motion.peak, self.path.feed)[block]
         unit = next((axis.unit for axis in self.axes if not axis.rotary), units[0])
         tip = self.path.tip_at(way)
-        tangents = np.where(self.linear[:, None], tip.direction, found.tangent)
+        tangents = np.where(self.linear[:, None], tip.direction, samples.tangent)
         each = zip(self.axes, tip.bend * unit, strict=True)
         bends = tuple(None if axis.rotary else bend for axis, bend in each)
-        marks = undisturbed(time, found.velocity), reversing(time, found.velocity[self.linear])
+        marks = undisturbed(time, samples.velocity), reversing(time, samples.velocity[self.linear])
         only_turning = ~self.path.linear[block]
         return axes, PathFrame(
             tuple(t * unit / u for t, u in zip(tangents, units, strict=True)),
-            found.curvature,
+            samples.curvature,
             speed / unit,
             feed / unit,
             bends,
@@ -98,16 +98,16 @@ def program(
     return Program(axes, path, look_ahead(path, bounds, cycle), bounds)
 
 
-def top_speed_fault(found: Program) -> str | None:
+def top_speed_fault(program: Program) -> str | None:
     """A line if a program asks an axis for more than its drive's speed."""
-    wanted = found.path.fastest * found.motion.peak
-    reached = np.array([[axis.top_speed] for axis in found.axes])
+    wanted = program.path.fastest * program.motion.peak
+    reached = np.array([[axis.top_speed] for axis in program.axes])
     if not (wanted > reached * (1.0 + SAME)).any():
         return None
     k, block = map(int, np.unravel_index(int((wanted / reached).argmax()), wanted.shape))
-    axis, unit = found.axes[k], "deg" if found.axes[k].rotary else "mm"
+    axis, unit = program.axes[k], "deg" if program.axes[k].rotary else "mm"
     return (
-        f"line {found.path.lines[block]}: asks the {axis.name.upper()} axis for "
+        f"line {program.path.lines[block]}: asks the {axis.name.upper()} axis for "
         f"{60.0 * wanted[k, block]:.5g} {unit}/min, but its drive reaches "
         f"{60.0 * axis.top_speed:.5g} {unit}/min; set limits.{axis.name}.velocity_per_min"
     )

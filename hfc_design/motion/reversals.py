@@ -36,13 +36,15 @@ def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
 
 def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Floats) -> list[Glitch]:
     """The same of axes with (steps,) ``velocities`` by their names."""
-    found, largest = [], _largest([*velocities.values()])
+    glitch_list, largest = [], _largest([*velocities.values()])
     for axis, velocity in velocities.items():
         for index in _reversals(velocity, largest)[1:]:
             window = error[_soon_after(time, index)]
             worst = index + int(np.abs(window).argmax())
-            found.append(Glitch(float(time[index]), axis, float(error[worst]), float(time[worst])))
-    return sorted(found)
+            glitch_list.append(
+                Glitch(float(time[index]), axis, float(error[worst]), float(time[worst]))
+            )
+    return sorted(glitch_list)
 
 
 def turns(reference: Floats) -> list[int]:
@@ -77,11 +79,11 @@ def undisturbed(time: Floats, velocities: Floats, window: float = GLITCH_TIME) -
 
 
 def _within(time: Floats, velocities: Floats, first: int, window: float = GLITCH_TIME) -> Mask:
-    found, largest = np.zeros(len(time), bool), _largest(velocities)
+    mask, largest = np.zeros(len(time), bool), _largest(velocities)
     for velocity in velocities:
         for index in _reversals(velocity, largest)[first:]:
-            found[_soon_after(time, index, window)] = True
-    return found
+            mask[_soon_after(time, index, window)] = True
+    return mask
 
 
 def _largest(velocities: Sequence[Floats] | Floats) -> float:

@@ -59,8 +59,8 @@ def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
         weights = np.where(linear, 1.0, DEGREE)[:, None]
         away = REACH * _distance(weights * off)
         windows = [
-            _window(path, some, samples.distance, reach)
-            for some, reach in zip(blocks, (away, away / DEGREE), strict=True)
+            _window(path, some, samples.distance, search_range)
+            for some, search_range in zip(blocks, (away, away / DEGREE), strict=True)
             if some.any()
         ]
         point = _closest(path, windows, actual, weights**2)
@@ -72,12 +72,12 @@ def _distance(vectors: Floats) -> Floats:
     return np.asarray(np.sqrt((vectors**2).sum(axis=0)))
 
 
-def _window(path: AxisPath, some: Mask, distance: Floats, reach: Floats) -> _Window:
-    """On ``some`` of the blocks; ``distance`` and ``reach`` (steps,) along the path."""
+def _window(path: AxisPath, some: Mask, distance: Floats, search_range: Floats) -> _Window:
+    """On ``some`` of the blocks; ``distance`` and ``search_range`` (steps,) along the path."""
     knots = np.concatenate([[0.0], np.cumsum(np.where(some, path.length, 0.0))])
     now = path.block(distance)
     here = knots[now] + np.where(some[now], distance - path.knots[now], 0.0)
-    begin, end = (np.clip(here + far, 0.0, knots[-1]) for far in (-reach, reach))
+    begin, end = (np.clip(here + far, 0.0, knots[-1]) for far in (-search_range, search_range))
     blocks = np.flatnonzero(some)
     first = np.searchsorted(knots[blocks + 1], begin)
     final = np.searchsorted(knots[blocks], end, side="right") - 1
@@ -146,17 +146,17 @@ def program_errors(program: Program, time: Floats, positions: Floats, unit: str)
     """
     units = np.array([[axis.unit] for axis in program.axes])
     samples, actual = program.samples(time), positions * units
-    found = nearest(program, samples, actual)
+    distances = nearest(program, samples, actual)
     first = next((axis.unit for axis in program.axes if not axis.rotary), 1.0)
-    error = found.contour_error / first
+    error = distances.contour_error / first
     each = zip(program.axes, samples.velocity, strict=True)
     moved: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
     for axis, velocity in each:
         moved[axis.rotary][axis.name] = velocity
-    own = after_reversals(time, moved[False], error) if moved[False] else []
+    glitch_list = after_reversals(time, moved[False], error) if moved[False] else []
     quiet = undisturbed(time, samples.velocity)
-    whole = Contour(program, samples, actual, error, own, quiet, unit, first)
-    if found.turned is None:
+    whole = Contour(program, samples, actual, error, glitch_list, quiet, unit, first)
+    if distances.turned is None:
         return whole
-    turned = after_reversals(time, moved[True], found.turned)
-    return whole._replace(turned=found.turned, turned_glitches=turned)
+    turned = after_reversals(time, moved[True], distances.turned)
+    return whole._replace(turned=distances.turned, turned_glitches=turned)

@@ -24,8 +24,8 @@ def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
         if name in ASKED:
             low, high = ASKED[name][2]
             if isinstance(quantity, str) or not low < quantity < high:
-                told = f"has to be a number greater than {low:g} and less than {high:g}"
-                raise ValueError(f"{name} = {quantity!r}: {told}")
+                reason = f"has to be a number greater than {low:g} and less than {high:g}"
+                raise ValueError(f"{name} = {quantity!r}: {reason}")
         elif name != BAND:
             measure(named(name))
     return {x if x in ASKED else named(x): quantity for x, quantity in most.items()}
@@ -42,16 +42,16 @@ def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
     Raises:
         ValueError: one has another unit, is below 0, or lacks its band.
     """
-    found, band = [], most.get(BAND)
+    constraints, band = [], most.get(BAND)
     if BAND_TIME in most and band is None:
         raise ValueError(f"constraints.{BAND_TIME}: needs constraints.{BAND}")
     width = None if band is None else in_units(f"constraints.{BAND}", band, "error", units)
     for name, quantity in most.items():
         if name == BAND or name in ASKED:
             continue
-        own = measure(name, width)
-        number = in_units(f"constraints.{name}", quantity, own.unit, units)
+        metric = measure(name, width)
+        number = in_units(f"constraints.{name}", quantity, metric.unit, units)
         if not number >= 0.0:
             raise ValueError(f"constraints.{name} = {quantity!r}: has to be zero or more")
-        found.append(Constraint(own, number))
-    return tuple(found)
+        constraints.append(Constraint(metric, number))
+    return tuple(constraints)

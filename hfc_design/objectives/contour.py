@@ -26,9 +26,9 @@ class ContourSettings(objective.ObjectiveSettings):
 
     def on(self, units: Units) -> Self:
         """The same of a machine that counts in these."""
-        found = self.model_copy()
-        found._unit = units.signals["error"]
-        return found
+        settings = self.model_copy()
+        settings._unit = units.signals["error"]
+        return settings
 
 
 @cache
@@ -51,7 +51,7 @@ def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objecti
         f"[1/{unit}]",
         positive=True,
         settings=ContourSettings,
-        make=lambda own: contour(own.worst, own.lag, own._unit),
+        make=lambda settings: contour(settings.worst, settings.lag, settings._unit),
         fault=_fault,
     )
 

@@ -77,11 +77,11 @@ class Judge(NamedTuple):
     ) -> tuple[Sums, ...]:
         """The sums with one sample more of every axis."""
         pairs = zip(self._parts, sums, strict=True)
-        return tuple(one.update(own, moments, path) for one, own in pairs)
+        return tuple(one.update(totals, moments, path) for one, totals in pairs)
 
     def values(self, sums: tuple[Sums, ...]) -> list[Scalar]:
         """Of each objective, of whose sums these are."""
-        return [one.score(own) for one, own in zip(self.objectives, sums, strict=True)]
+        return [one.score(totals) for one, totals in zip(self.objectives, sums, strict=True)]
 
     def best(self, sums: tuple[Sums, ...], left: Left) -> Individuals:
         """The merit that each of a population can still reach, infinite where nobody knows.
@@ -91,14 +91,16 @@ class Judge(NamedTuple):
         pairs = [*zip(self.objectives, sums, strict=False)]
         if any(one.best is None for one, _ in pairs):
             return jnp.full_like(jnp.asarray(jax.tree.leaves(sums)[0]), jnp.inf)
-        return self.merit([one.best(own, left) for one, own in pairs if one.best])
+        return self.merit([one.best(totals, left) for one, totals in pairs if one.best])
 
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
         """A population by its sums and by the last position of every axis, (individuals,) each."""
         count = len(self.objectives)
         values = self.values(sums[:count])
         merit = self.merit(values)
-        values += [one.value(own) for one, own in zip(self.measured, sums[count:], strict=True)]
+        values += [
+            one.value(totals) for one, totals in zip(self.measured, sums[count:], strict=True)
+        ]
         finite = jnp.isfinite(jnp.stack([merit, *values, *positions]))
         return Judged(merit, jnp.stack(values, axis=-1), ~finite.all(axis=0))
 
@@ -121,6 +123,6 @@ def _worse_by_cost(values: list[Scalar]) -> Scalar:
 
 def objective_of(settings: ObjectiveSettings) -> Objective:
     """The objective with these settings; UserError: a user's own cannot be made with them."""
-    found = OBJECTIVES.get(settings.kind)
-    with own_code(": make", ("fitness", found.name)):
-        return Objective(*found.make(settings)) if found.make else found
+    objective = OBJECTIVES.get(settings.kind)
+    with own_code(": make", ("fitness", objective.name)):
+        return Objective(*objective.make(settings)) if objective.make else objective

@@ -42,7 +42,7 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Object
         meaning="eq. 5 of Lin & Lee (1999)",
         positive=True,
         settings=LinLeeSettings,
-        make=lambda own: lin_lee(own.error, own.error_rate),
+        make=lambda settings: lin_lee(settings.error, settings.error_rate),
     )
 
 

@@ -113,11 +113,11 @@ def _integral(name: str, unit: str, meaning: str, term: Term) -> Measure:
 def _estimated(
     make: Callable[..., Measure],
     name: str,
-    told: str,
+    description: str,
     where: Callable[[PathFrame], Scalar] | None = None,
 ) -> Measure:
     """A measure of the contour error as the control can know it; ``where`` else than 1, of 0."""
-    one = make(ESTIMATED + name, "error", told.format("estimated contour error"), _error)
+    one = make(ESTIMATED + name, "error", description.format("estimated contour error"), _error)
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         assert path is not None  # it is measured on paths only
@@ -161,19 +161,19 @@ def _unsettled() -> Measure:
         # Axes, as encoders, in unlike shares: what oscillates one against another does not cancel.
         apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
         rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
-        found = []
+        halves = []
         for half, (count, *each) in enumerate(sums, 1):
             here = jnp.where(moments[0].late == half, 1.0, 0.0)
             more = (apart, apart * apart, rate, rate * rate)
-            found.append((count + here, *(a + here * b for a, b in zip(each, more, strict=True))))
-        return tuple(found)
+            halves.append((count + here, *(a + here * b for a, b in zip(each, more, strict=True))))
+        return tuple(halves)
 
     def variances(sums: Sums) -> tuple[Scalar, Scalar]:
         """Of the distance and of the rate in a half."""
         count, *each = sums
         mean, square, mean_rate, square_rate = (one / jnp.maximum(count, 1.0) for one in each)
-        found = square - mean * mean, square_rate - mean_rate * mean_rate
-        return jnp.maximum(found[0], 0.0), jnp.maximum(found[1], 0.0)
+        estimates = square - mean * mean, square_rate - mean_rate * mean_rate
+        return jnp.maximum(estimates[0], 0.0), jnp.maximum(estimates[1], 0.0)
 
     def growth(before: Scalar, after: Scalar) -> Scalar:
         least = after / MOST_GROWTH**2 + jnp.finfo(jnp.float32).tiny
@@ -281,5 +281,5 @@ def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
 
 def path_fault(measures: Sequence[Measure], path: bool) -> str | None:
     """A line if one of ``measures`` is of a path, and the machine follows none."""
-    found = [one.name for one in measures if one.path and not path]
-    return f"{found[0]}: is of a machine that follows a path" if found else None
+    names = [one.name for one in measures if one.path and not path]
+    return f"{names[0]}: is of a machine that follows a path" if names else None

@@ -86,7 +86,7 @@ def metrics(
     large = np.flatnonzero(error > SETTLED * error.max())
     settled = 0 if len(large) == 0 else large[-1] + 1
     sample_time = time[1] - time[0] if len(time) > 1 else 0.0
-    found = (
+    numbers = (
         np.sqrt(np.mean(error**2)),
         error.max(),
         np.sum(error) * sample_time,
@@ -99,5 +99,5 @@ def metrics(
         np.sum(motion.command**2) * sample_time,
         np.sqrt(np.mean(np.diff(motion.command) ** 2)) if len(time) > 1 else None,
     )
-    values = (None if value is None else float(value) for value in found)
+    values = (None if value is None else float(value) for value in numbers)
     return dict(zip(meanings(drive), values, strict=True))

@@ -30,41 +30,41 @@ def length_unit(machine: Machine) -> str:
 
 def program_meanings(machine: Machine) -> dict[str, str]:
     """Meaning and unit of each metric, in the order of every table."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     pairs = [*zip(machine.axes, machine.drives, strict=True)]
     unit = length_unit(machine)
     lengths = [drive.millimetres is not None for drive in machine.drives]
     if any(lengths):
-        own = in_a_name(unit)
-        found |= {
-            f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
-            f"max_contour_error_{own}": f"largest contour error [{unit}]",
-            f"cutting_max_contour_error_{own}": f"the same without rapids, G0 [{unit}]",
-            f"worst_glitch_{own}": f"largest contour error after a linear axis reverses [{unit}]",
-            f"path_error_{own}": f"largest contour error but for the {GLITCH_TIME:g} s after an "
+        label = in_a_name(unit)
+        meanings |= {
+            f"rms_contour_error_{label}": f"root mean square of the contour error [{unit}]",
+            f"max_contour_error_{label}": f"largest contour error [{unit}]",
+            f"cutting_max_contour_error_{label}": f"the same without rapids, G0 [{unit}]",
+            f"worst_glitch_{label}": f"largest contour error after a linear axis reverses [{unit}]",
+            f"path_error_{label}": f"largest contour error but for the {GLITCH_TIME:g} s after an "
             f"axis starts or reverses [{unit}]",
         }
     if not all(lengths):
-        found |= {
+        meanings |= {
             "rms_orientation_error_deg": "root mean square of the error of the orientation [deg]",
             "max_orientation_error_deg": "largest error of the orientation [deg]",
             "worst_orientation_glitch_deg": "the same after a rotary axis reverses [deg]",
         }
-    for what, told in (
+    for what, text in (
         ("rms_error", "root mean square of the tracking error"),
         ("max_error", "largest tracking error"),
         ("overshoot", "how far beyond a reversal or the end of the program"),
     ):
         for axis, drive in pairs:
-            own = drive.units["error"]
-            found[f"{axis}_{what}_{in_a_name(own)}"] = f"{told} of {axis.upper()} [{own}]"
+            label = drive.units["error"]
+            meanings[f"{axis}_{what}_{in_a_name(label)}"] = f"{text} of {axis.upper()} [{label}]"
     for name, unit in _commands(machine.drives):
-        found[f"peak_{name}_{in_a_name(unit)}"] = f"largest {name} of an axis [{unit}]"
-        found[f"rms_{name}_change_{in_a_name(unit)}"] = (
+        meanings[f"peak_{name}_{in_a_name(unit)}"] = f"largest {name} of an axis [{unit}]"
+        meanings[f"rms_{name}_change_{in_a_name(unit)}"] = (
             f"root mean square of the change of the {name} from sample to sample, of the axis "
             f"that chatters more [{unit}]"
         )
-    return found | {
+    return meanings | {
         "velocity_share": "largest velocity of an axis, of its limit [1]",
         "limit_share": "share of the time in which a command is at its limit [1]",
     }
@@ -72,10 +72,10 @@ def program_meanings(machine: Machine) -> dict[str, str]:
 
 def _commands(drives: tuple[Drive, ...]) -> dict[tuple[str, str], list[int]]:
     """Name and unit of the commands -> axes that have such."""
-    found: dict[tuple[str, str], list[int]] = {}
+    groups: dict[tuple[str, str], list[int]] = {}
     for k, drive in enumerate(drives):
-        found.setdefault((drive.command_name, drive.units["command"]), []).append(k)
-    return found
+        groups.setdefault((drive.command_name, drive.units["command"]), []).append(k)
+    return groups
 
 
 def program_metrics(
@@ -122,14 +122,14 @@ def overshoot(reference: Floats, position: Floats) -> float:
     """
     change = np.diff(reference)
     places = [0, *turns(reference), len(reference)]
-    found = 0.0
+    largest = 0.0
     for before, place, until in zip(places, places[1:], places[2:], strict=False):
         forwards = np.sign(change[place - 1])
-        own = forwards * position[before:until]
-        since = np.maximum(forwards * reference[place], np.minimum.accumulate(own))
-        found = max(found, float((own - since)[place - before :].max(initial=0.0)))
-    return found
+        travel = forwards * position[before:until]
+        since = np.maximum(forwards * reference[place], np.minimum.accumulate(travel))
+        largest = max(largest, float((travel - since)[place - before :].max(initial=0.0)))
+    return largest
 
 
-def _worst(found: list[Glitch]) -> float | None:
-    return max((abs(glitch.error) for glitch in found), default=None)
+def _worst(glitches: list[Glitch]) -> float | None:
+    return max((abs(glitch.error) for glitch in glitches), default=None)

@@ -45,7 +45,7 @@ def stick_share(weight: float = 1.0) -> Objective:
         unit="1",
         meaning=f"-{weight:g} times the share of the settled time at which an axis sticks",
         settings=StickShareSettings,
-        make=lambda own: stick_share(own.weight),
+        make=lambda settings: stick_share(settings.weight),
     )
 
 

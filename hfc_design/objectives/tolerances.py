@@ -59,15 +59,15 @@ class TolerancesSettings(ObjectiveSettings):
         band = None if self.band is None else in_units("fitness.band", self.band, "error", units)
         if BAND_TIME in self.tolerances and band is None:
             raise ValueError(f"fitness.tolerances.{BAND_TIME}: needs fitness.band")
-        found: dict[str, Any] = {}
+        converted: dict[str, Any] = {}
         for name, tolerated in self.tolerances.items():
-            own = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
+            entry = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
             key = f"fitness.tolerances.{name}"
-            number = in_units(key, own.tolerance, measure(name).unit, units)
+            number = in_units(key, entry.tolerance, measure(name).unit, units)
             if not number > 0.0:
-                raise ValueError(f"{key} = {own.tolerance!r}: has to be more than zero")
-            found[name] = Weighed(tolerance=number, weight=own.weight)
-        return self.model_copy(update={"tolerances": found, "band": band})
+                raise ValueError(f"{key} = {entry.tolerance!r}: has to be more than zero")
+            converted[name] = Weighed(tolerance=number, weight=entry.weight)
+        return self.model_copy(update={"tolerances": converted, "band": band})
 
 
 @cache
@@ -94,7 +94,7 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
         meaning=f"1 / weighted mean of {names}; 1 is just tolerated, the more the better",
         positive=True,
         settings=TolerancesSettings,
-        make=lambda own: tolerances(tolerated(own)),
+        make=lambda settings: tolerances(tolerated(settings)),
         fault=lambda axes, path: path_fault(measures, path),
     )
 
@@ -107,20 +107,20 @@ def _update(
     each: tuple[Any, ...], sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None
 ) -> Sums:
     pairs = zip(each, sums, strict=True)
-    return tuple(update(own, moments, path) for update, own in pairs)
+    return tuple(update(totals, moments, path) for update, totals in pairs)
 
 
 def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
     pairs = zip(each, sums, strict=True)
-    return 1.0 / reduce(jnp.add, [factor * value(own) for (factor, value), own in pairs])
+    return 1.0 / reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
 
 
-def tolerated(own: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:
+def tolerated(settings: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:
     """Measures, tolerances [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
-    for name, weighed in own.tolerances.items():
+    for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``
-        rows.append((measure(name, own.band), weighed.tolerance, weighed.weight))
+        rows.append((measure(name, settings.band), weighed.tolerance, weighed.weight))
     return tuple(rows)
 
 

@@ -44,24 +44,24 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
     Raises:
         ValueError: one needs a path or a band, or two are the same.
     """
-    found: list[Traded] = []
+    objectives: list[Traded] = []
     for name in names:
         if name == UNITS:
-            found.append(Traded(name, "1", "units of the hierarchy that matter", None))
+            objectives.append(Traded(name, "1", "units of the hierarchy that matter", None))
             continue
-        own = measure(_measured(name, fitness, path), getattr(fitness, "band", None))
-        if own.name == "band_time" and getattr(fitness, "band", None) is None:
+        metric = measure(_measured(name, fitness, path), getattr(fitness, "band", None))
+        if metric.name == "band_time" and getattr(fitness, "band", None) is None:
             raise ValueError("band_time: needs fitness.band, of fitness.kind = 'tolerances'")
-        words = [units.signals.get(word, word) for word in own.unit.split(" ")]
-        found.append(Traded(name, " ".join(words), own.meaning, own))
-    measures = [one.measure for one in found if one.measure is not None]
+        words = [units.signals.get(word, word) for word in metric.unit.split(" ")]
+        objectives.append(Traded(name, " ".join(words), metric.meaning, metric))
+    measures = [one.measure for one in objectives if one.measure is not None]
     if fault := path_fault(measures, path):
         raise ValueError(fault)
-    for k, one in enumerate(found):
-        for other in found[:k]:
+    for k, one in enumerate(objectives):
+        for other in objectives[:k]:
             if one.measure is not None and one.measure == other.measure:
                 raise ValueError(f"{other.name} and {one.name}: are the same here")
-    return tuple(found)
+    return tuple(objectives)
 
 
 def _measured(name: str, fitness: Any, path: bool) -> str:
@@ -70,7 +70,7 @@ def _measured(name: str, fitness: Any, path: bool) -> str:
         return "rms_command"
     if name != TRACKING:
         return name
-    for own in getattr(fitness, "tolerances", {}):
-        if measure(own).unit == "error":
-            return str(own)
+    for key in getattr(fitness, "tolerances", {}):
+        if measure(key).unit == "error":
+            return str(key)
     return "estimated_rms_contour_error" if path else "rms_error"

@@ -61,8 +61,8 @@ class Ensemble(NamedTuple):
             merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
         broken = np.where(weights[..., None] > 0.0, self._broken(judged), 0.0)
         violation = self._violation(broken, len(weights))
-        asked = self._asked(violation)
-        violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
+        required = self._asked(violation)
+        violation, some = (np.take_along_axis(x, required, axis=1) for x in (violation, merit))
         most = violation.mean(axis=1) + beside
         rank = np.where(most > 0.0, -most, self._kept(some))
         weighed = rank if penalty is None else self._weighed(some, most, penalty)
@@ -76,14 +76,14 @@ class Ensemble(NamedTuple):
         ``judged`` are the first of them. The others may cost nothing and break nothing, and those
         that are forgiven may be the worst of the first.
         """
-        found, forgiven = self.verdict(judged), floored(self.forgiven * (machines - 1))
-        asked, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
-        violation = self._violation(found.broken, machines)
+        verdict, forgiven = self.verdict(judged), floored(self.forgiven * (machines - 1))
+        required, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
+        violation = self._violation(verdict.broken, machines)
         least = violation[:, 0] + np.sort(violation[:, 1:], axis=1)[:, :left].sum(axis=1)
-        best = np.sort(found.merit[:, 1:], axis=1)[:, ::-1][:, :left]
-        free = np.full((len(best), asked - 1 - left), np.inf)
-        merit = self._kept(np.concatenate([found.merit[:, :1], best, free], axis=1))
-        least = least / asked + beside
+        best = np.sort(verdict.merit[:, 1:], axis=1)[:, ::-1][:, :left]
+        free = np.full((len(best), required - 1 - left), np.inf)
+        merit = self._kept(np.concatenate([verdict.merit[:, :1], best, free], axis=1))
+        least = least / required + beside
         return np.where(least > 0.0, -least, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
@@ -142,8 +142,8 @@ class Ensemble(NamedTuple):
         number, the violation ranks alone.
         """
         median = np.median(merit, axis=1)
-        kept = self._kept(np.maximum(merit, median[:, None] / WORST))
-        weighed = kept * np.exp(-penalty * violation)
+        overall = self._kept(np.maximum(merit, median[:, None] / WORST))
+        weighed = overall * np.exp(-penalty * violation)
         return np.where((median > 0.0) & (weighed > 0.0), weighed, -violation)
 
     def _broken(self, judged: Judged) -> Floats:

@@ -5,7 +5,7 @@ leaves; then there is room made for legends, and for texts and numbers side by s
 drawn again, so that this works on the figures of a user's own kind too.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, cast
 
@@ -20,6 +20,7 @@ from matplotlib.offsetbox import PackerBase
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 #: What letters, lines and margins of a page become.
 SMALLER = 0.8
@@ -27,82 +28,84 @@ SMALLER = 0.8
 GAPS = 0.9
 #: Of the letters of a paper's figure [pt].
 LEAST, MOST = 7.0, 9.0
-
-Place = Callable[[float], float]  # of the page's figure -> of the paper's, as shares of the width
+#: Of texts side by side that would touch, as numbers in cells: the least size [pt],
+#: and the share of their place that they then have.
+CELL, FILLED = 5.0, 0.85
+#: Between a legend and what is below it, and between numbers of an axis, in dots of 1/100 in.
+ROOM, APART = 3.0, 5.0
 
 
 def in_column(figure: Figure, width: float) -> None:
     """Change a ``figure`` into one that is ``width`` [in] wide."""
     before, height = (float(x) for x in figure.get_size_inches())
-    place = _places(figure, before, width)
-    boxes = {axes: _box(figure, axes, place, width) for axes in figure.axes}
-    labels = {axes: _label_place(axes, before) for axes in figure.axes}
+    ends = {axes: _ends(figure, axes, width) for axes in figure.axes}
+    labels = {axes: _label_place(axes) for axes in figure.axes}
     figure.set_size_inches(width, SMALLER * height)
-    for axes, (left, right) in boxes.items():
+    for axes, (left, right) in ends.items():
         box = axes.get_position(original=True)
         axes.set_position((left, box.y0, right - left, box.height))
         if labels[axes]:
             axes.yaxis.set_label_coords(SMALLER * labels[axes] / ((right - left) * width), 0.5)
     ticks = {part for tick in figure.findobj(Tick) for part in tick.findobj()}
     for artist in figure.findobj(lambda artist: artist not in ticks):
-        _smaller(artist)
+        _shrink(artist)
     for axis in figure.findobj(Axis):
-        _smaller_ticks(axis)
-    lower(figure, width / (SMALLER * before))
+        _shrink_ticks(axis)
+    _lower(figure, width / (SMALLER * before))
     for axes in figure.axes:
-        apart(axes)
-        thin(axes)
+        _part_texts(axes)
+        _thin_ticks(axes)
     for legend in [*figure.legends]:
-        fit(figure, legend)
+        _fit(figure, legend)
 
 
-def _places(figure: Figure, before: float, width: float) -> Place:
-    """Where a place goes: margins become ``SMALLER``, what is between has the rest."""
-    left, right = figure.subplotpars.left, figure.subplotpars.right
+def _ends(figure: Figure, axes: Axes, width: float) -> tuple[float, float]:
+    """Left and right end of axes in the new figure, as shares of its ``width``.
+
+    Margins become ``SMALLER``, what is between has the rest; in a grid the columns share what the
+    gaps leave.
+    """
+    before, margins = figure.get_figwidth(), figure.subplotpars
     share = SMALLER * before / width
-    ends = [0.0, share * left, 1.0 - share * (1.0 - right), 1.0]
-    return lambda x: float(np.interp(x, [0.0, left, right, 1.0], ends))
-
-
-def _box(figure: Figure, axes: Axes, place: Place, width: float) -> tuple[float, float]:
-    """Left and right end of axes; in a grid the columns share what the gaps leave."""
-    before = figure.get_figwidth()
+    places = [0.0, margins.left, margins.right, 1.0]
+    moved = [0.0, share * margins.left, 1.0 - share * (1.0 - margins.right), 1.0]
     box, spec = axes.get_position(original=True), axes.get_subplotspec()
     if spec is None:
-        return place(box.x0), place(box.x1)
+        left, right = np.interp([box.x0, box.x1], places, moved)
+        return float(left), float(right)
     *_, lefts, rights = spec.get_gridspec().get_grid_positions(figure)
     gaps = GAPS * before / width * (lefts[1:] - rights[:-1])
-    start, end = place(lefts[0]), place(rights[-1])
+    start, end = np.interp([lefts[0], rights[-1]], places, moved)
     widths = (rights - lefts) * (end - start - gaps.sum()) / (rights - lefts).sum()
     begins = start + np.concatenate([[0.0], (widths[:-1] + gaps).cumsum()])
     first, last = spec.colspan.start, spec.colspan.stop - 1
     return float(begins[first]), float(begins[last] + widths[last])
 
 
-def _label_place(axes: Axes, before: float) -> float:
+def _label_place(axes: Axes) -> float:
     """How far the label of the y axis was put to the left of it [in]; 0 where it places itself."""
     x, _ = axes.yaxis.label.get_position()
     box = axes.get_position(original=True)
-    return x * box.width * before if -1.0 < x < 0.0 else 0.0
+    return x * box.width * cast(Figure, axes.get_figure()).get_figwidth() if -1.0 < x < 0.0 else 0.0
 
 
-def _smaller_ticks(axis: Axis) -> None:
+def _shrink_ticks(axis: Axis) -> None:
     """Ticks and their numbers; more of them may be made later."""
     each: Any = {"major": axis.get_major_ticks(1)[0], "minor": axis.get_minor_ticks(1)[0]}
     for which, tick in each.items():
         axis.set_tick_params(
             which=which,
-            labelsize=_size(tick.label1.get_fontsize()),
+            labelsize=_size(tick.label1),
             length=SMALLER * tick.tick1line.get_markersize(),
             width=SMALLER * tick.tick1line.get_markeredgewidth(),
             pad=SMALLER * tick.get_pad(),
         )
 
 
-def _smaller(artist: Any) -> None:
+def _shrink(artist: Any) -> None:
     """Letters and lines of what is no tick."""
     if isinstance(artist, Text):
-        artist.set_fontsize(_size(float(artist.get_fontsize())))
+        artist.set_fontsize(_size(artist))
         if isinstance(artist, Annotation) and artist.anncoords == "offset points":
             artist.xyann = (SMALLER * artist.xyann[0], SMALLER * artist.xyann[1])
     elif isinstance(artist, Line2D | Patch):
@@ -114,26 +117,18 @@ def _smaller(artist: Any) -> None:
         artist.set_markersize(SMALLER * artist.get_markersize())
 
 
-def _size(size: float) -> float:
-    return min(max(SMALLER * size, LEAST), MOST)
+def _size(text: Text) -> float:
+    return min(max(SMALLER * float(text.get_fontsize()), LEAST), MOST)
 
 
-#: Of texts side by side that would touch, as numbers in cells: the least size [pt],
-#: and the share of their place that they then have.
-CELL, FILLED = 5.0, 0.85
-#: Between a legend and what is below it, and between numbers of an axis, in dots of 1/100 in.
-ROOM, APART = 3.0, 5.0
-
-
-def lower(figure: Figure, share: float) -> None:
+def _lower(figure: Figure, share: float) -> None:
     """What has one scale for both directions becomes lower by the ``share`` that its width did."""
     height = figure.get_figheight()
     for axes in figure.axes:
-        if axes.get_aspect() == "auto" or share >= 1.0:
-            continue
-        box = axes.get_position(original=True)
-        less = (1.0 - share) * box.height * height
-        _stretch(figure, [0.0, box.y0, box.y1, 1.0], [0.0, 0.0, -less, -less])
+        if axes.get_aspect() != "auto" and share < 1.0:
+            box = axes.get_position(original=True)
+            less = (1.0 - share) * box.height * height
+            _stretch(figure, [0.0, box.y0, box.y1, 1.0], [0.0, 0.0, -less, -less])
 
 
 def _stretch(figure: Figure, places: list[float], more: list[float]) -> None:
@@ -154,15 +149,18 @@ def _stretch(figure: Figure, places: list[float], more: list[float]) -> None:
     figure.set_figheight(after)
 
 
-def apart(axes: Axes) -> None:
-    """Make texts in the axes smaller that would touch where they stand side by side."""
-    figure = cast(Figure, axes.get_figure())
+def _extents(figure: Figure, artists: Iterable[Text | Legend]) -> list[Bbox]:
+    """Where artists stand in a figure, in dots."""
     renderer: Any = FigureCanvasAgg(figure).get_renderer()
+    return [artist.get_window_extent(renderer) for artist in artists]
+
+
+def _part_texts(axes: Axes) -> None:
+    """Make texts in the axes smaller that would touch where they stand side by side."""
     texts = [text for text in axes.texts if text.get_horizontalalignment() == "center"]
-    boxes = {text: text.get_window_extent(renderer) for text in texts}
-    rows = sorted(texts, key=lambda text: (round(boxes[text].y0), boxes[text].x0))
+    boxes = _extents(cast(Figure, axes.get_figure()), texts)
     shares = [1.0]
-    for a, b in pairwise(boxes[text] for text in rows):
+    for a, b in pairwise(sorted(boxes, key=lambda box: (round(box.y0), box.x0))):
         place = (b.x0 + b.x1 - a.x0 - a.x1) / 2
         if round(a.y0) == round(b.y0) and place > 0.0:
             shares.append(FILLED * 2 * place / (a.width + b.width))
@@ -170,40 +168,35 @@ def apart(axes: Axes) -> None:
         text.set_fontsize(max(min(shares) * float(text.get_fontsize()), CELL))
 
 
-def thin(axes: Axes) -> None:
+def _thin_ticks(axes: Axes) -> None:
     """Fewer numbers below the axes where they would touch, unless a figure has chosen each."""
     locator = axes.xaxis.get_major_locator()
-    if not isinstance(locator, MaxNLocator):
-        return
-    figure = cast(Figure, axes.get_figure())
-    renderer: Any = FigureCanvasAgg(figure).get_renderer()
-    for count in range(len(axes.get_xticks()) - 1, 0, -1):
-        if not _touching(axes, renderer):
-            return
-        locator.set_params(nbins=count)
+    if isinstance(locator, MaxNLocator):
+        for count in range(len(axes.get_xticks()) - 1, 0, -1):
+            if not _touching(axes):
+                return
+            locator.set_params(nbins=count)
 
 
-def _touching(axes: Axes, renderer: Any) -> bool:
+def _touching(axes: Axes) -> bool:
     """Whether numbers below the axes are closer than ``APART``."""
     low, high = sorted(axes.get_xlim())
-    shown = [
-        x for x in axes.get_xticklabels() if x.get_text() and low <= x.get_position()[0] <= high
-    ]
-    boxes = [label.get_window_extent(renderer) for label in shown]
+    labels = [x for x in axes.get_xticklabels() if low <= x.get_position()[0] <= high]
+    boxes = _extents(cast(Figure, axes.get_figure()), (x for x in labels if x.get_text()))
     ends = sorted((box.x0, box.x1) for box in boxes)
     return any(b - a < APART for (_, a), (b, _) in pairwise(ends))
 
 
-def fit(figure: Figure, legend: Legend) -> None:
+def _fit(figure: Figure, legend: Legend) -> None:
     """Names below each other where side by side they are wider than the figure; room for them."""
-    renderer: Any = FigureCanvasAgg(figure).get_renderer()
-    if legend.get_window_extent(renderer).width > figure.bbox.width:
-        legend = _listed(figure, legend)
-    box = legend.get_window_extent(renderer)
+    (box,) = _extents(figure, [legend])
+    if box.width > figure.bbox.width:
+        (box,) = _extents(figure, [_listed(figure, legend)])
     if box.y0 < figure.bbox.height / 2:  # it stands below everything
         return
+    renderer: Any = FigureCanvasAgg(figure).get_renderer()
     boxes = [axes.get_tightbbox(renderer) for axes in figure.axes if axes.get_visible()]
-    more = (max(own.y1 for own in boxes if own) + ROOM - box.y0) / figure.dpi
+    more = (max(x.y1 for x in boxes if x) + ROOM - box.y0) / figure.dpi
     if more > 0.0:
         top = max(axes.get_position(original=True).y1 for axes in figure.axes)
         _stretch(figure, [0.0, top, 1.0], [0.0, 0.0, more])
@@ -211,10 +204,10 @@ def fit(figure: Figure, legend: Legend) -> None:
 
 def _listed(figure: Figure, legend: Legend) -> Legend:
     """The same legend in one column."""
-    texts, handles = legend.get_texts(), cast(Any, legend.legend_handles)
-    size = float(texts[0].get_fontsize())
-    names = [text.get_text() for text in texts]
-    found = figure.legend(handles, names, fontsize=size, frameon=False, loc="upper center")
+    texts = legend.get_texts()
+    names, handles = [text.get_text() for text in texts], cast(Any, legend.legend_handles)
+    look: dict[str, Any] = {"fontsize": float(texts[0].get_fontsize()), "loc": "upper center"}
+    found = figure.legend(handles, names, frameon=False, **look)
     for text in found.get_texts():
         text.set_parse_math(False)
     legend.remove()

@@ -17,7 +17,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.pictures.displayed import Displayed
+from hfc_design.pictures.files import Displayed
 
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
@@ -27,6 +27,11 @@ LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far bey
 DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
+#: All of them without the yellow that is hard to see on white, and black; of many curves.
+COLOURS = (OWN, "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STYLES = ("-", "--", "-.", ":")
+#: Height of a line of a legend that ``list_above`` makes [in].
+LINE = 0.16
 
 
 def framed(
@@ -81,8 +86,8 @@ def logarithmic(axes: Axes) -> None:
             line.set_ydata(np.maximum(line.get_ydata(), floor))
         axes.relim()
         axes.set_ylim(bottom=floor)
-        told = f"edge: {_tick(floor, powers)} or less"
-        axes.text(0.99, 0.02, told, **_INSIDE, transform=axes.transAxes)
+        note = f"edge: {_tick(floor, powers)} or less"
+        axes.text(0.99, 0.02, note, **_INSIDE, transform=axes.transAxes)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _tick(value, powers)))
@@ -120,17 +125,36 @@ def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
     }
 
 
-def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:
-    """The legend of ``axes`` above everything; names in it may be any."""
+def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2, **where: Any) -> None:
+    """The legend of ``axes`` above everything, or ``where`` it says; names in it may be any."""
+    look: dict[str, Any] = {"frameon": False, "loc": "upper center", **where}
     handles = axes.get_legend_handles_labels()
-    legend = figure.legend(
-        *handles, fontsize=size, frameon=False, ncols=columns, loc="upper center"
-    )
+    legend = figure.legend(*handles, fontsize=size, ncols=columns, **look)
     for text in legend.get_texts():
         text.set_parse_math(False)
 
 
-def beside(labels: Iterable[str], size: float) -> float:
+def list_above(figure: Figure) -> None:
+    """The legend above everything, a line of the height ``LINE`` for each name."""
+    where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.9 / WIDTH, 1)}
+    where |= {"borderaxespad": 0.2, "borderpad": 0, "labelspacing": 0.2}
+    above(figure, figure.axes[0], columns=1, **where)
+
+
+def colour(k: int) -> str:
+    """Of the curve of a number, from 0."""
+    return COLOURS[k % len(COLOURS)]
+
+
+def stroke(k: int) -> dict[str, Any]:
+    """Colour, width and dashes of the curve of a number among others, told apart in grey too.
+
+    The first is to lie below the others, and is broader; these have gaps that it is seen through.
+    """
+    return {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
+
+
+def label_margin(labels: Iterable[str], size: float) -> float:
     """Margin [in] for labels of ``size`` [pt] beside a y axis, which may have several lines."""
     letters = FontProperties(size=size)
     lines = [line for label in labels for line in label.splitlines()]

@@ -1,4 +1,4 @@
-"""A figure as a file, or as the address of an image in a page."""
+"""A figure as a file, as the address of an image in a page, and in a notebook."""
 
 import base64
 import io
@@ -143,3 +143,19 @@ _SMALLER: tuple[tuple[re.Pattern[str], Any], ...] = (
     (re.compile(r'\sd="([^"]*)"'), _rounded),
     (re.compile(r"\n\s*"), " "),
 )
+
+#: Letters of an SVG above which a picture in points may be the smaller one, and these per inch.
+LARGE, FINE = 50_000, 110.0
+
+
+class Displayed(Figure):
+    """As the last line of a cell it is drawn below it, in few bytes: SVG, or else PNG."""
+
+    def _repr_mimebundle_(self, **options: Any) -> tuple[dict[str, str], dict[str, Any]]:
+        svg = small_svg(self)
+        if len(svg) > LARGE:
+            png = base64.b64encode(image(self, "png", FINE)).decode()
+            if len(png) < len(svg):
+                width = {"width": round(self.get_figwidth() * self.get_dpi())}
+                return {"image/png": png, "text/plain": repr(self)}, {"image/png": width}
+        return {"image/svg+xml": svg, "text/plain": repr(self)}, {}

@@ -1,8 +1,11 @@
-"""Texts for LaTeX; nothing in them is a command."""
+"""Texts and tables for LaTeX; nothing in them is a command."""
 
 import re
+from collections.abc import Sequence
+from decimal import Decimal
 
 from hfc_design.core.records import harmless
+from hfc_design.pictures.section import Listing
 
 _NAMES = (
     "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -46,6 +49,24 @@ LETTERS = {
 BELOW = {0x2080 + digit: str(digit) for digit in range(10)}
 #: Of two dashes or commas in a row TeX would make another sign.
 _SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "[₀-₉]+", "-(?=-)", ",(?=,)"]))
+#: How a cell of a column of numbers begins; "–" stands where there is none.
+NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|unstable$|diverged$)|$")
+#: A number, and its power of ten.
+NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w.])")
+MINUS = re.compile(r"(?<![\w.)])-(?=[\d.])")
+#: A column of words with more letters than that gets this share of the width.
+LONG, SHARE = 40, 0.4
+#: Digits of a number, unless more stand before the point; a number from there on has a power.
+DIGITS, LARGE = 4, 6
+#: Powers of ten up to which digits are written out.
+PLAIN = range(-3, 4)
+#: Letters of 10 points in a column of 88 mm and on a page of 181 mm, and between two columns.
+COLUMN, PAGE, GAP = 50, 103, 2.4
+#: What of a text in TeX is no letter on paper.
+COMMAND = re.compile(r"\\[a-z]+(?:\{\})?|[{}$^]")
+#: The unit that a head ends with, and a power in it.
+UNIT = re.compile(r"\[(1/)?[A-Za-zµΩ][A-Za-zµΩ 23/().]*\]$")
+POWER = re.compile(r"(?<=[A-Za-zµΩ])[23](?![\w.])")
 
 
 def escaped(text: str) -> str:
@@ -61,3 +82,100 @@ def _other(letters: str) -> str:
     """Digits below the line, or a letter that is not to join with the next."""
     below = letters.translate(BELOW)
     return f"{letters}{{}}" if below == letters else f"$_{{{below}}}$"
+
+
+def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
+    r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:label-name}``.
+
+    Numbers stand on the right, words on the left, long ones in lines of their own; cells that are
+    the best are bold, and a comment says where a table is wider than a column.
+    """
+    kinds, columns = [], []
+    for k, (head, *cells) in enumerate(zip(listing.head, *listing.rows, strict=True)):
+        if k and cells and all(map(NUMERIC.match, cells)):
+            write, kind = _number, "r"
+        else:
+            write = _unit if head == "unit" else _words
+            kind = rf"p{{{SHARE}\linewidth}}" if max(map(len, [head, *cells])) > LONG else "l"
+        kinds.append(kind)
+        columns.append([_words(head), *map(write, cells)])
+    head, *rows = ([*row] for row in zip(*columns, strict=True))
+    comment = _width(columns, kinds)
+    for row, best in zip(rows, listing.best, strict=False):
+        for k in best:
+            row[k] = rf"\textbf{{{row[k]}}}"
+    lines = [
+        r"% A table of hfc-design. In the preamble: \usepackage{booktabs}",
+        *comment,
+        r"\begin{table}",
+        r"\centering",
+        rf"\caption{{{escaped(': '.join(filter(None, [of, listing.caption])))}}}",
+        rf"\label{{tab:{'-'.join(filter(None, [label, name]))}}}",
+        rf"\begin{{tabular}}{{{''.join(kinds)}}}",
+        r"\toprule",
+        _row(head),
+        r"\midrule",
+        *map(_row, rows),
+        r"\bottomrule",
+        r"\end{tabular}",
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _width(columns: Sequence[Sequence[str]], kinds: Sequence[str]) -> list[str]:
+    """What a comment says of a table that is wider than a column."""
+    sizes: list[float] = []
+    for cells, kind in zip(columns, kinds, strict=True):
+        longest = max(len(COMMAND.sub("", cell)) for cell in cells)
+        sizes.append(min(longest, SHARE * COLUMN) if "p" in kind else longest)
+    letters = round(sum(sizes) + GAP * (len(sizes) - 1))
+    if letters <= COLUMN:
+        return []
+    wide = f"% About {letters} letters wide, a column of 88 mm has {COLUMN}: write table* for table"
+    if letters <= PAGE:
+        return [f"{wide}."]
+    return [f"{wide},", f"% and leave columns out or turn it: a page of 181 mm has {PAGE}."]
+
+
+def _row(cells: Sequence[str]) -> str:
+    line = " & ".join(cells)
+    # Behind a line TeX takes these for an option of its end.
+    return ("{}" if line.startswith(("[", "*")) else "") + line + r" \\"
+
+
+def _words(cell: str) -> str:
+    """Words, behind which a unit in brackets has its powers above the line."""
+    return escaped(UNIT.sub(lambda unit: _powers(unit[0]), cell))
+
+
+def _unit(cell: str) -> str:
+    return escaped(_powers(cell))
+
+
+def _powers(unit: str) -> str:
+    return POWER.sub(lambda x: {"2": "²", "3": "³"}[x[0]], unit)
+
+
+def _number(cell: str) -> str:
+    """A cell whose numbers have few digits, very large and small ones a power of ten."""
+    parts = NUMBER.split(MINUS.sub("\N{MINUS SIGN}", cell))
+    texts = [escaped(parts[0])]
+    for mantissa, exponent, rest in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
+        texts += [_digits(mantissa, exponent), escaped(rest)]
+    return "".join(texts)
+
+
+def _digits(mantissa: str, exponent: str | None) -> str:
+    """A number without a sign; what has neither a point nor a power is a count and stays."""
+    value = Decimal(f"{mantissa}e{exponent or 0}")
+    if exponent is None and "." not in mantissa:
+        return mantissa
+    if not value:
+        return "0"
+    power = value.adjusted()
+    if power >= LARGE if exponent is None else power not in PLAIN:
+        return rf"{value.scaleb(-power):.{DIGITS}g}$\times10^{{{power}}}$"
+    if len(value.as_tuple().digits) <= DIGITS:
+        return f"{value:f}"
+    return f"{round(value, max(DIGITS - 1 - power, 0)):f}"

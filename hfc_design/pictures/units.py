@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.displayed import Displayed
 from hfc_design.pictures.figure import STRIP, WIDTH, colour_strip, framed, round_above
+from hfc_design.pictures.files import Displayed
 
 #: Points a side that a surface is computed at, and that curved terms are drawn with.
 POINTS = 81

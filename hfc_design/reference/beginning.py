@@ -21,6 +21,10 @@ class Move(NamedTuple):
     tolerance: float
     scale: float  # of the error for a fuzzy unit
 
+    def path(self) -> dict[str, float]:
+        """What a trapezoidal reference has of it."""
+        return {key: getattr(self, key) for key in ("distance", "velocity", "acceleration")}
+
 
 MOVES = {
     "rad": Move(0.05, 0.1, 0.5, 1e-4, 3000.0),
@@ -41,38 +45,36 @@ def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
     Raises:
         UserError: the controller needs keys that have no default.
     """
-    every = reference.parts(reference.PLANT, plant) or reference.parts(reference.PLANT, plant, own)
+    every = reference.parts(reference.PLANT, plant, own)
     axes = next(one.meaning for one in every if one.key == "axes").split(", ")
-    units, several = reference.units_of(plant, every), axes != ["one"]
-    named = {reference.PLANT: plant, reference.REFERENCE: "per-axis" if several else "trapezoidal"}
-    named |= {reference.OBJECTIVE: "tolerances", reference.CONTROLLER: controller}
-    named |= {reference.STRATEGY: "cma" if controller == HIERARCHY else "l-shade"}
-    live = _live(named, axes, every, units)
+    units = reference.units_of(plant, own)
+    named = {
+        reference.PLANT: plant,
+        reference.REFERENCE: "trapezoidal" if axes == ["one"] else "per-axis",
+        reference.OBJECTIVE: "tolerances",
+        reference.CONTROLLER: controller,
+        reference.STRATEGY: "cma" if controller == HIERARCHY else "l-shade",
+    }
     known = reference.keys_of(named, own)
-    needed = [
-        one.key
-        for one in known
-        if one.required and one.key.startswith("controller.") and one.key.count(".") == 1
-    ]
-    if needed:
+    required = [one.key for one in known if one.required and one.key.startswith("controller.")]
+    if needed := [key for key in required if key.count(".") == 1]:
         raise UserError(
             f"--controller {controller}: needs {', '.join(needed)}, of which there is no default; "
             f"see hfc show controller {controller}"
         )
-    head = (
+    of_axes = {one.key: one.unit for one in every if one.part == "signal"}
+    return (
         f"# A scenario for hfc design: the plant {plant} with a controller of kind {controller}.\n"
-    )
-    head += "# Take the # from #key = value to set a key; it stands there with its default.\n\n"
-    return head + commented(live, known, units)
+        "# Take the # from #key = value to set a key; it stands there with its default.\n\n"
+    ) + commented(_live(named, axes, of_axes, units), known, units)
 
 
 def _live(
-    named: dict[str, str], axes: list[str], every: Sequence[Entry], units: dict[str, str]
+    named: dict[str, str], axes: list[str], of_axes: dict[str, str], units: dict[str, str]
 ) -> dict[str, Plain]:
-    """The keys that people change first."""
+    """The keys that people change first; ``of_axes`` are units of the signals of several axes."""
     plant, controller = named[reference.PLANT], named[reference.CONTROLLER]
-    several = axes != ["one"]
-    move = MOVES.get(units.get("error", ""), OTHER)
+    move, several = MOVES.get(units.get("error", ""), OTHER), axes != ["one"]
     live: dict[str, Plain] = {
         "description": f"A move of {plant}",
         "plant.name": plant,
@@ -84,12 +86,15 @@ def _live(
         "controller.kind": controller,
         "search.preset": named[reference.STRATEGY],
         "run.seed": 0,
+        "reference.kind": named[reference.REFERENCE],
     }
-    if several:
-        live |= {"reference.kind": "per-axis", "reference.axes": _axes(axes, every)}
+    if several:  # a move of each axis in its own unit
+        moves = {axis: MOVES.get(of_axes.get(f"{axis}.error", ""), OTHER) for axis in axes}
+        live["reference.axes"] = {
+            axis: {"kind": "trapezoidal", **own.path()} for axis, own in moves.items()
+        }
     else:
-        live |= {"reference.kind": "trapezoidal"}
-        live |= {f"reference.{key}": x for key, x in _moved(move).items()}
+        live |= {f"reference.{key}": x for key, x in move.path().items()}
     if controller == HIERARCHY:
         live["controller.inputs"] = [
             {"name": "error", "scale": move.scale},
@@ -97,14 +102,3 @@ def _live(
         ]
         live["controller.linear"] = {}
     return live
-
-
-def _moved(move: Move) -> dict[str, Plain]:
-    return {key: getattr(move, key) for key in ("distance", "velocity", "acceleration")}
-
-
-def _axes(axes: list[str], every: Sequence[Entry]) -> dict[str, Plain]:
-    """A move of each axis in its own unit."""
-    units = {one.key: one.unit for one in every if one.part == "signal"}
-    moves = {axis: MOVES.get(units.get(f"{axis}.error", ""), OTHER) for axis in axes}
-    return {axis: {"kind": "trapezoidal", **_moved(move)} for axis, move in moves.items()}

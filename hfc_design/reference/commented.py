@@ -6,7 +6,6 @@
 import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import groupby
 
 import tomli_w
 
@@ -49,7 +48,7 @@ def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
 
 def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> str:
     """A file as ``tomli_w`` writes it, with what a table or a key means in front of its first."""
-    lines, told, table = [], {""}, ""
+    lines, written_before, table = [], {""}, ""
     counts: dict[str, int] = {}
     for line in text.splitlines():
         if head := HEAD.fullmatch(line):
@@ -63,8 +62,8 @@ def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> st
             key = f"{first}.{counts[first]}.{below}".strip(".")
         one = entry_of(key, known) if key else None
         meaning = _told(one, units) if one else ""
-        lines.append(("" if meaning in told else meaning) + line)
-        told.add(meaning)
+        lines.append(("" if meaning in written_before else meaning) + line)
+        written_before.add(meaning)
     return "\n".join(lines) + "\n"
 
 
@@ -75,15 +74,23 @@ def _text(
     units: Mapping[str, str],
     heads: Sequence[str],
 ) -> str:
-    """Lines of these rows, each table under its head, which is a comment where nothing is alive."""
-    tables = {one.key: one for one in known}
-    text = ""
-    for table, own in groupby(sorted(rows, key=lambda one: _order(one, rows)), key=_table):
-        entries = list(own)
+    """Lines of these rows, each table under its head, which is a comment where nothing is alive.
+
+    Keys without a table come first, then each table whole, where its first key stands.
+    """
+    known_as = {one.key: one for one in known}
+    tables: dict[str, list[Entry]] = {"": []}
+    for row in rows:
+        # A table of names is one that has no keys of its own.
+        table = row.key if row.type.startswith("table of") else row.key.rpartition(".")[0]
+        tables.setdefault(table, []).append(row)
+    text = "".join(_line(one, False, live, units) for one in tables.pop(""))
+    for table, entries in tables.items():
         alive = table in (*heads, *live) or any(one.key in live for one in entries)
-        if table:
-            one = tables.get(table.replace(".N", ""))
-            text += f"\n{_told(one, units) if one else ''}{_head(table, alive)}\n"
+        name = table.replace(".N", "")
+        head = f"[[{name}]]" if ".N" in table else f"[{name}]"
+        meaning = _told(known_as[name], units) if name in known_as else ""
+        text += f"\n{meaning}{head if alive else f'#{head}'}\n"
         for one in entries:
             text += _line(one, one.key == table, live, units)
     return text.lstrip("\n")
@@ -101,23 +108,6 @@ def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> b
     return not (one.type.startswith("table") and inside) or (
         one.key in live and live[one.key] != {}
     )
-
-
-def _table(one: Entry) -> str:
-    return one.key if one.type.startswith("table of") else one.key.rpartition(".")[0]
-
-
-def _order(one: Entry, rows: Sequence[Entry]) -> tuple[int, int]:
-    """Keys without a table come first, then each table whole, where its first key stands."""
-    table = _table(one)
-    tables = list(dict.fromkeys(_table(row) for row in rows))
-    return (-1 if not table else tables.index(table), rows.index(one))
-
-
-def _head(table: str, alive: bool) -> str:
-    name, listed = table.replace(".N", ""), ".N" in table
-    head = f"[[{name}]]" if listed else f"[{name}]"
-    return head if alive else f"#{head}"
 
 
 def _line(one: Entry, head: bool, live: Mapping[str, Plain], units: Mapping[str, str]) -> str:

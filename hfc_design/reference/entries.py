@@ -56,16 +56,17 @@ def written(every: Iterable[Entry]) -> str:
     return "[\n" + ",\n".join(json.dumps(one, ensure_ascii=False) for one in lines) + "\n]\n"
 
 
-def things(kind: str, known: Iterable[Entry] | None = None) -> list[Entry]:
+def things(kind: str) -> list[Entry]:
     """The things of a kind themselves, without their parts."""
-    every = entries() if known is None else known
-    return [one for one in every if one.kind == kind and not one.part]
+    return [one for one in entries() if one.kind == kind and not one.part]
 
 
-def parts(kind: str, name: str, known: Iterable[Entry] | None = None) -> list[Entry]:
-    """The parts of a thing."""
-    every = entries() if known is None else known
-    return [one for one in every if (one.kind, one.name) == (kind, name) and one.part]
+def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
+    """The parts of a thing, which may be one of a user whose entries are among ``others``."""
+    for every in (entries(), others):
+        if found := [one for one in every if (one.kind, one.name) == (kind, name) and one.part]:
+            return found
+    return []
 
 
 def unknown(
@@ -74,28 +75,28 @@ def unknown(
     """The line for a name that there is not: what is near it, and what there is or is listed."""
     names = [*known]
     if listed is None:
-        told = one_of(name, names)
+        there = one_of(name, names)
     else:
         meant = " or ".join(near(name, names, 2))
-        told = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
-    return UserError(f"{short(name)}: no such {what}; {told}")
+        there = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
+    return UserError(f"{short(name)}: no such {what}; {there}")
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
     """A unit of the reference with those of a plant: command/error of a C-axis is V/rad."""
 
     def own(found: re.Match[str]) -> str:
-        told = units.get(found[0], found[0])
-        alone = found[0] == unit or not re.search(r"[ /]", told)
-        return told if alone else f"({told})"
+        text = units.get(found[0], found[0])
+        alone = found[0] == unit or not re.search(r"[ /]", text)
+        return text if alone else f"({text})"
 
     return re.sub(r"\b(error|command|load|signal)\b", own, unit)
 
 
-def units_of(plant: str, known: Iterable[Entry] | None = None) -> dict[str, str]:
+def units_of(plant: str, others: Iterable[Entry] = ()) -> dict[str, str]:
     """Unit of each signal of a plant; of one with several axes those of its first one."""
     found: dict[str, str] = {}
-    for one in parts(PLANT, plant, known):
+    for one in parts(PLANT, plant, others):
         if one.part == "signal":
             found.setdefault(one.key.rpartition(".")[2], one.unit)
     return found
@@ -135,23 +136,23 @@ def chosen(data: Json) -> dict[str, str]:
     return found
 
 
-def keys_of(named: Mapping[str, str], known: Iterable[Entry] = ()) -> list[Entry]:
+def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entry]:
     """The keys that a scenario may have which names these things, kind -> name.
 
-    ``known`` are entries of own parts. Each table follows on the one before it in the file.
+    ``others`` are entries of a user's own parts. Each table follows on the one before it in the
+    file.
     """
-    found, own = things(KEY), [*known]
+    found = things(KEY)
     order = {one.key.partition(".")[0]: k for k, one in enumerate(found)}
     for kind, name in named.items():
         wanted = "parameter" if kind == PLANT else "setting"
-        every = parts(kind, name) or parts(kind, name, own)
-        found += [one for one in every if one.part == wanted]
+        found += [one for one in parts(kind, name, others) if one.part == wanted]
     return sorted(found, key=lambda one: order.get(one.key.partition(".")[0], 0))
 
 
-def scenario_keys(data: Json, known: Iterable[Entry] = ()) -> list[Entry]:
+def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
     """The keys that the scenario of a file may have, those of its motions' references last."""
-    found = keys_of(chosen(data), known)
+    found = keys_of(chosen(data), others)
     motions = data.get("motions")
     for motion in motions if isinstance(motions, list) else ():
         own = motion.get("reference") if isinstance(motion, Mapping) else None
@@ -190,8 +191,8 @@ def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: [
     @cache
     def known() -> tuple[list[Entry], dict[str, str]]:
         plant = chosen(data)[PLANT]
-        own = unlisted(plant)
-        return scenario_keys(data, own), units_of(plant, own or None)
+        others = unlisted(plant)
+        return scenario_keys(data, others), units_of(plant, others)
 
     def unit(key: str) -> str:
         every, units = known()
@@ -217,8 +218,8 @@ def _fits(pattern: str, key: str) -> bool:
     """Whether a key is one of a pattern with places for names."""
     if not PLACES.keys() & set(pattern.split(".")):
         return pattern == key
-    told = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
-    return re.fullmatch(told, key) is not None
+    expression = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
+    return re.fullmatch(expression, key) is not None
 
 
 def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
@@ -241,8 +242,8 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
         entry = entry_of(key, known)
         if entry and entry.type in NUMBERS and type(value) not in (int, float):
             unit = keys_in(data).unit(key)
-            told = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
-            wrong.append(f"{key} = {short(value)}: {told}")
+            rule = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
+            wrong.append(f"{key} = {short(value)}: {rule}")
         if OWN.match(key) or entry is not None:
             continue
         meant = " or ".join(near(key, (one.key for one in known), 2))

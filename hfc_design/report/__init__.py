@@ -28,7 +28,7 @@ class Page(NamedTuple):
     figures: dict[str, Figure]
     tables: dict[str, Listing]
     of: str  # what the page is about, as captions outside of it say; "" where they say it anyway
-    label: str  # the same as labels say
+    label: str  # the same in letters that labels may have
 
 
 def rendered(
@@ -54,7 +54,7 @@ def rendered(
         figures[_free(called, figures)] = figure
         return _shaded(picture, figure) if shaded else picture(figure)
 
-    def kept(
+    def collected(
         called: str,
         caption: str,
         head: Sequence[str],
@@ -66,11 +66,10 @@ def rendered(
         tables[_free(called, tables)] = listing
         return ""
 
-    environment.filters["picture"] = drawn
-    environment.filters["digest"] = digest
-    environment.globals["kept"] = kept
+    environment.filters |= {"picture": drawn, "digest": digest, "capital": capital}
+    environment.globals |= {"collected": collected, "inside": inside}
     html = environment.get_template(name).render(**values).encode()
-    return Page(html, figures, tables, of, label or of)
+    return Page(html, figures, tables, of, plain_name(label or of))
 
 
 def plain_name(called: str) -> str:
@@ -99,6 +98,11 @@ def inside(*names: str) -> Markup:
     """Files of this folder, one after the other, as they are to stand in a page."""
     texts = [(files(__name__) / name).read_text(encoding="utf-8") for name in names]
     return Markup("\n").join(map(Markup, texts))
+
+
+def capital(text: str) -> str:
+    """A line with its first letter as a sentence has it."""
+    return text[:1].upper() + text[1:]
 
 
 def digest(text: str) -> str:

@@ -12,19 +12,23 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import (
+    COLOURS,
     LABEL,
+    LINE,
     OTHER,
     OWN,
+    above,
+    colour,
     drawable,
     finish,
     framed,
     gridded,
+    list_above,
     logarithmic,
     plain,
 )
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import titled
-from hfc_design.report.searches import COLOURS, LINE, colour, list_above
 from hfc_design.simulation.in_use import TITLES, Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
@@ -91,8 +95,8 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     ticks = [tick for tick in numbers if 1 / most <= tick <= most]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
-    told = [plain(label, 2 * LABEL) for label in labels]
-    axes.set_yticks(place, told, fontsize=6.5, parse_math=False)
+    names = [plain(label, 2 * LABEL) for label in labels]
+    axes.set_yticks(place, names, fontsize=6.5, parse_math=False)
     axes.set_ylim(len(values) - 0.5, -0.5)
     axes.grid(color="0.9", axis="x")
     axes.set_axisbelow(True)
@@ -134,8 +138,7 @@ def distributions(found: Robustness | Usable, title: str) -> Figure:
         axes.set_ylabel("share [1]")
     figure.suptitle("\n".join(heading), fontsize=11, y=1 - 0.08 / height)
     if drawn:
-        handles = panels.flat[0].get_legend_handles_labels()
-        figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
+        above(figure, panels.flat[0], columns=3, loc="lower center")
     return figure
 
 
@@ -167,8 +170,7 @@ def _in_motions(found: Usable, title: str) -> Figure:
         called = TITLES.get(name, name.replace("_", " "))
         axes.set_title(f"{called}\n{axes.get_title('right')}", fontsize=8, loc="right")
     figure.suptitle("\n".join(heading), fontsize=10, y=1 - 0.08 / height)
-    handles = grid[0, 0].get_legend_handles_labels()
-    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="lower center")
+    above(figure, grid[0, 0], loc="lower center")
     return figure
 
 
@@ -177,8 +179,8 @@ def _machines(axes: Axes, values: Floats, nominal: float, size: float) -> None:
     if len(values):
         axes.ecdf(drawable(values), color=OWN, lw=1.6, label="machines")
     if np.isfinite(nominal):
-        told: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
-        axes.axvline(float(drawable(nominal)), **told)
+        dashed: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
+        axes.axvline(float(drawable(nominal)), **dashed)
     gridded(axes)
     axes.tick_params(labelsize=size)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=4))

@@ -1,6 +1,5 @@
 """Errors of a design beside those of others, logarithmic."""
 
-from collections.abc import Mapping
 from itertools import chain, cycle
 
 import numpy as np
@@ -8,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import (
+    COLOURS,
     LABEL,
     OWN,
     above,
@@ -20,12 +19,17 @@ from hfc_design.pictures.figure import (
     gridded,
     logarithmic,
     plain,
+    stroke,
 )
-from hfc_design.report.plots import drawn_samples, error_unit, path_errors
-from hfc_design.report.searches import COLOURS, stroke
+from hfc_design.report.panels import (
+    Evaluations,
+    PathError,
+    drawn_samples,
+    error_scale,
+    path_errors,
+)
 from hfc_design.simulation.evaluating import Evaluation
 
-Evaluations = Mapping[str, Evaluation]
 #: So many panels stand one below the other.
 HIGHEST = 3
 #: Behind the name of a design.
@@ -92,15 +96,16 @@ def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
     return figure
 
 
-def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
-    """Of each error that a motion is judged by: of what, factor, unit then, values."""
+def _errors(evaluation: Evaluation) -> list[PathError]:
+    """Each error that a motion is judged by; the name of what it is of may be empty."""
     path = evaluation.contour
     if path is not None and not path.any_axes:
         return [("", 1.0, path.unit, path.error)]
     found = path_errors(evaluation)
     for axis in evaluation.axes:
         name = axis.name if len(evaluation.axes) > 1 else ""
-        found.append((name, *error_unit(evaluation, axis), axis.motion.error))
+        scale = error_scale([evaluation], axis.drive.units["error"])
+        found.append((name, *scale, axis.motion.error))
     return found
 
 

@@ -11,6 +11,7 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.doubts import doubts
 from hfc_design.files.kept import dotted
@@ -25,11 +26,15 @@ from hfc_design.report.paper import Paper
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
+from hfc_design.simulation import in_use
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
+from hfc_design.simulation.settling import EXPLAINED
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
 OWN = "this design"
+#: What the page of a lone design lacks.
+OF_RUNS = "run", "tables", "attained", "front", "search", "history", "structures"
 #: Letters of what a design says of how it was made; the rest is in its file.
 LONGEST = 400
 
@@ -52,7 +57,7 @@ def write_page(
     """
     rivals = _published(scenario) if rivals is None else rivals
     design, own, search, front = result
-    tables = all(part.kind.rules for part in design.by_axis().values())
+    tables = all(part.kind.rule_base for part in design.by_axis().values())
     if tables:
         if (folder / TABLES).is_symlink():  # of others' files none is overwritten
             raise RunError(f"{folder / TABLES}: is a link; remove it, tables are not written there")
@@ -96,24 +101,16 @@ def design_page(
     Raises:
         UserError: it does not run on the scenario.
     """
-    own = evaluate(design, scenario)
     if rivals is None:
         rivals = _published(scenario)
         rivals.pop(design.name, None)
     return _rendered(
         scenario,
         design,
-        own,
+        evaluate(design, scenario),
         rivals,
         used=lambda: usable(design, scenario).numbers(),
         of=design.name,
-        attained=None,
-        front=None,
-        run=False,
-        tables=False,
-        search=None,
-        history=None,
-        structures=None,
         again=again,
         config=scenario_toml(scenario),
     )
@@ -138,6 +135,7 @@ def _rendered(
     **others: Any,
 ) -> Page:
     """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
+    missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
     evaluations = {OWN: own, **rivals}
     scores = parts.metric_rows(scenario, [*evaluations.values()])
     first, found = parts.first_metrics(own, scenario), parts.whether_used(used)
@@ -156,7 +154,7 @@ def _rendered(
         measure=parts.measure(scenario),
         contour=own.contour is not None and not own.contour.any_axes,
         used=found,
-        everything=parts.everything(scenario),
+        everything=parts.pass_conditions(scenario),
         doubts=doubts(scenario),
         chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
@@ -164,12 +162,18 @@ def _rendered(
         errors=(motion_errors if own.motions else errors)(evaluations),
         sections=parts.sections(design, own, scenario),
         provenance=_made(design),
-        **others,
+        reasons=EXPLAINED,
+        percent=percent,
+        use=in_use,
+        **missing | others,
     )
 
 
 def _made(design: Design) -> dict[str, str]:
     """What a design says of how it was made, a line each; the configuration has its scenario."""
-    told = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
-    texts = (x if isinstance(x, str) else json.dumps(x, ensure_ascii=False) for x in told.values())
-    return dict(zip(told, (shorten(x, LONGEST, placeholder=" …") for x in texts), strict=True))
+    origin = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
+    texts = {
+        key: x if isinstance(x, str) else json.dumps(x, ensure_ascii=False)
+        for key, x in origin.items()
+    }
+    return {key: shorten(text, LONGEST, placeholder=" …") for key, text in texts.items()}

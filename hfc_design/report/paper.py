@@ -10,8 +10,8 @@ from hfc_design.core.records import UserError
 from hfc_design.formats.writing import write
 from hfc_design.pictures.column import in_column
 from hfc_design.pictures.files import image
+from hfc_design.pictures.latex import table
 from hfc_design.report import Page
-from hfc_design.report.latex import table
 
 #: Millimetres in an inch.
 INCH = 25.4
@@ -23,15 +23,15 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.27}
 WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 
 
-def millimetres(told: str) -> float:
+def millimetres(width: str) -> float:
     """A width of a column, as in 88mm, 3.5in, 252pt; ValueError: it is none."""
-    found = WIDTH.fullmatch(told)
-    width = float(found[1]) * MILLIMETRES[found[2]] if found else 0.0
-    if not LEAST <= width <= MOST:
+    found = WIDTH.fullmatch(width)
+    size = float(found[1]) * MILLIMETRES[found[2]] if found else 0.0
+    if not LEAST <= size <= MOST:
         units = ", ".join(MILLIMETRES)
         allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in all"
-        raise ValueError(f"{told!r}: has to be {allowed}")
-    return width
+        raise ValueError(f"{width!r}: has to be {allowed}")
+    return size
 
 
 class Paper(NamedTuple):
@@ -52,9 +52,11 @@ class Paper(NamedTuple):
         if self.figures is not None:
             write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
         if self.tables is not None:
-            each = page.tables.items()
-            told = {f"{name}.tex": table(name, own, page.of, page.label) for name, own in each}
-            write(self.tables, told)
+            texts = {
+                f"{name}.tex": table(name, listing, page.of, page.label)
+                for name, listing in page.tables.items()
+            }
+            write(self.tables, texts)
         return [path for path in (self.figures, self.tables) if path is not None]
 
     def _file(self, name: str, figure: Figure) -> tuple[str, bytes]:

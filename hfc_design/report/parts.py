@@ -11,7 +11,6 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import RunError, UserError
-from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import load_design, machine, own_scenario
@@ -27,7 +26,7 @@ from hfc_design.simulation import in_use as use
 from hfc_design.simulation.evaluating import Evaluation, meanings, score_rows
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.repeats import range_told
-from hfc_design.simulation.settling import EXPLAINED, reasons_told
+from hfc_design.simulation.settling import reasons_told
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs
 
@@ -39,21 +38,19 @@ SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 def first_metrics(own: Evaluation, scenario: Scenario) -> Collection[str]:
     """What stands in the first table: all, or of several motions what counts and their errors."""
-    if not own.motions:
-        return [*scenario.judge().titles.values(), *own.metrics]
-    each = own.motions.items()
-    errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in each)
-    return [*scenario.judge().titles.values(), *errors]
+    titles, motions = scenario.judge().titles.values(), own.motions.items()
+    errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in motions)
+    return [*titles, *(errors if motions else own.metrics)]
 
 
 def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, list[str]]:
     """By the keys of the metrics, of scores their titles: rows of tables, a cell an evaluation."""
-    told = meanings(scenario)
-    rows = {row[0]: row for row in score_rows(scenario.judge(), found, "", "–")}
-    for key in rows.keys() & told:
+    texts = meanings(scenario)
+    rows = {row[0]: row for row in score_rows(scenario.judge(), found, "", NONE)}
+    for key in rows.keys() & texts:
         values = [one.metrics[key] for one in found]
-        name, factor = titled(key, told[key], values)
-        rows[key] = [name, *("–" if x is None else digits(factor * x) for x in values)]
+        name, factor = titled(key, texts[key], values)
+        rows[key] = [name, *(NONE if x is None else digits(factor * x) for x in values)]
     return rows
 
 
@@ -68,46 +65,34 @@ def whether_used(numbers: Callable[[], Json]) -> Json | None:
 
 
 def in_use(found: Json) -> Json:
-    """What the page needs of the numbers of ``usable``."""
-    each = found["motions"].items()
-    sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
-    told = []  # factor and unit in which the medians of a measure are read, one for all motions
-    for unit, measures in zip(found["units"].values(), sizes, strict=False):
-        medians = (abs(x) for one in measures if (x := one["median"]))
-        told.append(readable(unit, min(medians, default=1.0)))
-    factors = [*(factor for factor, _ in told), 1.0]
-    tracking = next(iter(found["units"]))
-    titles = (use.TITLES.get(tracking, tracking), "chatter", "peak command")
-    named = zip(titles, told, strict=True)
-    relaxed = found.get("why_not")
-    heads = ["motion", "pass [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
+    """The numbers of ``usable`` with a table of the motions, and why others do not pass them."""
+    motions, tracking = found["motions"], next(iter(found["units"]))
+    measures = zip(*(one["measures"].values() for one in motions.values()), strict=True)
+    scales = []  # of each measure, one for all motions, in which medians are easy to read
+    for unit, column in zip(found["units"].values(), measures, strict=False):
+        medians = (abs(one["median"]) for one in column if one["median"])
+        scales.append(readable(unit, min(medians, default=1.0)))
+    scales.append((1.0, "1"))
+    titles = use.TITLES.get(tracking, tracking), "chatter", "peak command", "share at a limit"
+    rows = []
+    for name, one in motions.items():
+        row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
+        for own, (factor, _) in zip(one["measures"].values(), scales, strict=True):
+            pair = (use.measured(own[x], factor, short, NONE) for x in ("median", "largest"))
+            row.append(" / ".join(pair))
+        rows.append(row)
     return found | {
-        "heads": [*heads, "share at a limit [1]"],
-        "rows": [_row(name, one, factors) for name, one in each],
-        "others": {name: why for name, one in each if (why := reasons_told(one["reasons"]))},
-        "reasons": EXPLAINED,
-        "alone": any(one.get("asked_of") == "nominal" for _, one in each),
-        "gain_told": found["gain"] and use.gain_told(found["gain"]),
-        "chaos_told": use.merit_told(found),
-        **{f"{key}_told": percent(found[key] or 0.0) for key in ("precision", "substeps")},
-        "missed_told": use.missed_told(found.get("missed", {}), len(found["motions"])),
-        "stress": use.stress_table(found["stress"]) if found.get("stress") else None,
-        "why_not": relaxed and use.why_table(relaxed),
-        "why_title": use.WHY,
+        "heads": [
+            *("motion", "pass [%]"),
+            *(f"{title} [{unit}]" for title, (_, unit) in zip(titles, scales, strict=True)),
+        ],
+        "rows": rows,
+        "others": {x: why for x, one in motions.items() if (why := reasons_told(one["reasons"]))},
+        "alone": any(one.get("asked_of") == "nominal" for one in motions.values()),
     }
 
 
-def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
-    """Name, share, and of each measure the median and the largest, times its factor."""
-    cells = []
-    for one, factor in zip(found["measures"].values(), factors, strict=True):
-        pair = (one["median"], one["largest"])
-        cells.append(" / ".join(use.measured(x, factor, short, NONE) for x in pair))
-    mark = " *" if found.get("asked_of") == "nominal" else ""
-    return [name + mark, f"{100 * found['share']:.4g}", *cells]
-
-
-def everything(scenario: Scenario) -> str:
+def pass_conditions(scenario: Scenario) -> str:
     """What a machine has to meet to pass, in words."""
     bounds = constraints_on(scenario.constraints, scenario.units)
     if not bounds:
@@ -116,11 +101,11 @@ def everything(scenario: Scenario) -> str:
             "controller may pass"
         )
     units = scenario.units.signals
-    told = (
+    limits = (
         f"{one.measure.name} of {one.most:g} [{units.get(one.measure.unit, one.measure.unit)}]"
         for one in bounds
     )
-    return f"the loop is stable, and has at most {', '.join(told)}"
+    return f"the loop is stable, and has at most {', '.join(limits)}"
 
 
 def how_near(folder: Path) -> Json | None:
@@ -253,10 +238,10 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there{_why(rival)}"
     if own.contour is None:
-        mine, (theirs, told) = _fitness(own)[0], _fitness(rival)
+        mine, (theirs, words) = _fitness(own)[0], _fitness(rival)
         if min(mine, theirs) <= 0.0:
-            return f"that of {name} is {told}"
-        return f"{short(mine / theirs)} times that of {name} ({told})"
+            return f"that of {name} is {words}"
+        return f"{short(mine / theirs)} times that of {name} ({words})"
     its = f"{_rms(rival):.3g} {own.contour.unit}"
     factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
     if not 0 < factor < np.inf:

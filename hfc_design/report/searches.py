@@ -11,24 +11,22 @@ from numpy.typing import NDArray
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import (
+    LINE,
     OTHER,
     OWN,
-    WIDTH,
+    STYLES,
+    colour,
     drawable,
     finish,
     framed,
+    list_above,
     logarithmic,
     plain,
 )
 from hfc_design.search.loop import History
 
-#: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-STYLES = ("-", "--", "-.", ":")
 #: A band is drawn with at most this many points.
 POINTS = 150
-#: Height of a line of the legend [in].
-LINE = 0.16
 
 
 def history(history: History, title: str) -> Figure:
@@ -93,16 +91,6 @@ def convergence(
     return figure
 
 
-def list_above(figure: Figure) -> None:
-    """The legend above everything, a line of the height ``LINE`` for each name."""
-    legend = figure.legend(
-        fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
-        borderaxespad=0.2, borderpad=0, labelspacing=0.2,
-    )  # fmt: skip
-    for text in legend.get_texts():
-        text.set_parse_math(False)
-
-
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
     """Generations, and lower quartile, median and upper quartile of the runs that got there."""
     longest = max(len(run) for run in runs)
@@ -114,16 +102,3 @@ def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Flo
     known = np.isfinite(scores).any(axis=0)
     low, median, high = np.nanquantile(scores[:, known], (0.25, 0.5, 0.75), axis=0)
     return drawn[known] + 1, low, median, high
-
-
-def colour(k: int) -> str:
-    """Of the curve of a number, from 0."""
-    return COLOURS[k % len(COLOURS)]
-
-
-def stroke(k: int) -> dict[str, Any]:
-    """Colour, width and dashes of the curve of a number among others, told apart in grey too.
-
-    The first is to lie below the others, and is broader; these have gaps that it is seen through.
-    """
-    return {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
+from hfc_design.pictures.figure import OTHER, OWN, above, framed, gridded
 from hfc_design.pictures.numbers import readable, score
 from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.runs.front import Front, marks
@@ -64,14 +64,13 @@ def _drawing(front: Front) -> Drawing:
     panels = figure.subplots(len(pairs), 1, squeeze=False, gridspec_kw={"hspace": 0.3})[:, 0]
     for axes, (x, y) in zip(panels, pairs, strict=True):
         _panel(axes, front, x, y)
-    handles = panels[0].get_legend_handles_labels()
-    figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="upper center")
+    above(figure, panels[0], columns=3)
     names = [one.name for one in front.objectives]
-    told = "; ".join(f"{one.name}: {one.meaning}" for one in front.objectives)
+    meanings = "; ".join(f"{one.name}: {one.meaning}" for one in front.objectives)
     return Drawing(
         figure,
         f"Points of the front: {' against '.join(names)}",
-        f"The front, less is better everywhere: {told}. At the knee a little less of one costs "
+        f"The front, less is better everywhere: {meanings}. At the knee a little less of one costs "
         "much of another; design.json is the point that ranks first by the scenario's own merit. "
         "Numbers are those of the points.",
     )

@@ -11,7 +11,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.runs.beside import AttainableFile, beside
+from hfc_design.runs.number_files import AttainableFile, read_numbers
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 #: In a run folder: what ``attained`` gives.
@@ -28,28 +28,26 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
         RunError: the solver of linear programmes found nothing.
     """
     if design is None:
-        return _left_out(scenario) | _numbers(attainable(scenario), None)
+        return _numbers(scenario, attainable(scenario), None)
     design = load_design(design)
     scenario = with_converter(scenario, design)
     scenario = scenario.model_copy(update={"plant": machine(design, scenario)})
-    return _left_out(scenario) | _numbers(attainable(scenario), evaluate(design, scenario))
+    return _numbers(scenario, attainable(scenario), evaluate(design, scenario))
 
 
-def _left_out(scenario: Scenario) -> Json:
-    """What neither bound nor best voltage knows of; nothing where there is no such limit."""
-    slow = any(scenario.limits.of(x).command_rate for x in scenario.plant.machine.axes)
-    return {"left_out": "limits.command_rate"} if slow else {}
-
-
-def _numbers(found: dict[str, Attainable], evaluation: Evaluation | None) -> Json:
-    motions = {name: one.numbers() for name, one in found.items()}
+def _numbers(
+    scenario: Scenario, found: dict[str, Attainable], evaluation: Evaluation | None
+) -> Json:
+    """As plain data; what neither bound nor best voltage considers is told where it is limited."""
+    motions = {name: x.numbers() for name, x in found.items()}
     if evaluation is not None:
-        each = [*evaluation.motions.values()] or [evaluation]
-        for one, motion in zip(each, motions.values(), strict=True):
-            total = float(np.abs(one.axes[0].motion.error).sum())
-            lost = one.diverged or not np.isfinite(total)
-            motion["sum_error"] = None if lost else total
-    return {"unit": "rad", "motions": motions}
+        evaluations = [*evaluation.motions.values()] or [evaluation]
+        for x, motion in zip(evaluations, motions.values(), strict=True):
+            total = float(np.abs(x.axes[0].motion.error).sum())
+            motion["sum_error"] = None if x.diverged or not np.isfinite(total) else total
+    slow = any(scenario.limits.of(x).command_rate for x in scenario.plant.machine.axes)
+    left_out = {"left_out": "limits.command_rate"} if slow else {}
+    return {**left_out, "unit": "rad", "motions": motions}
 
 
 def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
@@ -66,7 +64,7 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 def kept_attained(folder: Path) -> Json | None:
     """How near a run's design comes to its bound; None if nobody said. RunError: it is damaged."""
-    return beside(folder / ATTAINABLE, AttainableFile)
+    return read_numbers(folder / ATTAINABLE, AttainableFile)
 
 
 #: Of ``attained_rows``.
@@ -76,22 +74,21 @@ HEADS = ("bound", "best voltage", "this design", "times bound", "times best")
 def attained_rows(found: Json) -> list[list[str]]:
     """A row a motion: its name, then ``HEADS``; sums of |e| [rad]."""
     rows = []
-    for name, one in found["motions"].items():
-        bound, reached, own = one["bound"], one["reached"], one.get("sum_error")
-        cells = [name, f"{bound:.4g}", f"{reached:.4g}"]
-        numbers = [own, own and _times(own, bound), own and _times(own, reached)]
-        rows.append([*cells, *("–" if x is None else f"{x:.4g}" for x in numbers)])
+    for name, sums in found["motions"].items():
+        best, error = (sums["bound"], sums["reached"]), sums.get("sum_error")
+        ratios = (None if error is None or x <= 0.0 else error / x for x in best)
+        numbers = (*best, error, *ratios)
+        rows.append([name, *("–" if x is None else f"{x:.4g}" for x in numbers)])
     return rows
 
 
 def attained_told(found: Json) -> str:
     """The line of a design with one motion, "" of others."""
-    (row, *others) = attained_rows(found)
-    _, bound, reached, own, by_bound, by_reached = row
-    if others or own == "–":
+    ((_, bound, reached, error, by_bound, by_reached), *others) = attained_rows(found)
+    if others or error == "–":
         return ""
     return (
-        f"sum |e| {own} rad: {by_bound} times the certified bound {bound}, "
+        f"sum |e| {error} rad: {by_bound} times the certified bound {bound}, "
         f"{by_reached} times the best open-loop voltage {reached}{left_out(found)}"
     )
 
@@ -99,7 +96,3 @@ def attained_told(found: Json) -> str:
 def left_out(found: Json) -> str:
     """What the numbers do not know of, to stand behind them; "" where that is nothing."""
     return f" ({found['left_out']} is left out)" if "left_out" in found else ""
-
-
-def _times(own: float, other: float) -> float | None:
-    return own / other if other > 0.0 else None

@@ -1,5 +1,6 @@
 """First individuals that were found by simulation: laws of few numbers, laid down on every tree."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
-from hfc_design.search.restarts import ISLANDS, SAMPLES, Tried, climbed, room
+from hfc_design.search.restarts import ISLANDS, SAMPLES, climbed, room
 
 #: Share of a search's evaluations that goes to laws, and as much to laying them down; and how many
 #: each of them takes at most, because more have brought nothing.
@@ -28,6 +29,50 @@ def worthwhile(evaluations: int) -> bool:
     return evaluations >= FEWEST
 
 
+def first_laws(
+    problem: Any, of_laws: Any, evaluations: int, tree: Integers, rng: np.random.Generator
+) -> Population | None:
+    """(n,) individuals on the given trees, of each its best ones; None: no law is finite.
+
+    Args:
+        problem: ``runs.problem.Problem`` of the hierarchies.
+        of_laws: the same of the laws.
+        evaluations: of the whole search.
+        tree: (n,) numbers of trees.
+        rng: what all draws are from.
+    """
+    laws: Any = of_laws.genome
+    total = min(int(SHARE * evaluations), MOST_SEARCHED)
+    fresh = laws.points(laws.fresh(max(int(FIRST * total), 1), rng))
+    tried = climbed(fresh, lambda points: of_laws.rank(laws.laws(points)), total, rng)
+    best = tried.score.max()
+    if not np.isfinite(best):
+        return None
+    largest = of_laws.largest_signals(laws.laws(tried.points[int(np.argmax(tried.score))][None]))
+    sizes = np.array([largest[name.removeprefix(PREVIOUS)] for name in laws.genome.names])
+
+    def rank(points: Floats, trees: Integers) -> Floats:
+        return np.asarray(problem.rank(laws.laid(points, trees, sizes)))
+
+    good = np.flatnonzero(tried.score > best - (1.0 - GOOD) * abs(best))
+    total = min(int(SHARE * evaluations), MOST_LAID)
+    chosen = tried.points[rng.choice(good, max(int(DRAWN * total), 1))]
+    ways = laws.ways(laws.laws(chosen), rng)
+    trees, wanted = np.unique(tree, return_counts=True)
+    order = np.argsort(-rank(ways, rng.choice(trees, len(ways))), kind="stable")
+    each = max(int(EVERYWHERE * total) // len(trees), int(wanted.max()))
+    points = np.tile(ways[order[np.arange(each) % len(order)]], (len(trees), 1))
+    every = np.repeat(trees, each)
+    left = int((1.0 - DRAWN - EVERYWHERE) * total)
+    points, every, score = _climbed(points, every, rank(points, every), rank, left, rng)
+    order = np.lexsort((-score, every))
+    first = np.searchsorted(every[order], trees)
+    found = np.concatenate([order[a : a + n] for a, n in zip(first, wanted, strict=True)])
+    places = np.argsort(np.argsort(tree, kind="stable"), kind="stable")
+    population: Population = laws.laid(points[found], every[found], sizes)
+    return taken(population, places)
+
+
 class Climbing(NamedTuple):
     """A distribution of laws and ways on a tree."""
 
@@ -35,89 +80,33 @@ class Climbing(NamedTuple):
     tree: int
     best: float
 
-    def after(self, points: Floats, score: Floats) -> "Climbing":
-        """Having learnt what its points are worth."""
-        distribution = learnt(self.distribution, points, score)
-        return Climbing(distribution, self.tree, max(self.best, float(score.max())))
 
-
-class FirstLaws(NamedTuple):
-    """What is known of a scenario once its laws have been searched."""
-
-    problem: Any  # ``runs.problem.Problem`` of the hierarchies
-    of_laws: Any  # the same of the laws
-    evaluations: int  # of the whole search
-
-    def dealt(self, tree: Integers, rng: np.random.Generator) -> Population | None:
-        """(n,) individuals on the given trees, of each its best ones; None: no law is finite."""
-        laws: Any = self.of_laws.genome
-        tried = self._searched(rng)
-        best = tried.score.max()
-        if not np.isfinite(best):
-            return None
-        own = laws.laws(tried.points[int(np.argmax(tried.score))][None])
-        sizes = self._sizes(own)
-        good = np.flatnonzero(tried.score > best - (1.0 - GOOD) * abs(best))
-        total = min(int(SHARE * self.evaluations), MOST_LAID)
-        chosen = tried.points[rng.choice(good, max(int(DRAWN * total), 1))]
-        ways = laws.ways(laws.laws(chosen), rng)
-        trees, wanted = np.unique(tree, return_counts=True)
-        score = self._laid(ways, rng.choice(trees, len(ways)), sizes)
-        order = np.argsort(-score, kind="stable")
-        each = max(int(EVERYWHERE * total) // len(trees), int(wanted.max()))
-        points = np.tile(ways[order[np.arange(each) % len(order)]], (len(trees), 1))
-        every = np.repeat(trees, each)
-        score = self._laid(points, every, sizes)
-        left = int((1.0 - DRAWN - EVERYWHERE) * total)
-        points, every, score = self._climbed(points, every, score, sizes, left, rng)
-        order = np.lexsort((-score, every))
-        first = np.searchsorted(every[order], trees)
-        found = np.concatenate([order[a : a + n] for a, n in zip(first, wanted, strict=True)])
-        places = np.argsort(np.argsort(tree, kind="stable"), kind="stable")
-        population: Population = laws.laid(points[found], every[found], sizes)
-        return taken(population, places)
-
-    def _climbed(
-        self,
-        points: Floats,
-        trees: Integers,
-        score: Floats,
-        sizes: Floats,
-        evaluations: int,
-        rng: np.random.Generator,
-    ) -> tuple[Floats, Integers, Floats]:
-        """These, and what the best of the best trees become there."""
-        order = np.argsort(-score, kind="stable")
-        alive = order[np.isfinite(score[order])]
-        best = alive[np.sort(np.unique(trees[alive], return_index=True)[1])][:ISLANDS]
-        if not len(best):
-            return points, trees, score
-        islands = [Climbing(begun(points[k], NEAR), int(trees[k]), score[k]) for k in best]
-        while True:
-            islands = sorted(islands, key=lambda one: -one.best)[: room(evaluations, ROUNDS, 1)]
-            evaluations -= len(islands) * SAMPLES
-            if evaluations < 0:
-                break
-            asked = [drawn(one.distribution, SAMPLES, rng) for one in islands]
-            flat, each = np.concatenate(asked), np.repeat([one.tree for one in islands], SAMPLES)
-            told = self._laid(flat, each, sizes)
-            found = zip(islands, asked, np.split(told, len(islands)), strict=True)
-            islands = [one.after(*more) for one, *more in found]
-            points, trees = np.concatenate([points, flat]), np.append(trees, each)
-            score = np.append(score, told)
-        return points, trees, score
-
-    def _laid(self, points: Floats, trees: Integers, sizes: Floats) -> Floats:
-        return np.asarray(self.problem.rank(self.of_laws.genome.laid(points, trees, sizes)))
-
-    def _searched(self, rng: np.random.Generator) -> Tried:
-        """Laws and what they are worth."""
-        laws, total = self.of_laws.genome, min(int(SHARE * self.evaluations), MOST_SEARCHED)
-        first = laws.points(laws.fresh(max(int(FIRST * total), 1), rng))
-        return climbed(first, lambda points: self.of_laws.rank(laws.laws(points)), total, rng)
-
-    def _sizes(self, law: Any) -> Floats:
-        """(inputs,) largest magnitudes of the inputs of a hierarchy under a law."""
-        found = self.of_laws.largest_signals(law)
-        names = self.of_laws.genome.genome.names
-        return np.array([found[name.removeprefix(PREVIOUS)] for name in names])
+def _climbed(
+    points: Floats,
+    trees: Integers,
+    score: Floats,
+    rank: Callable[[Floats, Integers], Floats],
+    evaluations: int,
+    rng: np.random.Generator,
+) -> tuple[Floats, Integers, Floats]:
+    """These, and what the best of the best trees become there."""
+    order = np.argsort(-score, kind="stable")
+    alive = order[np.isfinite(score[order])]
+    best = alive[np.sort(np.unique(trees[alive], return_index=True)[1])][:ISLANDS]
+    islands = [Climbing(begun(points[k], NEAR), int(trees[k]), score[k]) for k in best]
+    while islands:
+        islands = sorted(islands, key=lambda x: -x.best)[: room(evaluations, ROUNDS, 1)]
+        evaluations -= len(islands) * SAMPLES
+        if evaluations < 0:
+            break
+        drawings = np.stack([drawn(x.distribution, SAMPLES, rng) for x in islands])
+        flat, on = np.concatenate(drawings), np.repeat([x.tree for x in islands], SAMPLES)
+        worth = rank(flat, on)
+        points, trees = np.concatenate([points, flat]), np.append(trees, on)
+        score = np.append(score, worth)
+        rounds = zip(islands, drawings, worth.reshape(-1, SAMPLES), strict=True)
+        islands = [
+            Climbing(learnt(x.distribution, y, scores), x.tree, max(x.best, float(scores.max())))
+            for x, y, scores in rounds
+        ]
+    return points, trees, score

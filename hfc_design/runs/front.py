@@ -60,34 +60,27 @@ def front_of(search: Search, scenario: Scenario) -> Front | None:
     count = len(population.tree)
     if not count:
         return Front(objectives, np.empty((0, len(objectives))), np.empty(0), np.arange(0))
-    found = final_problem(_forgiving(scenario)).weighed(population)
+    if scenario.robust:  # as many machines are forgiven as *Can I use it?* forgives
+        most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
+        robust = scenario.robust.model_copy(update={"forgiven": most})
+        scenario = scenario.model_copy(update={"robust": robust})
+    found = final_problem(scenario).weighed(population)
     left = np.flatnonzero(found.violation == 0.0)
     left = left[~dominated(found.costs[left], found.costs[left])]
     left = left[np.lexsort(found.costs[left].T[::-1])]
     return Front(objectives, found.costs[left], found.score[left], left)
 
 
-def _forgiving(scenario: Scenario) -> Scenario:
-    """With as many machines forgiven as *Can I use it?* forgives."""
-    if scenario.robust is None:
-        return scenario
-    most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
-    robust = scenario.robust.model_copy(update={"forgiven": most})
-    return scenario.model_copy(update={"robust": robust})
-
-
 def _heads(objectives: tuple[Traded, ...]) -> list[str]:
-    units = (in_a_name(one.unit) if one.unit != "1" else "" for one in objectives)
-    names = zip(objectives, units, strict=True)
-    columns = [f"{one.name}_{unit}" if unit else one.name for one, unit in names]
+    columns = (f"{x.name}_{in_a_name(x.unit)}" if x.unit != "1" else x.name for x in objectives)
     return ["point", *columns, "merit", "mark", "individual"]
 
 
 def marks(front: Front) -> list[str]:
     """What is told of each point beside its costs."""
-    own = [(front.knee, "knee"), (front.best, "design")] if len(front.merit) else []
+    marked = [(front.knee, "knee"), (front.best, "design")] if len(front.merit) else []
     points = range(len(front.merit))
-    return [" ".join(text for place, text in own if place == k) for k in points]
+    return [" ".join(text for place, text in marked if place == k) for k in points]
 
 
 def write_front(front: Front, folder: Path) -> None:

@@ -64,6 +64,11 @@ def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> De
     return design.model_copy(update={"score": score})
 
 
+def noted(design: Design, more: Json) -> Design:
+    """The design with ``more`` in its score."""
+    return design.model_copy(update={"score": {**design.score, **more}})
+
+
 def parts_of(scenario: Scenario, controller: Json) -> References:
     """Group and name of everything that a scenario and a controller name."""
     used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
@@ -73,5 +78,5 @@ def parts_of(scenario: Scenario, controller: Json) -> References:
 def kinds_of(controller: Json) -> References:
     """Every kind of a controller or of its settings, those inside it too."""
     inside = [*controller.get("axes", {}).values(), *filter(None, [controller.get("inner")])]
-    own = [("controller", controller["kind"])]
-    return own + [kind for part in inside for kind in kinds_of(part)]
+    outer = [("controller", controller["kind"])]
+    return outer + [kind for part in inside for kind in kinds_of(part)]

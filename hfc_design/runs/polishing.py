@@ -1,31 +1,46 @@
-"""The design of a finished search polished, as far as that has come in the folder of its run."""
+"""The design of a finished search polished: what is ranked, with which derivatives, how it goes on.
 
-import time
+A polish that was stopped goes on from a checkpoint in the folder of its run.
+"""
+
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hfc_design.controllers.genome import Population, taken
-from hfc_design.core import checkpoint, interrupt
-from hfc_design.core.numbers import Json
+from hfc_design.core import archive, checkpoint
+from hfc_design.core.numbers import Floats, Integers, storable
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs import stored
 from hfc_design.runs.champion import LEAST_VIOLATED
-from hfc_design.runs.individuals import design_of, genome_of, with_score
-from hfc_design.runs.polish_task import PolishTask
-from hfc_design.runs.stored import SPARE, belongs
+from hfc_design.runs.individuals import design_of, genome_of, noted, with_score
+from hfc_design.runs.problem import final_problem
 from hfc_design.search.by_numbers import coordinates
-from hfc_design.search.polish import Polished, polish
+from hfc_design.search.polish import Polishable, Polished, Quadratic, polish
+from hfc_design.simulation import population as simulate
 from hfc_design.simulation.evaluating import Evaluation, evaluate
+from hfc_design.simulation.traces import RECORDED, Traces, motion_slopes
 
 CHECKPOINT = "polish.npz"
-#: Seconds between checkpoints.
-CHECKPOINT_EVERY = 2.0
 #: In the score of a design: how many steps, and what is ranked before and after them.
 POLISH = "polish"
+#: Doubles of an individual on a single machine, a millionth off: a lucky one has worse ones.
+DOUBLES = 7
+#: Of many machines a step tries the nominal one, some on which the design that it began with
+#: passes with least to spare, and some at random; it is linearised on a few of these.
+HARD, RANDOM, LINEARISED = 8, 7, 3
+#: Individuals of a step on one machine and on many; with what there is they fill the lanes. Of
+#: these so many are judged as the result is.
+PROPOSED, JUDGED = (127, 63), (4, 2)
+#: Residuals below a share of the largest one weigh no more; the share is drawn for every step
+#: between these powers of ten, since what is stuck at one may go on at another.
+SMALLEST = (-6.0, -2.0)
 
 
 def check_polish(scenario: Scenario) -> None:
@@ -38,8 +53,8 @@ def check_polish(scenario: Scenario) -> None:
         return
     genome = genome_of(scenario)
     if coordinates(genome, taken(genome.empty(), slice(1))) is None:
-        told = f"run.polish = {scenario.run.polish}: a controller of kind"
-        raise UserError(f"{told} {scenario.controller.kind!r} cannot be polished; leave it 0")
+        which = f"run.polish = {scenario.run.polish}: a controller of kind"
+        raise UserError(f"{which} {scenario.controller.kind!r} cannot be polished; leave it 0")
 
 
 def polished(
@@ -47,7 +62,7 @@ def polished(
     folder: Path,
     begun: tuple[Population, Design, Evaluation],
     made_by: dict[str, str],
-    anyway: bool,
+    needed: dict[str, str],
     on_step: Callable[[Polished], None],
 ) -> tuple[Design, Evaluation]:
     """What became of the design that it ``begun`` with, which stays where nothing is better.
@@ -55,26 +70,15 @@ def polished(
     Stopped at any moment and called again, it ends the same.
 
     Raises:
-        RunError: its checkpoint is damaged or not ``made_by`` the same, or the folder cannot be
-            written.
+        RunError: its checkpoint is damaged or not made by what is ``needed``, or the folder cannot
+            be written.
     """
     individual, design, evaluation = begun
     path, steps = folder / CHECKPOINT, scenario.run.polish
-    done = _loaded(path, scenario, {} if anyway else made_by)
-    saved = time.monotonic()
+    before = _loaded(path, scenario, needed)
     task = PolishTask(scenario, individual).task
-    try:
-        each = polish(task, individual, steps, scenario.run.seed, done)
-        for done in each:
-            interrupt.heard()
-            on_step(done)
-            if time.monotonic() - saved > CHECKPOINT_EVERY:
-                checkpoint.save(path, done, made_by)
-                saved = time.monotonic()
-    finally:
-        if done is not None:
-            checkpoint.save(path, done, made_by)
-    assert done is not None  # there is at least one step
+    each = polish(task, individual, steps, scenario.run.seed, before)
+    done = stored.checkpointed(each, before, lambda x: checkpoint.save(path, x, made_by), on_step)
     rank, first = float(done.worth[0, 0]), float(done.first[0, 0])
     if rank > first:
         better = design_of(done.population, scenario)
@@ -82,9 +86,9 @@ def polished(
         if scenario.ensemble or found.merit >= evaluation.merit:
             design, evaluation = with_score(better, found, scenario), found
             if scenario.ensemble and rank < 0.0:
-                design = _noted(design, {LEAST_VIOLATED: True})
-    numbers = {"steps": steps, "before": _finite(first), "after": _finite(rank)}
-    return _noted(design, {POLISH: numbers}), evaluation
+                design = noted(design, {LEAST_VIOLATED: True})
+    numbers = {"steps": steps, "before": storable(first), "after": storable(rank)}
+    return noted(design, {POLISH: numbers}), evaluation
 
 
 def polish_told(design: Design) -> str:
@@ -98,32 +102,113 @@ def polish_told(design: Design) -> str:
         return ""
 
 
-def _finite(rank: float) -> float | None:
-    return rank if np.isfinite(rank) else None
-
-
-def _noted(design: Design, told: Json) -> Design:
-    return design.model_copy(update={"score": {**design.score, **told}})
-
-
 def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished | None:
-    """The polish in a file; None where there is no such file.
-
-    Raises:
-        RunError: it is damaged, or made by something else than is ``needed``.
-    """
-    if not path.exists():
-        return None
+    """The polish in a file, as ``stored.read`` gives it."""
     genome = genome_of(scenario)
-    one = taken(genome.empty(), slice(1))
-    with checkpoint.doubted(path):
-        made_by, arrays = checkpoint.read(path, 4 * SPARE)
-        belongs(path, made_by, needed)
+
+    def polished(arrays: archive.Arrays) -> Polished:
+        one = taken(genome.empty(), slice(1))
         done: Polished = checkpoint.record_of(Polished, {Population: one}, arrays)
-        own = coordinates(genome, done.about)
+        chart = coordinates(genome, done.about)
         sizes = {len(done.population.tree), len(done.worth), len(done.first)}
-        if not (1 <= done.step <= scenario.run.polish and own and sizes == {1}):
+        if not (1 <= done.step <= scenario.run.polish and chart and sizes == {1}):
             raise ValueError("its steps cannot be")
-        if done.distribution.mean.shape != (own.size,):
+        if done.distribution.mean.shape != (chart.size,):
             raise ValueError("its distribution is of other numbers")
-    return done
+        return done
+
+    return stored.read(path, 4 * stored.SPARE, needed, polished)
+
+
+class PolishTask:
+    """A scenario as what a polish of ``individual`` needs of it."""
+
+    def __init__(self, scenario: Scenario, individual: Population):
+        self._final = final_problem(scenario)
+        self._parts = self._final.parts
+        self._many = self._parts.machines.size > 1
+        self._ensemble = self._parts.ensemble or Ensemble((1.0,))
+        if self._many:
+            self._hard = self._final.nearest_to_breaking(individual, HARD)
+
+    @property
+    def task(self) -> Polishable:
+        """For the polish."""
+        derived = self.quadratic if self._final.has_derivative else None
+        sizes = (PROPOSED[self._many], JUDGED[self._many])
+        return Polishable(self._final.genome, self.worth, self.screened, derived, *sizes)
+
+    def worth(self, population: Population) -> Floats:
+        """(n, 1) rank on all machines; on a single one (n, 2) its own and that of its worst double.
+
+        The one place that says what a polish has to make better.
+        """
+        if self._many:  # every one on every machine: a bound by the best is the worth of another
+            return self._final.rank_on(population, np.arange(self._parts.machines.size))[:, None]
+        rank = self._final.rank_of_finalists(population)
+        each = taken(population, np.repeat(np.arange(len(rank)), DOUBLES))
+        doubles = self._final.genome.nudged(each, np.random.default_rng(0))
+        lowest = self._final.rank_of_finalists(doubles).reshape(-1, DOUBLES).min(axis=1)
+        return np.stack([rank, np.minimum(rank, lowest)], axis=1)
+
+    def screened(self, population: Population, rng: np.random.Generator) -> Floats:
+        """(n,) rank on some machines."""
+        return self._final.rank_on(population, self._some(rng))
+
+    def _some(self, rng: np.random.Generator) -> Integers:
+        if not self._many:
+            return np.zeros(1, int)
+        drawn = 1 + rng.permutation(self._parts.machines.size - 1)[:RANDOM]
+        return np.unique(np.concatenate([[0], self._hard, drawn]))
+
+    def quadratic(self, individual: Population, rng: np.random.Generator) -> Quadratic | None:
+        """Normal equations of the cost of all motions of a few machines about a population of one.
+
+        None where a motion or its derivative is not finite, or nothing weighs.
+        """
+        smallest = 10.0 ** rng.uniform(*SMALLEST)
+        machines = np.append(0, rng.permutation(self._some(rng)[1:])[: LINEARISED - 1])
+        shares = self._ensemble.shares(self._parts.machines.size)
+        total: Quadratic | None = None
+        for machine, motion in product(machines, range(len(self._parts.motions))):
+            if not shares[machine, motion]:
+                continue
+            found = self._of_motion(individual, int(machine), motion, smallest)
+            if found is None:
+                return None
+            share = Quadratic(*(shares[machine, motion] * x for x in found))
+            total = share if total is None else Quadratic(*map(np.add, total, share))
+        return total
+
+    def _of_motion(
+        self, individual: Population, machine: int, motion: int, smallest: float
+    ) -> Quadratic | None:
+        """Iteratively reweighted least squares: a residual weighs as much as the cost follows it.
+
+        Steps of encoders and converters are left out: their derivative is 0, so that the loop
+        would look open.
+        """
+        loop, machines, motions, _ = self._parts
+        loop, one = loop.smooth, machines.take(np.array([machine]))
+        samples, gains = motions[motion], self._final.genome.gains(individual)
+        precision = np.float32 if self._many else np.float64
+        found = simulate.jacobians(loop, one, samples, gains, RECORDED, precision)
+        change = tuple(np.diff(x, axis=0, prepend=0.0 * x[:1]) for x in found["command"])
+        residuals = [*found.values(), change]
+        merit, slopes = motion_slopes(loop, samples, Traces(*(x for x, _ in residuals)))
+        cost = -1.0 if merit <= 0.0 else -1.0 / merit**2
+        size = residuals[0][1].shape[1]
+        normal, downhill = np.zeros((2, size, size)), np.zeros(size)
+        for (value, jacobian), slope in zip(residuals, slopes, strict=True):
+            floor = max(smallest * np.abs(value).max(), np.finfo(float).tiny)
+            weight = np.maximum(cost * slope * np.sign(value), 0.0)
+            weight = weight / np.maximum(np.abs(value), floor)
+            if not weight.any():
+                continue
+            # As if it were a square, and as if it could change its sign near 0 at no cost.
+            bent = weight * value**2 / (value**2 + floor**2)
+            ways = [jacobian.T @ (jacobian * one[:, None]) for one in (weight, bent)]
+            normal = normal + np.stack(ways)
+            downhill = downhill + jacobian.T @ (weight * value)
+        finite = np.isfinite(normal).all() and np.isfinite(downhill).all()
+        return Quadratic(normal, downhill) if finite and downhill.any() else None

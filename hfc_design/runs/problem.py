@@ -1,26 +1,39 @@
-"""What a search needs of a scenario: which machines a generation meets, and enough memory."""
+"""What a search needs of a scenario: individuals simulated on its machines, judged and ranked."""
 
 from copy import copy
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.controller import RateLimited
 from hfc_design.controllers.genome import Population, taken
-from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.first_laws import FirstLaws, worthwhile
-from hfc_design.runs.individuals import genome_of, kinds_of
-from hfc_design.runs.judging import Judging
+from hfc_design.runs.first_laws import first_laws, worthwhile
+from hfc_design.runs.individuals import design_of, genome_of, kinds_of
+from hfc_design.runs.machines import drawn_for, margin_limits
 from hfc_design.search.loop import STRATEGIES
+from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task, Weighed
 from hfc_design.simulation import memory
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import trailing
+from hfc_design.simulation.stress import among
 
+#: Machines that everybody meets before it is asked who can still reach what it needs, and how
+#: much of that rounding may take away.
+FEW, SLACK = 4, 1e-9
+#: The machines on which the choice is made in the end are drawn with a seed so far beyond.
+CHOSEN = 2**33
 #: What the penalty of broken constraints grows to in a search whose scores are compared within a
 #: generation only, and the power of the share of its generations by which it grows.
 PENALTY, GROWING = 1000.0, 2.0
@@ -37,17 +50,73 @@ BEHIND = 1e3
 NEAR = 2.0
 
 
-class Problem(Judging):
-    """A scenario as what a search needs of it."""
+class Parts(NamedTuple):
+    """What a problem simulates."""
+
+    loop: Loop
+    machines: Machines
+    motions: list[Samples]
+    ensemble: Ensemble | None
+
+
+class Problem:
+    """A scenario with its genome, loop, machines and motions, and what ranks there.
+
+    The choice among finalists (``final``) is on machines of its own within the tolerances, with the
+    scenario's own constraints; a search has wider tolerances and tighter constraints.
+
+    Raises:
+        UserError: its controller cannot be searched.
+    """
 
     def __init__(self, scenario: Scenario, final: bool = False):
-        super().__init__(scenario, final)
-        self._traded, self._traded_by = scenario.traded, self._allowed
-        if self._robust and self._allowed and not final:
-            self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
-        self._evaluations = scenario.search.population * scenario.search.generations
+        with own_code("", *kinds_of(scenario.controller.model_dump())):
+            self.genome = genome_of(scenario)
+            design = design_of(self.genome.empty(), scenario)  # what any of them reads
+        check_laws(design, scenario.plant.machine)
+        controller, _ = controller_of(design, scenario)  # that of any individual
+        self._record, self._traded = design.controller, scenario.traded
+        self._robust = robust = scenario.robust
+        loop = closed_loop(scenario, controller, scenario.stress.delay_samples if robust else None)
+        machines = simulate.one_machine(scenario.plant.values())
+        #: The machines that are under no stress.
+        self.calm = np.zeros(1, int)
+        if robust:
+            wider, seed = 1.0 if final else robust.margin, scenario.run.seed + CHOSEN * final
+            within = drawn_for(scenario, robust.final - 1, seed, wider)
+            machines, self.calm = among(within, scenario, loop)
+        self._tighter = robust.tighter if robust and not final else 1.0
+        self._allowed = scenario.ensemble
+        ensemble = self._allowed and self._allowed.tighter(self._tighter)
+        self.parts = Parts(loop, machines, [x.samples() for x in scenario.each_motion()], ensemble)
+        self._margins = margin_limits(scenario, loop, self.genome, final)
+        self._dtype = np.dtype(scenario.run.precision)
+        settings = scenario.search
+        self._evaluations = settings.population * settings.generations
+        #: Individuals and machines of a generation.
+        self._lanes = settings.population * (robust.first if robust else 1)
         #: Generations of which each has machines of its own.
-        self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
+        self._fresh = STRATEGIES.get(settings.preset).forgets(settings)
+        self.simulated = 0  # samples of control of all that were ranked, without derivatives
+
+    @property
+    def has_derivative(self) -> bool:
+        """Whether there is one axis to follow, so that its error has a derivative."""
+        return len(self.parts.loop.machine.axes) == 1
+
+    @property
+    def task(self) -> Task:
+        """What a strategy is given; a derivative only where there is one axis to follow."""
+        differs = hasattr(self.genome, "space") and self.has_derivative and not self.parts.ensemble
+        by_margins = self._margins and self._robust
+        return Task(
+            self.genome,
+            self._linear if differs else None,
+            self._hardest if self._robust else None,
+            self._informed,
+            (lambda x: self._beyond_margins(self.genome.gains(x))) if by_margins else None,
+            self.rank if by_margins else None,
+        )
 
     def rank(
         self,
@@ -66,38 +135,7 @@ class Problem(Judging):
         compared, each generation has others of the same machines; half of them are ``hard`` ones
         if there are any.
         """
-        return self._met(population, generation, needed, hard)[:, 1]
-
-    def _met(
-        self,
-        population: Population,
-        generation: int = 0,
-        needed: Floats | None = None,
-        hard: Integers | None = None,
-        broken: Floats | None = None,
-    ) -> Floats:
-        """(n, 2) rank with broken constraints below all others, and what ``rank`` gives."""
-        robust, penalty = self._robust, self._penalty(generation)
-        if robust is None:
-            if not self._single:
-                return self._ranked(population, np.zeros(1, int), penalty)
-            return self._alone(population, needed)
-        some = partial(self._some, generation=generation, hard=hard)
-        once = robust.first == robust.elite
-        beside = self._beside(self.genome.gains(population)) if broken is None else broken
-        first = some(robust.first)
-        rank = self._ranked(population, first, penalty, needed if once else None, beside)
-        for count in (robust.machines, robust.elite):
-            if count == robust.first:
-                continue
-            # So many that it costs no more than the first round; the others cannot pass them.
-            most = max(len(rank) * robust.first // count, 1)
-            best = np.argsort(-rank[:, 1], kind="stable")[:most]
-            few = taken(population, best)
-            found = self._ranked(few, some(count), penalty, beside=beside[best])
-            rank = np.minimum(rank, found.min(axis=0))
-            rank[best] = found
-        return rank
+        return self._in_rounds(population, generation, needed, hard)[:, 1]
 
     def scored(
         self,
@@ -113,26 +151,33 @@ class Problem(Judging):
         Where nothing is traded they are the hard ones.
         """
         fresh = generation < self._fresh
-        if fresh or not self._traded:
-            rank, told = self._met(population, generation, needed, machines, broken).T
-            if fresh and self._traded:  # before it trades
-                unknown = np.full((len(rank), len(self._traded)), np.inf)
-                return Weighed(rank, Scored(told, unknown, unknown[:, 0]))
-            return Weighed(rank, told) if fresh else rank
-        count = self._robust.machines if self._robust else 1
-        return self.weighed(population, np.arange(count) if machines is None else machines)
+        if self._traded and not fresh:
+            count = self._robust.machines if self._robust else 1
+            return self.weighed(population, np.arange(count) if machines is None else machines)
+        rank, weighed = self._in_rounds(population, generation, needed, machines, broken).T
+        if fresh and self._traded:  # before it trades
+            unknown = np.full((len(rank), len(self._traded)), np.inf)
+            return Weighed(rank, Scored(weighed, unknown, unknown[:, 0]))
+        return Weighed(rank, weighed) if fresh else rank
 
     def weighed(self, population: Population, machines: Integers | None = None) -> Scored:
         """Ranks, costs and violations on some machines, or on all that were drawn."""
-        some = np.arange(self._machines.size) if machines is None else machines
         gains = self.genome.gains(population)
-        judged = self._judged(gains, self._machines.take(some))
-        rank = self._rank(judged, self._traded_by, beside=self._beside(gains))[:, 0]
+        judged = self._simulated(gains, self._every if machines is None else machines)
+        allowed = self._allowed and self._allowed.tighter(self._tighter**TRADED)
+        rank = self._verdict(judged, allowed, beyond=self._beyond_margins(gains))[:, 0]
         costs = self._costs(judged, gains)
-        violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
+        violation = np.where(rank < 0.0, -rank, 0.0) if allowed else np.zeros(len(rank))
         failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
         rank, violation = np.where(failed, -np.inf, rank), np.where(failed, np.inf, violation)
         return Scored(rank, costs, violation)
+
+    def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
+        """What they are ranked by on some of the machines that were drawn.
+
+        ``at_once`` pairs of an individual and a machine are simulated together, or all.
+        """
+        return self._ranked(population, machines, at_once=at_once)[:, 0]
 
     def rank_of_finalists(self, population: Population) -> Floats:
         """What they are ranked by: half of them, the best, go on to twice the machines, ``HALVED``.
@@ -140,35 +185,158 @@ class Problem(Judging):
         The others cannot pass them. One program serves all.
         """
         rank, left = np.full(len(population.tree), np.inf), np.arange(len(population.tree))
-        beside = self._beside(self.genome.gains(population))
-        lanes = min(len(rank) * self._machines.size, self._lanes)
+        beyond = self._beyond_margins(self.genome.gains(population))
+        size = self.parts.machines.size
         judged, done = None, 0
-        for count in np.unique(-(-self._machines.size // 2 ** np.arange(HALVED + 1))).tolist():
+        for count in np.unique(-(-size // 2 ** np.arange(HALVED + 1))).tolist():
             gains, some = self.genome.gains(taken(population, left)), np.arange(done, count)
-            more = self._eased(gains, some, lanes)
-            each = zip(judged, more, strict=True) if judged else ()
-            judged = Judged(*(np.concatenate(own, axis=1) for own in each)) if judged else more
-            found = self._final_rank(judged, beside[left])
+            more = self._judged(gains, some, min(len(rank) * size, self._lanes))
+            judged = _on_both(judged, more) if judged else more
+            found = self._final_rank(judged, beyond[left])
             rank = np.minimum(rank, found.min())
             rank[left], done = found, count
-            kept = np.argsort(-found, kind="stable")[: -(-len(left) // 2)]
-            left, judged = left[kept], Judged(*(part[kept] for part in judged))
+            best = np.argsort(-found, kind="stable")[: -(-len(left) // 2)]
+            left, judged = left[best], Judged(*(part[best] for part in judged))
         return rank
 
-    def _final_rank(self, judged: Judged, beside: Floats) -> Floats:
+    def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
+        """The machines that a population of one passes on, but with least to spare.
+
+        The nominal one is not among them, nor are those that are forgiven.
+        """
+        ensemble = self.parts.ensemble or Ensemble((1.0,))
+        judged = self._judged(self.genome.gains(individual), self._every)
+        verdict, near = ensemble.verdict(judged), ensemble.tighter(NEAR).verdict(judged)
+        order = np.lexsort((verdict.merit[0], -near.broken.sum(axis=(2, 3))[0]))
+        return order[verdict.sound[0, order] & (order > 0)][:count]
+
+    def largest_signals(self, individual: Population) -> dict[str, float]:
+        """What each signal of the first axis reaches at most, on the nominal machine."""
+        loop, machines, motions, _ = self.parts
+        return simulate.largest_signals(loop, machines, motions, self.genome.gains(individual))
+
+    @property
+    def _every(self) -> Integers:
+        return np.arange(self.parts.machines.size)
+
+    def _in_rounds(
+        self,
+        population: Population,
+        generation: int = 0,
+        needed: Floats | None = None,
+        hard: Integers | None = None,
+        beyond: Floats | None = None,
+    ) -> Floats:
+        """(n, 2) rank with broken constraints below all others, and what ``rank`` gives."""
+        robust, penalty = self._robust, self._penalty(generation)
+        if robust is None:
+            loop, _, motions, ensemble = self.parts
+            if ensemble or len(motions) > 1 or loop.doubled:
+                return self._ranked(population, np.zeros(1, int), penalty)
+            return self._ranked_alone(population, needed)
+        some = partial(self._some, generation=generation, hard=hard)
+        if beyond is None:
+            beyond = self._beyond_margins(self.genome.gains(population))
+        needed = needed if robust.first == robust.elite else None
+        rank = self._ranked(population, some(robust.first), penalty, needed, beyond)
+        for count in (robust.machines, robust.elite):
+            if count == robust.first:
+                continue
+            # So many that it costs no more than the first round; the others cannot pass them.
+            most = max(len(rank) * robust.first // count, 1)
+            best = np.argsort(-rank[:, 1], kind="stable")[:most]
+            again = self._ranked(taken(population, best), some(count), penalty, beyond=beyond[best])
+            rank = np.minimum(rank, again.min(axis=0))
+            rank[best] = again
+        return rank
+
+    def _ranked(
+        self,
+        population: Population,
+        machines: Integers,
+        penalty: float | None = None,
+        needed: Floats | None = None,
+        beyond: Floats | None = None,
+        at_once: int = 0,
+    ) -> Floats:
+        """(n, 2) rank with broken constraints below all others, and with them weighed.
+
+        On all ``machines``; on the first ``FEW`` alone who cannot reach what is ``needed``.
+        """
+        gains, ensemble = self.genome.gains(population), self.parts.ensemble
+        beyond = self._beyond_margins(gains) if beyond is None else beyond
+        if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
+            return self._verdict(self._judged(gains, machines, at_once), ensemble, penalty, beyond)
+        some = self._judged(gains, machines[:FEW])
+        bound = ensemble.reach(some, len(machines), beyond)
+        alive = np.flatnonzero((bound >= needed) | np.isclose(bound, needed, rtol=SLACK, atol=0.0))
+        rank = np.stack([bound, bound], axis=1)
+        if len(alive):
+            gains = self.genome.gains(taken(population, alive))
+            more = self._judged(gains, machines[FEW:], len(needed) * FEW)
+            whole = _on_both(Judged(*(part[alive] for part in some)), more)
+            rank[alive] = self._verdict(whole, ensemble, beyond=beyond[alive])
+        return rank
+
+    def _ranked_alone(self, population: Population, needed: Floats | None) -> Floats:
+        """As ``_ranked`` on one machine in one motion, which ends for whoever is lost."""
+        least = np.full(len(population.tree), -np.inf) if needed is None else needed
+        loop, machines, (samples,), _ = self.parts
+        about = (loop, machines, samples, self.genome.gains(population), least)
+        judged, simulated = simulate.scores_needed(*about, self._dtype, self._lanes)
+        self.simulated += int(simulated.sum())
+        return self._verdict(judged, None)
+
+    def _judged(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
+        """What individuals do on some of the machines.
+
+        Of constraints a search allows those under a stress as much as the scenario does.
+        """
+        judged = self._simulated(gains, machines, at_once)
+        ensemble, stressed = self.parts.ensemble, ~np.isin(machines, self.calm)
+        if ensemble is None or self._tighter == 1.0 or not stressed.any():
+            return judged
+        values, count = np.array(judged.values), len(ensemble.constraints)
+        values[:, stressed, :, values.shape[-1] - count :] /= self._tighter
+        return judged._replace(values=values)
+
+    def _simulated(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
+        loop, every, motions, _ = self.parts
+        some = every.take(machines)
+        judged = simulate.scores(loop, some, motions, gains, self._dtype, at_once=at_once)
+        self.simulated += judged.merit[..., 0].size * sum(len(x.time) for x in motions)
+        return judged
+
+    def _beyond_margins(self, gains: Gains) -> Floats:
+        """(n,) by how much individuals break what is required of the margins of their loops."""
+        return self._margins.broken(gains) if self._margins else np.zeros(trailing(gains))
+
+    def _verdict(
+        self,
+        judged: Judged,
+        ensemble: Ensemble | None,
+        penalty: float | None = None,
+        beyond: Floats | float = 0.0,
+    ) -> Floats:
+        """(n, 2) rank with broken constraints below all others, and with them weighed."""
+        if ensemble is None:
+            return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
+        verdict = ensemble.verdict(judged, penalty, beyond)
+        return np.stack([verdict.rank, verdict.weighed], axis=1)
+
+    def _final_rank(self, judged: Judged, beyond: Floats) -> Floats:
         """As ``rank_on``, but where more is broken than is forgiven it counts on how many machines.
 
         That is the share of those under no stress and that of the others, of the first machines, as
         the answer asks for both; the nominal machine and what is asked of margins count as all.
         """
-        ensemble = self._ensemble
-        if ensemble is None:
-            return self._rank(judged, None)[:, 0]
-        found = ensemble.verdict(judged, beside=beside)
+        if self.parts.ensemble is None:
+            return self._verdict(judged, None)[:, 0]
+        verdict = self.parts.ensemble.verdict(judged, beside=beyond)
         calm = np.isin(np.arange(judged.failed.shape[1]), self.calm)
-        parts = [~found.sound[:, some] for some in (calm, ~calm) if some.any()]
-        lost = (beside > 0.0) + ~found.sound[:, 0] + sum(part.mean(axis=1) for part in parts)
-        return np.where(found.rank < 0.0, found.rank - BEHIND * lost, found.rank)
+        parts = [~verdict.sound[:, some] for some in (calm, ~calm) if some.any()]
+        lost = (beyond > 0.0) + ~verdict.sound[:, 0] + sum(part.mean(axis=1) for part in parts)
+        return np.where(verdict.rank < 0.0, verdict.rank - BEHIND * lost, verdict.rank)
 
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
@@ -177,7 +345,7 @@ class Problem(Judging):
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
         start = generation * (count - 1) if generation < self._fresh else 0
-        some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
+        some = np.append(0, 1 + (start + np.arange(count - 1)) % (self.parts.machines.size - 1))
         if hard is not None and len(hard):
             most = count // 2
             some[count - most :] = hard[(generation * most + np.arange(most)) % len(hard)]
@@ -185,40 +353,20 @@ class Problem(Judging):
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""
-        first = len(self._loop.judge.objectives)
-        values = np.asarray(judged.values)[..., first:]
-        each = (self._ensemble or Ensemble((1.0,))).costs(values)
-        measured = iter(each.T)  # those of constraints come last
-        counted = kinds().get(self._record.kind).units
-        columns = (
-            next(measured) if one.measure else counted(self._record, gains) for one in self._traded
-        )
+        values = np.asarray(judged.values)[..., len(self.parts.loop.judge.objectives) :]
+        costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
+        measured = iter(costs.T)  # those of constraints come last
+        units = self._record.units_that_matter
+        columns = (next(measured) if x.measure else units(gains) for x in self._traded)
         return np.stack([*columns], axis=1).astype(float)
 
-    def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
-        """The machines that a population of one passes on, but with least to spare.
-
-        The nominal one is not among them, nor are those that are forgiven.
-        """
-        ensemble = self._ensemble or Ensemble((1.0,))
-        gains = self.genome.gains(individual)
-        judged = self._eased(gains, np.arange(self._machines.size))
-        found, near = ensemble.verdict(judged), ensemble.tighter(NEAR).verdict(judged)
-        order = np.lexsort((found.merit[0], -near.broken.sum(axis=(2, 3))[0]))
-        return order[found.sound[0, order] & (order > 0)][:count]
-
-    @property
-    def task(self) -> Task:
-        """What a strategy is given; a derivative only where there is one axis to follow."""
-        differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
-        hardest = self._hardest if self._robust else None
-        linear = self._linear if differs else None
-        found = Task(self.genome, linear, hardest, self._informed)
-        if self._margins and self._robust:
-            return found._replace(
-                broken=lambda x: self._beside(self.genome.gains(x)), worth=self.rank
-            )
-        return found
+    def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
+        """The tracking error about one individual; None where it cannot be differentiated."""
+        loop, machines, motions, _ = self.parts
+        about = (loop, machines, *motions, self.genome.gains(individual), self._dtype, chosen)
+        error, jacobian = simulate.error_jacobian(*about)
+        finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
+        return Linear(error, jacobian, chosen) if finite else None
 
     def _hardest(self, population: Population, keeping: float) -> Integers:
         """The nominal machine and those on which most is broken, or with least to spare.
@@ -226,36 +374,40 @@ class Problem(Judging):
         Left out are those on which less than a share ``keeping`` of the ``population`` keeps
         everything by the scenario's own limits.
         """
-        assert self._ensemble is not None
+        assert self.parts.ensemble is not None
         assert self._allowed is not None
-        gains = self.genome.gains(population)
-        judged = self._eased(gains, np.arange(self._machines.size), self._lanes)
-        kept = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
-        found = self._ensemble.verdict(judged)
-        broken = found.broken.sum(axis=(2, 3)).mean(axis=0)
-        order = np.lexsort((found.merit.mean(axis=0), -broken))
-        others = order[kept[order] & (order > 0)]
+        judged = self._judged(self.genome.gains(population), self._every, self._lanes)
+        possible = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
+        verdict = self.parts.ensemble.verdict(judged)
+        broken = verdict.broken.sum(axis=(2, 3)).mean(axis=0)
+        order = np.lexsort((verdict.merit.mean(axis=0), -broken))
+        others = order[possible[order] & (order > 0)]
         calm, most = np.isin(others, self.calm), HARD if keeping else 2 * HARD
         stressed = others[~calm][: 2 * most // 3]  # two thirds of them, or all that there are
         return np.sort(np.concatenate([[0], others[calm][: most - 1 - len(stressed)], stressed]))
 
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
         """First individuals on the given trees, of laws that are searched; None: nobody knows."""
-        laws, evaluations = self.genome.laws(), self._evaluations
-        if laws is not None and worthwhile(evaluations):
+        laws = self.genome.laws()
+        if laws is not None and worthwhile(self._evaluations):
             of_laws = copy(self)
-            of_laws.genome = laws
-            own, law = self._loop.controller, laws.controller()
-            law = own._replace(inner=law) if isinstance(own, RateLimited) else law
-            of_laws._loop = self._loop._replace(controller=law)
+            of_laws.genome, of_laws.simulated = laws, 0
+            whole, law = self.parts.loop.controller, laws.controller()
+            law = whole._replace(inner=law) if isinstance(whole, RateLimited) else law
+            of_laws.parts = self.parts._replace(loop=self.parts.loop._replace(controller=law))
             of_laws._margins = self._margins and self._margins.of(law)
-            of_laws.simulated = 0
-            found = FirstLaws(self, of_laws, evaluations).dealt(tree, rng)
+            first = first_laws(self, of_laws, self._evaluations, tree, rng)
             self.simulated += of_laws.simulated
-            if found is not None:
-                return found
+            if first is not None:
+                return first
         known: Population | None = self.genome.informed(tree, rng)
         return known
+
+
+def _on_both(some: Judged, others: Judged) -> Judged:
+    """What the same individuals do on some machines, then on others."""
+    pairs = zip(some, others, strict=True)
+    return Judged(*(np.concatenate(pair, axis=1) for pair in pairs))
 
 
 def final_problem(scenario: Scenario) -> Problem:
@@ -264,8 +416,8 @@ def final_problem(scenario: Scenario) -> Problem:
     In float64 where there is but one, which flatters loops that are nearly chaotic.
     """
     if not scenario.robust:
-        own = scenario.run.model_copy(update={"precision": "float64"})
-        scenario = scenario.model_copy(update={"run": own})
+        run = scenario.run.model_copy(update={"precision": "float64"})
+        scenario = scenario.model_copy(update={"run": run})
     return Problem(scenario, final=True)
 
 

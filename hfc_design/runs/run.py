@@ -2,12 +2,11 @@
 
 import json
 import shlex
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.core import checkpoint, interrupt
+from hfc_design.core import checkpoint
 from hfc_design.core.carried import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
@@ -18,12 +17,11 @@ from hfc_design.files.design import Design, design_json, naming, read_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
-from hfc_design.runs import stored
-from hfc_design.runs.beside import UsableFile, beside
-from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
+from hfc_design.runs import champion, stored
+from hfc_design.runs.champion import LAP, LEAST_VIOLATED, Lap
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
-from hfc_design.runs.individuals import with_score
-from hfc_design.runs.laps import LAP, TRIAL, Lap, lap_file, lap_of, laps
+from hfc_design.runs.individuals import noted, with_score
+from hfc_design.runs.number_files import UsableFile, read_numbers
 from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
@@ -39,8 +37,6 @@ KEPT = "verdict", "share", "interval", "spread", "machines", "seed", "missed", "
 HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"
-#: Seconds between checkpoints of a search that is faster than that.
-CHECKPOINT_EVERY = 2.0
 #: Of constraints that contradict each other, or a spread that no design stands.
 NO_DESIGN = "no design that was tried meets every constraint, this one violates them least"
 HINT = "; with --anyway it goes on all the same"
@@ -55,16 +51,15 @@ class Result(NamedTuple):
     front: Front | None = None  # None where the search trades nothing
 
     def __repr__(self) -> str:
-        return line("Result", self._told())
+        return line("Result", self._shown())
 
     def _repr_html_(self) -> str:
-        return table("Result", self._told() | self.evaluation.metrics)
+        return table("Result", self._shown() | self.evaluation.metrics)
 
-    def _told(self) -> dict[str, object]:
-        own = self.evaluation
-        told = {"design": self.design.name, "fitness": own.fitness, "merit": own.merit}
-        searched = {} if self.search is None else {"generations": self.search.generation}
-        return {**told, "diverged": own.diverged, **searched}
+    def _shown(self) -> dict[str, object]:
+        numbers = {key: getattr(self.evaluation, key) for key in ("fitness", "merit", "diverged")}
+        searched = {"generations": self.search.generation} if self.search else {}
+        return {"design": self.design.name, **numbers, **searched}
 
 
 def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Scenario:
@@ -90,10 +85,10 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         checkpoint.synced(folder.parent)
-        own = renamed(scenario, copied)  # it stands alone
+        movable = renamed(scenario, copied)  # it stands alone
     if given is not None:
         _write_design(folder / GIVEN, given)
-    checkpoint.write_whole(folder / CONFIG, config_toml(own).encode())
+    checkpoint.write_whole(folder / CONFIG, config_toml(movable).encode())
     return opened_run(folder)
 
 
@@ -140,39 +135,44 @@ def run(
         given = load_design(str(folder / GIVEN))
         evaluation = evaluate(given, scenario)
         design = with_score(given, evaluation, scenario)
-        if scenario.robust:
-            design = _with_use(design, used(scenario, Result(design, evaluation, None), folder))
-        _write_design(folder / DESIGN, design)
-        return Result(design, evaluation, None)
+        return _finished(scenario, folder, Result(design, evaluation, None))
     check_memory(scenario)
     made_by = stored.made_by(scenario, folder)
     needed = {} if anyway else made_by
     best: Lap | None = None
-    for k in range(laps(scenario)):
-        path = folder / lap_file(CHECKPOINT, k)
-        search = _searched(lap_of(scenario, k), path, needed, made_by, on_generation)
+    for k in range(champion.laps(scenario)):
+        path = folder / champion.lap_file(CHECKPOINT, k)
+        search = _searched(champion.lap_of(scenario, k), path, needed, made_by, on_generation)
         front = front_of(search, scenario) if k == 0 else None
-        lap = _judged(scenario, k, search, front)
+        lap = champion.tried_lap(scenario, k, search, front)
         best = lap if best is None or lap.rank > best.rank else best
         if lap.use is None or lap.use.yes:
             break
-        if k + 1 < laps(scenario):
+        if k + 1 < champion.laps(scenario):
             on_lap(lap)
     assert best is not None
-    search, front, (individual, design, evaluation) = best.search, best.front, best.found
+    individual, design, evaluation = best.found
     if best.number:
-        design = design.model_copy(update={"score": {**design.score, LAP: best.number}})
-        _save_history(folder, search)
+        design = noted(design, {LAP: best.number})
+        _save_history(folder, best.search)
     if scenario.run.polish:
         begun = (individual, design, evaluation)
-        design, evaluation = polished(scenario, folder, begun, made_by, anyway, on_polish)
+        design, evaluation = polished(scenario, folder, begun, made_by, needed, on_polish)
+    result = Result(design, evaluation, best.search, best.front)
+    return _finished(scenario, folder, result, None if scenario.run.polish else best.answer)
+
+
+def _finished(
+    scenario: Scenario, folder: Path, result: Result, use: Usable | None = None
+) -> Result:
+    """The result with what is known of its use, its files written; the design finishes a run."""
     if scenario.robust:
-        about = scenario, Result(design, evaluation, search), folder
-        design = _with_use(design, used(*about, None if scenario.run.polish else best.answer))
-    if front is not None:
-        write_front(front, folder)
-    _write_design(folder / DESIGN, design)
-    return Result(design, evaluation, search, front)
+        numbers = used(scenario, result, folder, use)
+        result = result._replace(design=_with_use(result.design, numbers))
+    if result.front is not None:
+        write_front(result.front, folder)
+    _write_design(folder / DESIGN, result.design)
+    return result
 
 
 def _searched(
@@ -183,43 +183,16 @@ def _searched(
     on_generation: Callable[[Search], None],
 ) -> Search:
     """The search of a lap, from its start or from its checkpoint at a path."""
-    search = stored.load(path, scenario, needed, HINT)
-    problem = Problem(scenario)
-    settings = scenario.search
-    saved = time.monotonic()
+    before = stored.load(path, scenario, needed, HINT)
+    problem, settings = Problem(scenario), scenario.search
     parts = (searcher(settings, problem.task), problem.genome, settings.generations)
-    steps = generations(*parts, scenario.run.seed, problem.scored, search)
-    try:
-        for search in steps:
-            interrupt.heard()
-            on_generation(search)
-            if time.monotonic() - saved > CHECKPOINT_EVERY:
-                _save(path, search, made_by)
-                saved = time.monotonic()
-    finally:
-        if search is not None:
-            _save(path, search, made_by)
-    assert search is not None  # there is at least one generation
-    return search
+    steps = generations(*parts, scenario.run.seed, problem.scored, before)
 
+    def save(search: Search) -> None:
+        checkpoint.save(path, search, made_by)
+        _save_history(path.parent, search)
 
-def _judged(scenario: Scenario, k: int, search: Search, front: Front | None) -> Lap:
-    """A lap with the first of its best designs that stands the trial, or the nearest to it.
-
-    Of one that does the answer is asked.
-    """
-    one = front.individual(search, front.best) if front and len(front.merit) else None
-    lap: Lap | None = None
-    seed = scenario.run.seed + TRIAL
-    for found in best_of(search, scenario, one):
-        use = usable(found[1], scenario, seed=seed) if laps(scenario) > 1 else None
-        tried = Lap(k, search, found, front, use)
-        lap = tried if lap is None or tried.rank > lap.rank else lap
-        if use is None or use.yes:
-            break
-    assert lap is not None
-    stood = lap.trial is not None and lap.trial.yes
-    return lap._replace(answer=usable(lap.found[1], scenario)) if stood else lap
+    return stored.checkpointed(steps, before, save, on_generation)
 
 
 def front_needed(folder: Path, result: Result) -> Front:
@@ -244,7 +217,7 @@ def picked(
     assert result.front is not None  # see front_needed
     assert result.search is not None
     one = result.front.individual(result.search, point)
-    design, evaluation = champion(result.search, scenario, one)
+    _, design, evaluation = next(champion.best_of(result.search, scenario, one))
     if not scenario.robust:
         return design, evaluation, None
     numbers = usable(design, scenario).numbers()
@@ -252,8 +225,7 @@ def picked(
 
 
 def _with_use(design: Design, numbers: Json) -> Design:
-    told = {"usable": {key: numbers[key] for key in KEPT}}
-    return design.model_copy(update={"score": {**design.score, **told}})
+    return noted(design, {"usable": {key: numbers[key] for key in KEPT}})
 
 
 def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = None) -> Json:
@@ -264,9 +236,9 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
     Raises:
         RunError: the folder cannot be written.
     """
-    asked = "usable" in result.design.score  # once is enough
-    if asked and (stored := kept_use(folder)) is not None:
-        return stored
+    known = "usable" in result.design.score  # once is enough
+    if known and (before := kept_use(folder)) is not None:
+        return before
     numbers = (use or usable(result.design, scenario)).numbers()
     if result.design.score.get(LEAST_VIOLATED) and numbers["verdict"] == NO:
         numbers["answer"] = f"no: {NO_DESIGN}: {numbers['answer'].removeprefix('no: ')}"
@@ -280,7 +252,7 @@ def kept_use(folder: Path) -> Json | None:
     Raises:
         RunError: its file is damaged.
     """
-    return beside(folder / USABLE, UsableFile)
+    return read_numbers(folder / USABLE, UsableFile)
 
 
 def _write_design(path: Path, design: Design) -> None:
@@ -296,23 +268,18 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     """
     for name in (CONFIG, DESIGN):
         if not (folder / name).exists():
-            told = f"; {resuming(folder)}" if name == DESIGN else ""
-            raise UserError(f"{folder}: holds no finished run (no {name}){told}")
+            hint = f"; {resuming(folder)}" if name == DESIGN else ""
+            raise UserError(f"{folder}: holds no finished run (no {name}){hint}")
     scenario = opened_run(folder)
     config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # it only has to be told of
     design = read_design(folder / DESIGN)
     number = design.score.get(LAP, 0)
-    path = folder / lap_file(CHECKPOINT, number if isinstance(number, int) else 0)
+    path = folder / champion.lap_file(CHECKPOINT, number if isinstance(number, int) else 0)
     search = stored.load(path, scenario, config)
     if search is None and not (folder / GIVEN).exists():
         raise RunError(f"{path}: is gone; what the search did is not known")
     front = read_front(scenario, search, folder)
     return scenario, Result(design, evaluate(design, scenario), search, front)
-
-
-def _save(path: Path, search: Search, made_by: dict[str, str]) -> None:
-    checkpoint.save(path, search, made_by)
-    _save_history(path.parent, search)
 
 
 def _save_history(folder: Path, search: Search) -> None:

@@ -1,12 +1,15 @@
-"""The checkpoint of a run: what decides its result, and the search as far as it has come."""
+"""Checkpoints of a run: what decides its result, and how far its search or polish has come."""
 
+import time
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any, TypeVar
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
-from hfc_design.core import checkpoint
+from hfc_design.core import archive, checkpoint, interrupt
 from hfc_design.core.carried import AnyFile
 from hfc_design.core.faults import short
 from hfc_design.core.plugins import origins
@@ -21,6 +24,9 @@ PACKAGES = "jax", "jaxlib", "numpy", "scipy"
 version = cache(metadata.version)  # a batch has many short cells
 #: Bytes that a search may have beside its individuals, and beside the numbers of each.
 SPARE, SPARE_EACH = 2**24, 64
+#: Seconds between checkpoints of what takes many steps in that time.
+CHECKPOINT_EVERY = 2.0
+Step = TypeVar("Step")
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
@@ -40,18 +46,14 @@ def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
     }
 
 
-def belongs(path: Path, made_by: dict[str, str], needed: dict[str, str], hint: str = "") -> None:
-    """Refuse a file that was made by something else than is ``needed``; RunError: it was."""
-    for key, now in needed.items():
-        if (was := made_by.get(key)) is None:
-            raise RunError(f"{path}: is of a version that did not say what made it{hint}")
-        if was != now:
-            which = f"{short(was, 20)}, here {short(now, 20)}"
-            raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
-
-
-def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "") -> Search | None:
-    """The search in a file; None where there is no such file.
+def read(
+    path: Path,
+    largest: int,
+    needed: dict[str, str],
+    record: Callable[[archive.Arrays], Step],
+    hint: str = "",
+) -> Step | None:
+    """The ``record`` of the arrays in a file of at most so many bytes; None: there is no such file.
 
     Raises:
         RunError: it is damaged, or made by something else than is ``needed``; ``hint`` says what
@@ -59,16 +61,56 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
     """
     if not path.exists():
         return None
+    with checkpoint.doubted(path):
+        made_by, arrays = checkpoint.read(path, largest)
+        for key, now in needed.items():
+            if (was := made_by.get(key)) is None:
+                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+            if was != now:
+                which = f"{short(was, 20)}, here {short(now, 20)}"
+                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+        return record(arrays)
+
+
+def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "") -> Search | None:
+    """The search in a file, as ``read`` gives it."""
     settings, genome = scenario.search, genome_of(scenario)
     empty, state = genome.empty(), STRATEGIES.get(settings.preset).state
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
     # As much as of a search that remembers every individual that it has ever tried.
     tried = genome.structures + settings.population * (settings.generations + 1)
-    fields = {"state": state, "population": empty, Population: empty}
-    with checkpoint.doubted(path):
-        made_by, arrays = checkpoint.read(path, SPARE + tried * (each + SPARE_EACH))
-        belongs(path, made_by, needed, hint)
-        search: Search = checkpoint.record_of(Search, fields, arrays)
-        if wrong := fault(search, empty, settings):
+
+    def search(arrays: archive.Arrays) -> Search:
+        fields = {"state": state, "population": empty, Population: empty}
+        found: Search = checkpoint.record_of(Search, fields, arrays)
+        if wrong := fault(found, empty, settings):
             raise ValueError(wrong)
-    return search
+        return found
+
+    return read(path, SPARE + tried * (each + SPARE_EACH), needed, search, hint)
+
+
+def checkpointed(
+    steps: Iterable[Step],
+    before: Step | None,
+    save: Callable[[Any], None],
+    on_step: Callable[[Step], None],
+) -> Step:
+    """Take all ``steps`` after that ``before``, and ``save`` now and then and however they end.
+
+    Returns the last of them, or that before if none was left.
+    """
+    done, saved = before, time.monotonic()
+    try:
+        for step in steps:
+            done = step
+            interrupt.heard()
+            on_step(step)
+            if time.monotonic() - saved > CHECKPOINT_EVERY:
+                save(step)
+                saved = time.monotonic()
+    finally:
+        if done is not None:
+            save(done)
+    assert done is not None  # there is at least one step
+    return done

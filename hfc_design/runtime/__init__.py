@@ -17,7 +17,7 @@ from typing import Any
 
 from hfc_design.controllers import controller
 from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View
-from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
@@ -51,7 +51,7 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
     return error
 
 
-def reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
+def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
@@ -82,7 +82,7 @@ class Controller:
         named = axis or design.axis
         limit = design.limits.of(named).command
         self._law: AxisLaw = law or made(self.design, limit)
-        self._gains = kind.gains(self.design)
+        self._gains = self.design.law_gains()
         self._sample = partial(self._law.sample, SCALARS, self._law, self._gains)
         self._limited = partial(controller.limited, SCALARS, self._law.limit)
         self._ramped = partial(controller.ramped, SCALARS, design.changes([named])[named])
@@ -143,8 +143,8 @@ class Controller:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
         if not finite(readings):
             raise ValueError(f"{readings}: have to be finite")
-        told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
-        self._memory = told.remember(self._memory, readings)
+        explain = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
+        self._memory = explain.remember(self._memory, readings)
         self._fresh = self._fresh and not readings
 
     def reset(self) -> None:
@@ -159,9 +159,9 @@ class Controller:
             ValueError: it is of a kind that does not adapt.
         """
         adapted = self._whole.kind.adapted
-        if adapted is None or (found := adapted(self.design, self._memory)) is None:
+        if adapted is None or (record := adapted(self.design, self._memory)) is None:
             raise ValueError(f"a controller of kind {self.design.kind} does not adapt")
-        return found
+        return record
 
 
 class Machine:
@@ -176,11 +176,11 @@ class Machine:
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
         if (named := design.limits.axes) and not (axes or design.plant.axes):
-            told = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
-            raise UserError(f"{told}; name all of the machine's: Machine(design, ('x', 'y'))")
+            message = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
+            raise UserError(f"{message}; name all of the machine's: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
-        self._gains = kind.gains(design.controller)
+        self._gains = design.controller.law_gains()
         self._reads = reader(kind, design.controller)
         self._memory: Memory = None
         self._fresh = True
@@ -189,7 +189,7 @@ class Machine:
         self._each: dict[str, Controller] = {}
         whole = self._controller
         inside = whole.inner if isinstance(whole, controller.RateLimited) else whole
-        if isinstance(inside, controller.PerAxis) and (kind.law or kind.axes):
+        if isinstance(inside, controller.PerAxis) and (kind.law or kind.axis_records):
             self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
@@ -210,7 +210,7 @@ class Machine:
             raise what_is_wrong([signals], error, "axis") from None
         if self._each:  # all are tried before any remembers: one signal may be missing
             pairs = zip(self._each.items(), axes, strict=True)
-            tried = {axis: one._tried(own) for (axis, one), own in pairs}
+            tried = {axis: one._tried(axis_signals) for (axis, one), axis_signals in pairs}
             for axis, (command, memory, _) in tried.items():
                 self._each[axis]._done(command, memory)
             return {axis: command for axis, (command, *_) in tried.items()}
@@ -221,9 +221,9 @@ class Machine:
                 memory = self._memory
                 if self._fresh:
                     memory = controller.primed(self._controller, SCALARS, self._gains, memory, view)
-                found, memory = self._controller.step(SCALARS, self._gains, memory, view)
-                if finite((found, memory)):
-                    commands = tuple(map(float, found))
+                raw_commands, memory = self._controller.step(SCALARS, self._gains, memory, view)
+                if finite((raw_commands, memory)):
+                    commands = tuple(map(float, raw_commands))
                     self._memory, self._fresh = memory, False
         except ArithmeticError:
             pass

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Explain, Inside, needed
+from hfc_design.controllers.kind import Explain, needed
+from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -28,18 +29,18 @@ def part(design: Design, axis: str) -> Design:
     Raises:
         UserError: it has no such axis, or axes that differ.
     """
-    if design.kind.inside is not None:
-        return _inside(design, design.kind.inside, axis)
+    if isinstance(design.controller, OuterDesign):
+        return _inside(design, axis)
     parts = design.by_axis()
     if axis not in parts and (axis or len(parts) > 1):
         raise _no_axis(design, axis, parts)
     return parts.get(axis, design)
 
 
-def _inside(design: Design, inside: Inside, axis: str) -> Design:
+def _inside(design: Design, axis: str) -> Design:
     from hfc_design.files.pairing import axes_of  # with JAX
 
-    records = inside.records(design.controller, axes_of(design))
+    records = design.controller.inside(axes_of(design))
     if "" in records:  # of all axes, with others inside
         return part(design.model_copy(update={"controller": records[""]}), axis)
     first, *others = records
@@ -48,16 +49,16 @@ def _inside(design: Design, inside: Inside, axis: str) -> Design:
             raise _no_axis(design, axis, records)
         axis = first
     # What limits a rate is limited where the command of the whole is known.
-    own = {"controller": records[axis], "limits": design.limits.without_rate().of(axis)}
-    found = design.model_copy(update={"name": f"{design.name}-{axis}", **own})
-    found._axis = axis
-    return found
+    changes = {"controller": records[axis], "limits": design.limits.without_rate().of(axis)}
+    axis_design = design.model_copy(update={"name": f"{design.name}-{axis}", **changes})
+    axis_design._axis = axis
+    return axis_design
 
 
 def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
     has = ", ".join(filter(None, known)) or "the same on every axis, leave --axis out"
-    asked = f" {axis!r}:" if axis else ": is missing, one has to be named;"
-    return UserError(f"--axis{asked} design {design.name} has {has}")
+    problem = f" {axis!r}:" if axis else ": is missing, one has to be named;"
+    return UserError(f"--axis{problem} design {design.name} has {has}")
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
@@ -72,9 +73,10 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
 
     read = part(design, axis)
     every = PlantSettings(**read.plant.model_dump()).each()
-    own = next((one for one in every if one.name == read.axis), every[0])
-    found = explanation(read, own.drive, own.parameters, samples)
-    return found | {"inside": design.controller.kind} if design.kind.inside else found
+    plant_axis = next((one for one in every if one.name == read.axis), every[0])
+    report = explanation(read, plant_axis.drive, plant_axis.parameters, samples)
+    outer = isinstance(design.controller, OuterDesign)
+    return report | {"inside": design.controller.kind} if outer else report
 
 
 def explanation(
@@ -101,9 +103,9 @@ def explanation(
     for sample in samples:
         _check(design, kind, sample, alone, names)
     # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
-    own = {"controller": kind.held(record), "limits": design.limits.without_rate()}
-    held = design.model_copy(update=own) if alone else design
-    controller = Controller(held)
+    changes = {"controller": record.held(), "limits": design.limits.without_rate()}
+    frozen = design.model_copy(update=changes) if alone else design
+    controller = Controller(frozen)
     before = _memory(kind, samples[0])
     if not finite(before):
         raise UserError(TOO_LARGE.format(texts[0][:60]))
@@ -114,7 +116,7 @@ def explanation(
             raise UserError(TOO_LARGE.format(text[:60]))
     units = units_of(drive.units)
     accepted = drive.accepted(drive.coefficients(parameters), command)
-    found = {
+    report = {
         "design": design.name,
         "kind": record.kind,
         "signals": samples[-1],
@@ -126,45 +128,47 @@ def explanation(
         "command": command,
         "accepted": float(accepted),  # by the drive's converter
         "command_unit": drive.units["command"],
-        "adaptation_held": alone and held.controller != record,
+        "adaptation_held": alone and frozen.controller != record,
         "rate_left_out": alone and any(design.changes([design.axis]).values()),
     }
-    if not finite(found):
+    if not finite(report):
         raise UserError(TOO_LARGE.format(texts[-1][:60]))
-    return found
+    return report
 
 
 def _own_names(kind: Explain, record: Any) -> dict[str, str]:
     """Names of the file that a design comes from -> signals; a signal's own name is its own."""
     now, before = kind.signals(record)
     taken = {*now, *before, *kind.changes}
-    own = kind.names(record)
-    both = own | {f"{PREVIOUS}{name}": f"{PREVIOUS}{signal}" for name, signal in own.items()}
+    aliases = kind.names(record)
+    both = aliases | {
+        f"{PREVIOUS}{name}": f"{PREVIOUS}{signal}" for name, signal in aliases.items()
+    }
     return {name: signal for name, signal in both.items() if name not in taken and signal in taken}
 
 
 def _sample(text: str, names: Mapping[str, str]) -> Sample:
-    found: Sample = {}
+    readings: Sample = {}
     for item in text.split(","):
         name, _, value = (part.strip() for part in item.partition("="))
         reading = number_or_none(value)
         if not name or reading is None:
             raise UserError(f"--at {item[:60]!r}: has to be SIGNAL=NUMBER, as in error=1e-4")
         name = names.get(name, name)
-        if name in found:
+        if name in readings:
             raise UserError(f"--at {text[:60]}: {name} stands there twice")
-        found[name] = reading
-    return found
+        readings[name] = reading
+    return readings
 
 
 def _check(
-    design: Design, kind: Explain, sample: Sample, alone: bool, own: Mapping[str, str]
+    design: Design, kind: Explain, sample: Sample, alone: bool, aliases: Mapping[str, str]
 ) -> None:
     """Whether a sample holds what the controller reads and nothing else."""
     now, before = kind.signals(design.controller)
     others = {new: old for new, old in kind.changes.items() if old in before}
     names = [*now, *before, *others] if alone else now
-    called = {signal: name for name, signal in own.items()}
+    called = {signal: name for name, signal in aliases.items()}
     listed = ", ".join(f"{x} ({called[x]})" if x in called else x for x in names)
     for name in sample:
         if name not in names:
@@ -186,9 +190,9 @@ def _check(
 def _memory(kind: Explain, sample: Sample) -> Sample:
     """Readings of the sample before, as far as ``sample`` tells them."""
     before = (name for name in sample if name.startswith(PREVIOUS))
-    found = {name.removeprefix(PREVIOUS): sample[name] for name in before}
+    readings = {name.removeprefix(PREVIOUS): sample[name] for name in before}
     for new, old in kind.changes.items():
         if new in sample:
             signal = old.removeprefix(PREVIOUS)
-            found[signal] = sample[signal] - sample[new]
-    return found
+            readings[signal] = sample[signal] - sample[new]
+    return readings

@@ -51,20 +51,22 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
 def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
     """Those of every part, one after the other, in the finest of their steps."""
-    each = [coordinates(*own) for own in zip(genome.parts, about.parts, strict=True)]
-    found = [one for one in each if one is not None]
-    if len(found) < len(each):
+    each = [coordinates(*pair) for pair in zip(genome.parts, about.parts, strict=True)]
+    charts = [one for one in each if one is not None]
+    if len(charts) < len(each):
         return None
-    step = min(one.step for one in found)
-    factors = np.concatenate([np.full(one.size, one.step / step) for one in found])
-    ends = np.cumsum([one.size for one in found])[:-1]
+    step = min(one.step for one in charts)
+    factors = np.concatenate([np.full(one.size, one.step / step) for one in charts])
+    ends = np.cumsum([one.size for one in charts])[:-1]
 
     def members(points: Floats) -> Members:
-        parts = zip(found, np.split(factors * points, ends, axis=1), strict=True)
+        parts = zip(charts, np.split(factors * points, ends, axis=1), strict=True)
         tree = np.repeat(about.tree, len(points))
-        return about._replace(tree=tree, parts=tuple(one.members(own) for one, own in parts))
+        return about._replace(
+            tree=tree, parts=tuple(one.members(part_points) for one, part_points in parts)
+        )
 
-    rooms = zip(*(one.room for one in found), strict=True)
+    rooms = zip(*(one.room for one in charts), strict=True)
     low, high = (np.concatenate(room) / factors for room in rooms)
     return Coordinates(len(factors), step, members, (low, high))
 

@@ -51,17 +51,17 @@ def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
         return fronts.best_first(judged.costs, judged.violation)
     place = np.arange(len(judged.step))
     for kind in np.unique(kinds):
-        own = np.flatnonzero(kinds == kind)
-        order = fronts.best_first(judged.costs[own], judged.violation[own])
-        place[own[order]] = np.arange(len(own))
+        members = np.flatnonzero(kinds == kind)
+        order = fronts.best_first(judged.costs[members], judged.violation[members])
+        place[members[order]] = np.arange(len(members))
     return np.argsort(place, kind="stable")
 
 
 def taken_in(front: Front, children: Judged, most: int) -> Front:
     """The front with what belongs there of the children, at most so many."""
     new = chosen(children, np.flatnonzero(children.violation == 0.0))
-    found = both(front, Front(new.population, new.score, new.costs, new.step))
-    kept = np.flatnonzero(~fronts.dominated(found.costs, found.costs))
+    merged = both(front, Front(new.population, new.score, new.costs, new.step))
+    survivors = np.flatnonzero(~fronts.dominated(merged.costs, merged.costs))
     # Of equal ones the oldest stays.
-    kept = kept[np.sort(np.unique(found.costs[kept], axis=0, return_index=True)[1])]
-    return chosen(found, kept[fronts.spread_out(found.costs[kept], most)])
+    survivors = survivors[np.sort(np.unique(merged.costs[survivors], axis=0, return_index=True)[1])]
+    return chosen(merged, survivors[fronts.spread_out(merged.costs[survivors], most)])

@@ -54,10 +54,10 @@ def tried(
         factor[none] = points.memory[0, place[none]] + WIDTH * rng.standard_cauchy(none.sum())
     factor = np.minimum(factor, 1.0)
     best = np.argsort(-score, kind="stable")[: max(round(BEST * count), 2)]
-    everyone, own = np.concatenate([places, points.beaten]), np.arange(count)
-    one = (own + rng.integers(1, count, count)) % count
+    everyone, indices = np.concatenate([places, points.beaten]), np.arange(count)
+    one = (indices + rng.integers(1, count, count)) % count
     other = rng.integers(len(everyone), size=count)
-    while (same := (other == own) | (other == one)).any():
+    while (same := (other == indices) | (other == one)).any():
         other[same] = rng.integers(len(everyone), size=same.sum())
     steps = places[rng.choice(best, count)] - places + places[one] - everyone[other]
     moved = places + factor[:, None] * steps
@@ -65,7 +65,7 @@ def tried(
     moved = np.where(moved < low, 0.5 * (low + places), moved)
     moved = np.where(moved > high, 0.5 * (high + places), moved)
     taken = rng.random(places.shape) < crossed[:, None]
-    taken[own, rng.integers(places.shape[1], size=count)] = True
+    taken[indices, rng.integers(places.shape[1], size=count)] = True
     return Trials(np.where(taken, moved, places), np.stack([factor, crossed]))
 
 
@@ -78,9 +78,9 @@ def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
     if better.any():
         finite = better & np.isfinite(gained)
         largest = gained[finite].max() if finite.any() else 1.0
-        weight, own = np.minimum(gained[better], largest), trials.factors[:, better]
+        weight, factors = np.minimum(gained[better], largest), trials.factors[:, better]
         # Lehmer's mean; of factors that are all 0 it is 0.
-        mean = (own**2 @ weight) / np.maximum(own @ weight, np.finfo(float).tiny)
+        mean = (factors**2 @ weight) / np.maximum(factors @ weight, np.finfo(float).tiny)
         memory[:, int(turn[0])], turn = mean, (turn + 1.0) % PLACES
     room = len(points.beaten)
     beaten = np.concatenate([points.beaten, points.places[better]])[-room:]
@@ -88,6 +88,6 @@ def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
     return Points(places, beaten, memory, turn)
 
 
-def fewer(points: Points, kept: Integers) -> Points:
+def fewer(points: Points, survivors: Integers) -> Points:
     """Of some of the points."""
-    return points._replace(places=points.places[kept])
+    return points._replace(places=points.places[survivors])

@@ -56,8 +56,8 @@ def begun(mean: Floats, step: float) -> Distribution:
 
 def constants(samples: int, size: int) -> Constants:
     """The defaults of the tutorial, table 1, with positive weights alone."""
-    kept = samples // 2
-    weights = np.log(kept + 0.5) - np.log(np.arange(1, kept + 1))
+    parents = samples // 2
+    weights = np.log(parents + 0.5) - np.log(np.arange(1, parents + 1))
     weights = weights / weights.sum()
     mass = 1.0 / float((weights**2).sum())
     step_rate = (mass + 2.0) / (size + mass + 5.0)

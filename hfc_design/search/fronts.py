@@ -17,12 +17,12 @@ def dominated(costs: Floats, by: Floats) -> Mask:
 
     Equal ones do not dominate one another.
     """
-    found = np.zeros(len(costs), bool)
+    is_dominated = np.zeros(len(costs), bool)
     for start in range(0, len(costs), BLOCK):
-        own = costs[start : start + BLOCK, None]
-        better = (by <= own).all(axis=2) & (by < own).any(axis=2)
-        found[start : start + BLOCK] = np.any(better, axis=1)
-    return found
+        block = costs[start : start + BLOCK, None]
+        better = (by <= block).all(axis=2) & (by < block).any(axis=2)
+        is_dominated[start : start + BLOCK] = np.any(better, axis=1)
+    return is_dominated
 
 
 def front_numbers(costs: Floats, violation: Floats) -> Integers:
@@ -31,15 +31,15 @@ def front_numbers(costs: Floats, violation: Floats) -> Integers:
     Whoever breaks no constraint (``violation`` 0) comes before everybody who does, and of those
     whoever breaks less; infinite is a loop that has failed.
     """
-    found = np.zeros(len(costs), np.int64)
+    numbers = np.zeros(len(costs), np.int64)
     left, number = np.flatnonzero(violation == 0.0), 0
     while len(left):
         lost = dominated(costs[left], costs[left])
-        found[left[~lost]] = number
+        numbers[left[~lost]] = number
         left, number = left[lost], number + 1
     broken = violation > 0.0
-    found[broken] = number + np.unique(violation[broken], return_inverse=True)[1]
-    return found
+    numbers[broken] = number + np.unique(violation[broken], return_inverse=True)[1]
+    return numbers
 
 
 def crowding(costs: Floats) -> Floats:
@@ -48,38 +48,38 @@ def crowding(costs: Floats) -> Floats:
     In each cost as a share of the front's width, added up; of equal ones all but the first are 0
     apart.
     """
-    found = np.zeros(len(costs))
+    distances = np.zeros(len(costs))
     _, first = np.unique(costs, axis=0, return_index=True)
     first = np.sort(first)
     if len(first) <= 2:
-        found[first] = np.inf
-        return found
+        distances[first] = np.inf
+        return distances
     points = costs[first]
     for column in points.T:
         order = np.argsort(column, kind="stable")
         width = column[order[-1]] - column[order[0]]
         if not width > 0.0:
             continue
-        found[first[order[1:-1]]] += (column[order[2:]] - column[order[:-2]]) / width
-        found[first[order[[0, -1]]]] = np.inf
-    return found
+        distances[first[order[1:-1]]] += (column[order[2:]] - column[order[:-2]]) / width
+        distances[first[order[[0, -1]]]] = np.inf
+    return distances
 
 
 def best_first(costs: Floats, violation: Floats) -> Indices:
     """(n,) the order in which individuals are preferred: by front, in it the less crowded ones."""
     front, apart = front_numbers(costs, violation), np.zeros(len(costs))
     for number in np.unique(front):
-        own = front == number
-        apart[own] = crowding(costs[own])
+        members = front == number
+        apart[members] = crowding(costs[members])
     return np.lexsort((-apart, front))
 
 
 def spread_out(costs: Floats, most: int) -> Indices:
     """At most so many of a front, in their order, left when who counts least has gone each time."""
-    kept = np.arange(len(costs))
-    while len(kept) > most:
-        kept = np.delete(kept, int(np.argmin(share(costs[kept]))))
-    return kept
+    survivors = np.arange(len(costs))
+    while len(survivors) > most:
+        survivors = np.delete(survivors, int(np.argmin(share(costs[survivors]))))
+    return survivors
 
 
 def share(costs: Floats) -> Floats:
@@ -92,16 +92,16 @@ def share(costs: Floats) -> Floats:
     """
     points = scaled(costs)
     if points.shape[1] == 2:
-        found = np.full(len(points), np.inf)
+        shares = np.full(len(points), np.inf)
         order = np.argsort(points[:, 0], kind="stable")
         gaps = np.abs(np.diff(points[order], axis=0))
-        found[order[1:-1]] = gaps[1:, 0] * gaps[:-1, 1]
-        return found
+        shares[order[1:-1]] = gaps[1:, 0] * gaps[:-1, 1]
+        return shares
     away = np.abs(points[:, None] - points).sum(axis=2)
     np.fill_diagonal(away, np.inf)
-    found = np.sort(away, axis=1)[:, : points.shape[1]].prod(axis=1)
-    found[points.argmin(axis=0)] = np.inf
-    return np.asarray(found)
+    shares = np.sort(away, axis=1)[:, : points.shape[1]].prod(axis=1)
+    shares[points.argmin(axis=0)] = np.inf
+    return np.asarray(shares)
 
 
 def knee(costs: Floats) -> int:

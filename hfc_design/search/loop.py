@@ -47,21 +47,21 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
     """
     strategy = STRATEGIES.get(settings.preset)
     with own_code(" cannot search: make", ("strategy", strategy.name)):
-        found = strategy.make(settings, task)
-        own = {part: getattr(found, part) for part in ("start", "ask", "tell")}
-    watched: Any = {part: partial(_called, strategy, part, x) for part, x in own.items()}
+        instance = strategy.make(settings, task)
+        methods = {part: getattr(instance, part) for part in ("start", "ask", "tell")}
+    watched: Any = {part: partial(_called, strategy, part, x) for part, x in methods.items()}
     return SimpleNamespace(**watched)
 
 
 def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
     """What a user's own function gives; what it lacks or does wrong becomes a line."""
     with own_code(f" cannot search: {part}", ("strategy", strategy.name)):
-        found = function(*given)
+        output = function(*given)
         if part in ("start", "ask"):
-            _ = found[1].population  # which is scored
-        elif part == "tell" and not isinstance(found, strategy.state):
+            _ = output[1].population  # which is scored
+        elif part == "tell" and not isinstance(output, strategy.state):
             raise TypeError(f"tell gave no {strategy.state.__name__}")
-        return found
+        return output
 
 
 #: What the population of a generation is ranked by, no finite number where an individual failed;
@@ -118,30 +118,30 @@ def generations(
     for generation in range(search.generation, total):
         rng = np.random.default_rng([seed, generation])
         if generation == 0:
-            state, asked = searcher.start(rng)
+            state, candidates = searcher.start(rng)
         else:
-            state, asked = searcher.ask(search.state, generation, rng)
-        more = {name: getattr(asked, name, None) for name in ("machines", "needed", "broken")}
+            state, candidates = searcher.ask(search.state, generation, rng)
+        more = {name: getattr(candidates, name, None) for name in ("machines", "needed", "broken")}
         named = {name: value for name, value in more.items() if value is not None}
-        judged = evaluate(asked.population, generation, **named)
-        told = judged.told if isinstance(judged, Weighed) else judged
+        judged = evaluate(candidates.population, generation, **named)
+        fitness = judged.told if isinstance(judged, Weighed) else judged
         score = judged if isinstance(judged, np.ndarray) else judged.score
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
-        archive = _archived(search.archive, asked.population, score)
+        archive = _archived(search.archive, candidates.population, score)
         best = archive.score.max()
         entry = (
             best if np.isfinite(best) else np.nan,
             np.median(score[finished]) if finished.any() else np.nan,
             np.count_nonzero(~finished),
-            getattr(asked, "structures", None) or len(np.unique(asked.population.tree)),
+            getattr(candidates, "structures", None) or len(np.unique(candidates.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        if isinstance(told, Scored):
-            told = told._replace(score=score)
+        if isinstance(fitness, Scored):
+            fitness = fitness._replace(score=score)
         else:
-            told = np.where(finished, told, -np.inf)
-        search = Search(generation + 1, searcher.tell(state, asked, told), archive, history)
+            fitness = np.where(finished, fitness, -np.inf)
+        search = Search(generation + 1, searcher.tell(state, candidates, fitness), archive, history)
         yield search
 
 

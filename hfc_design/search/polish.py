@@ -91,15 +91,15 @@ def polish(
 
 
 def _begun(task: Polishable, individual: Population) -> Polished:
-    worth, own = task.worth(individual), _coordinates(task, individual)
-    nothing = begun(np.zeros(own.size), own.step)
+    worth, chart = task.worth(individual), _coordinates(task, individual)
+    nothing = begun(np.zeros(chart.size), chart.step)
     return Polished(0, individual, worth, worth, FIRST_DAMPING, 0, individual, nothing)
 
 
 def _coordinates(task: Polishable, about: Population) -> Coordinates:
-    found = coordinates(task.genome, about)
-    assert found is not None  # else nobody may ask for a polish
-    return found
+    chart = coordinates(task.genome, about)
+    assert chart is not None  # else nobody may ask for a polish
+    return chart
 
 
 def _newton(
@@ -109,10 +109,10 @@ def _newton(
     here = _coordinates(task, done.population)
     slope = chain(task.genome, here)
     normal = np.stack([slope.T @ one @ slope for one in derived.normal])
-    own = Quadratic(normal, slope.T @ derived.slope)
+    quadratic = Quadratic(normal, slope.T @ derived.slope)
     low, high = here.room
-    stuck = ((low >= 0.0) & (own.slope > 0.0)) | ((high <= 0.0) & (own.slope < 0.0))
-    points, dampings = proposals(own, stuck, done.damping, task.proposed, rng)
+    stuck = ((low >= 0.0) & (quadratic.slope > 0.0)) | ((high <= 0.0) & (quadratic.slope < 0.0))
+    points, dampings = proposals(quadratic, stuck, done.damping, task.proposed, rng)
     members = here.members(np.clip(points, low, high))
     place, after = _taken(task, done, members, _screened(task, done, members, rng))
     if place is not None:
@@ -134,7 +134,7 @@ def proposals(
     some = frozen | (rng.random(len(frozen)) < LEFT_OUT)
     with threadpool_limits(1, user_api="blas"):
         pairs = product(quadratic.normal, (frozen, some))
-        steps = [damped(one, quadratic.slope, held, dampings) for one, held in pairs]
+        steps = [damped(one, quadratic.slope, fixed, dampings) for one, fixed in pairs]
     points = np.concatenate([length * step for step in steps for length in LENGTHS])
     return points[:count], np.tile(dampings, rounds)[:count]
 
@@ -142,8 +142,8 @@ def proposals(
 def _begun_blind(task: Polishable, done: Polished) -> Polished:
     """A new distribution about what there is, where it cannot go on where it was."""
     one = done.population
-    own = _coordinates(task, one)
-    fresh = begun(np.zeros(own.size), own.step)
+    chart = _coordinates(task, one)
+    fresh = begun(np.zeros(chart.size), chart.step)
     return done._replace(damping=FIRST_DAMPING, blind=BLIND, about=one, distribution=fresh)
 
 

@@ -81,7 +81,7 @@ class Searcher(Protocol):
     def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
         """State and candidates of a later generation."""
 
-    def tell(self, state: State, asked: Asked, score: Any) -> State:
+    def tell(self, state: State, candidates: Asked, score: Any) -> State:
         """State after the candidates have been scored; -inf is the score of one that failed.
 
         A strategy that trades gets ``Scored``, others their scores (n,).

@@ -67,11 +67,13 @@ class Loop(NamedTuple):
 
         Around drives of which the parameters say nothing stands what the loop has.
         """
-        own = tuple(parameters)
+        axis_parameters = tuple(parameters)
         if self.around:
-            pairs = zip(own, self.around, strict=True)
-            own = tuple(x if isinstance(x, Standing) else Standing(x, y) for x, y in pairs)
-        return self.machine.coefficients(own)
+            pairs = zip(axis_parameters, self.around, strict=True)
+            axis_parameters = tuple(
+                x if isinstance(x, Standing) else Standing(x, y) for x, y in pairs
+            )
+        return self.machine.coefficients(axis_parameters)
 
     @property
     def apart(self) -> tuple[Code, tuple[float, ...]]:
@@ -84,7 +86,9 @@ class Loop(NamedTuple):
 
         Nothing is measured beside the objectives.
         """
-        sensors = tuple(own and without_steps(own) for own in self.sensors)
+        sensors = tuple(
+            axis_sensors and without_steps(axis_sensors) for axis_sensors in self.sensors
+        )
         ideal = (None,) * len(self.resolutions)
         judge = self.judge._replace(measured=())
         return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
@@ -112,7 +116,7 @@ def closed_loop(scenario: Scenario, controller: Controller, later: float | None 
         simulation.substeps,
         tuple(map(largest_command, limits)),
         tuple(sensors),
-        tuple(own.resolution or None for own in limits),
+        tuple(axis_limits.resolution or None for axis_limits in limits),
         standing,
     )
 
@@ -164,19 +168,19 @@ def start(
     """
     blank = loop.machine.initial_state(zero)
     states = tuple(
-        own._replace(**{name: zero + x for name, x in state._asdict().items()})
-        for own, state in zip(blank, started, strict=True)
+        blank_state._replace(**{name: zero + x for name, x in state._asdict().items()})
+        for blank_state, state in zip(blank, started, strict=True)
     )
     law = loop.controller
     memory = law.initial_memory(zero) if gains is None else begun(law, LANES, zero, gains)
     angles, rates = [], []
     each = zip(loop.machine.drives, fixed, states, loop.sensors, strict=True)
-    for drive, own, state, sensors in each:
+    for drive, coefficients, state, sensors in each:
         observed = sensors is not None and sensors.velocity == "observer"
         count, step = (
             (1, None) if sensors is None else (sensors.samples, sensors.encoder_resolution)
         )
-        seen = drive.measured(own, state)
+        seen = drive.measured(coefficients, state)
         angles.append(
             {angle: (in_steps(getattr(seen, angle), step),) * count for angle in drive.encoders}
         )
@@ -210,7 +214,7 @@ def positions(loop: Loop, states: tuple[State, ...]) -> list[Scalar]:
 
 def moved(
     loop: Loop,
-    told: tuple[Parameters, ...],
+    nominal: tuple[Parameters, ...],
     fixed: tuple[Parameters, ...],
     sample_time: Scalar,
     gains: Gains,
@@ -219,17 +223,19 @@ def moved(
 ) -> Moving:
     """One control sample of one machine: measure, control, hold the commands, move.
 
-    ``told`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
+    ``nominal`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
     makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
     scalars and ``sample_time`` [s] apart from it.
     """
     machine, axes = loop.machine, range(len(loop.machine.drives))
     each = (_sensed(loop, k, fixed[k], before, row.axes[k], sample_time) for k in axes)
     seen, signals, angles, rates = zip(*each, strict=True)
-    view = View(signals, _path_view(loop, seen, row), told)
-    asked, memory = loop.controller.step(LANES, gains, before.memory, view)
-    held = tuple(converted(asked[k], loop.limits[k], loop.resolutions[k]) for k in axes)
-    commands = tuple(machine.drives[k].accepted(fixed[k], held[k]) for k in axes)
+    view = View(signals, _path_view(loop, seen, row), nominal)
+    raw_commands, memory = loop.controller.step(LANES, gains, before.memory, view)
+    held_commands = tuple(
+        converted(raw_commands[k], loop.limits[k], loop.resolutions[k]) for k in axes
+    )
+    commands = tuple(machine.drives[k].accepted(fixed[k], held_commands[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, before.states, commands, loads, sample_time, loop.substeps)
     return _in_precision(before, Moving(states, angles, rates, memory, commands))
@@ -244,10 +250,10 @@ def _in_precision(before: Moving, after: Moving) -> Moving:
         return new.astype(kinds[0]) if real and kinds[0] != kinds[1] else new
 
     try:
-        found: Moving = jax.tree.map(rounded, before, after)
+        cast_state: Moving = jax.tree.map(rounded, before, after)
     except ValueError:  # it remembers other things: that is told where it is found
         return after
-    return found
+    return cast_state
 
 
 def watched(
@@ -286,8 +292,8 @@ def _sensed(
     if loop.around:
         row = row._replace(noise=tuple(fixed.around.noise * x for x in row.noise))
     known = before.angles[k], before.rates[k]
-    found = measured(sensors, drive, fixed, before.states[k], known, row, sample_time)
-    seen, angles, rates = found
+    measurement = measured(sensors, drive, fixed, before.states[k], known, row, sample_time)
+    seen, angles, rates = measurement
     return seen, read(sensors, drive, axis_signals(drive, fixed, seen, row), row), angles, rates
 
 

@@ -79,13 +79,13 @@ class Side(NamedTuple):
 
     def costs(self, key: str) -> Floats:
         """(machines,) by a metric, less is better; infinite without a number or if not stable."""
-        found = -self.values[key] if key in SCORES else np.abs(self.values[key])
-        return np.where(self.stable & np.isfinite(found), found, np.inf)
+        costs = -self.values[key] if key in SCORES else np.abs(self.values[key])
+        return np.where(self.stable & np.isfinite(costs), costs, np.inf)
 
     def quantile(self, key: str, share: float) -> float | None:
         """The metric that a ``share`` of all machines does as well as; None: it has none."""
-        found = float(np.quantile(self.costs(key), share, method="inverted_cdf"))
-        return None if found == np.inf else (-found if key in SCORES else found)
+        cost = float(np.quantile(self.costs(key), share, method="inverted_cdf"))
+        return None if cost == np.inf else (-cost if key in SCORES else cost)
 
     def span(self, key: str) -> tuple[float | None, float | None, float | None]:
         """The metric of the 5 %, the median and the 95 % machine."""
@@ -98,8 +98,8 @@ class Side(NamedTuple):
         """
         if key in self.ranges:
             return None if self.ranges[key]["lowest"] is None else float(self.ranges[key]["lowest"])
-        found = self.nominal[key] if key in SCORES else abs(self.nominal[key])
-        return found if self.nominal_stable and np.isfinite(found) else None
+        metric = self.nominal[key] if key in SCORES else abs(self.nominal[key])
+        return metric if self.nominal_stable and np.isfinite(metric) else None
 
 
 class Bout(NamedTuple):
@@ -122,20 +122,20 @@ class Bout(NamedTuple):
     def lost(self) -> Iterator[str]:
         """Why designs do not keep machines stable, a line each."""
         for name, one in self.found.items():
-            told = []
+            reasons = []
             if not one.nominal_stable:
-                told.append(f"nominal machine {' and '.join(one.nominal_reasons)}")
+                reasons.append(f"nominal machine {' and '.join(one.nominal_reasons)}")
             if one.reasons:
-                told.append(f"of {len(one.stable)} others {reasons_told(one.reasons)}")
-            if told:
-                yield f"{name} in {self.name}, not stable: {'; '.join(told)}"
+                reasons.append(f"of {len(one.stable)} others {reasons_told(one.reasons)}")
+            if reasons:
+                yield f"{name} in {self.name}, not stable: {'; '.join(reasons)}"
 
     def chaos(self) -> Iterator[str]:
         """Which scores are chaotic on the nominal machine, a line each."""
         for name, side in self.sides.items():
-            for key, found in side.ranges.items():
+            for key, repeats in side.ranges.items():
                 if key in self.meanings:
-                    yield f"{name} in {self.name}: {chaos_told(key, found)}"
+                    yield f"{name} in {self.name}: {chaos_told(key, repeats)}"
 
 
 class Difference(NamedTuple):
@@ -169,7 +169,7 @@ class Difference(NamedTuple):
 
 def spread_told(spread: float, tolerances: Mapping[str, float]) -> str:
     """How far machines are from the nominal one, in words."""
-    single = (f", {name} ±{100 * own:g} %" for name, own in tolerances.items())
+    single = (f", {name} ±{100 * tolerance:g} %" for name, tolerance in tolerances.items())
     return f"±{100 * spread:g} %{''.join(single)}"
 
 
@@ -193,8 +193,8 @@ class Comparison(NamedTuple):
 
     def _told(self) -> dict[str, object]:
         bouts = [bout.name for bout in self.bouts]
-        told = {"designs": ", ".join(self.designs), "motions": ", ".join(bouts)}
-        return {**told, "machines": self.machines, "within": self.within}
+        summary = {"designs": ", ".join(self.designs), "motions": ", ".join(bouts)}
+        return {**summary, "machines": self.machines, "within": self.within}
 
     @property
     def within(self) -> str:
@@ -214,8 +214,8 @@ class Comparison(NamedTuple):
         if metric not in (known := bouts[motion].meanings):
             raise UserError(f"metric {short(metric)}: is none of {motion}; {one_of(metric, known)}")
         if metric not in (compared := bouts[motion].compared()):
-            told = "is in the tables, its differences are not tested; those are of"
-            raise UserError(f"metric {short(metric)}: {told} {', '.join(compared)}")
+            reason = "is in the tables, its differences are not tested; those are of"
+            raise UserError(f"metric {short(metric)}: {reason} {', '.join(compared)}")
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
     def numbers(self) -> Json:
@@ -263,20 +263,20 @@ def compare(
     named = labelled(designs)
     if len(named) < 2:
         raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
-    asked = _scenarios(designs, named, scenarios)
+    loaded_scenarios = _scenarios(designs, named, scenarios)
     if spread is None:
-        own = next((one.robust for one in asked if one.robust), None)
-        spread, known = (own.spread, own.tolerances) if own else (SPREAD, {})
+        robust = next((one.robust for one in loaded_scenarios if one.robust), None)
+        spread, known = (robust.spread, robust.tolerances) if robust else (SPREAD, {})
         tolerances = {**known, **tolerances}
     check_draw(spread, machines, seed, tolerances, "--machines")
     where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
     notes: dict[str, list[str]] = {}  # of which designs each is
     others: list[str] = []
-    for scenario in asked:
+    for scenario in loaded_scenarios:
         others += _other_machines(scenario, spread, tolerances)
         shared = on_one_machine(named, scenario)
         told_of = [own_machine(next(iter(named)), scenario, shared), *doubts(shared)]
-        others += [f"{scenario.name}: {told}" for told in told_of if told]
+        others += [f"{scenario.name}: {warning}" for warning in told_of if warning]
         where += zip(shared.each_motion(), (not one for one in shared.nominal_only), strict=True)
         for name, design in named.items():
             for note in differences(design, scenario, shared):
@@ -296,9 +296,9 @@ def compare(
         bouts.append(_bout(named, motion, (spread, machines, seed), tolerances, heard))
     bouts += _together([bout for bout, (_, every) in zip(bouts, where, strict=True) if every])
     said = [*dict.fromkeys(others), *(f"{', '.join(who)}: {note}" for note, who in notes.items())]
-    said += [told for bout in bouts for told in (*bout.lost(), *bout.chaos())]
-    found = bouts, _differences(bouts), said
-    return Comparison(named, spread, seed, machines, *found, dict(tolerances))
+    said += [text for bout in bouts for text in (*bout.lost(), *bout.chaos())]
+    results = bouts, _differences(bouts), said
+    return Comparison(named, spread, seed, machines, *results, dict(tolerances))
 
 
 def _bout(
@@ -310,16 +310,16 @@ def _bout(
 ) -> Bout:
     """Every design in one motion, on the machines of a ``draw``: spread, count, seed."""
     _, machines, _ = draw
-    found: dict[str, Robustness] = {}
+    results: dict[str, Robustness] = {}
     for k, (name, design) in enumerate(named.items()):
 
         def more(chunk: int, _: int, name: str = name, done: int = k * (machines + 1)) -> None:
             progress(f"{name} in {motion.name}", done + min(chunk, machines))
 
-        found[name] = robustness(design, motion, *draw, more, tolerances)
+        results[name] = robustness(design, motion, *draw, more, tolerances)
     each = ("stable", "nominal_stable", "nominal", "values", "ranges")
-    sides = {name: Side(*(getattr(x, key) for key in each)) for name, x in found.items()}
-    return Bout(motion.name, motion, sides, found, next(iter(found.values())).meanings)
+    sides = {name: Side(*(getattr(x, key) for key in each)) for name, x in results.items()}
+    return Bout(motion.name, motion, sides, results, next(iter(results.values())).meanings)
 
 
 def _scenarios(
@@ -338,11 +338,11 @@ def _other_machines(
     scenario: Scenario, spread: float, tolerances: Mapping[str, float]
 ) -> Iterator[str]:
     """That a scenario has machines of its own, which these are not."""
-    own = scenario.robust
-    if own is None or (own.spread, own.tolerances) == (spread, dict(tolerances)):
+    robust = scenario.robust
+    if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return
-    told = spread_told(own.spread, own.tolerances)
-    yield f"other machines than those of [robust] of {scenario.name}, which are within {told}"
+    text = spread_told(robust.spread, robust.tolerances)
+    yield f"other machines than those of [robust] of {scenario.name}, which are within {text}"
 
 
 def _together(bouts: Sequence[Bout]) -> list[Bout]:
@@ -350,9 +350,13 @@ def _together(bouts: Sequence[Bout]) -> list[Bout]:
 
     Nothing if there is but one, or if their machines or metrics are not the same.
     """
-    told = [next(iter(bout.found.values())).machines.told for bout in bouts]
+    nominal_parameters = [next(iter(bout.found.values())).machines.told for bout in bouts]
     key = bouts[0].compared()[0]
-    if len(bouts) < 2 or any(key not in bout.meanings for bout in bouts) or len({*told}) > 1:
+    if (
+        len(bouts) < 2
+        or any(key not in bout.meanings for bout in bouts)
+        or len({*nominal_parameters}) > 1
+    ):
         return []
     steps = [bout.scenario.simulation.steps for bout in bouts if bout.scenario]
     sides = {}
@@ -374,14 +378,14 @@ def _rms(each: Any, steps: Sequence[int]) -> Any:
 
 def _differences(bouts: Sequence[Bout]) -> list[Difference]:
     """Every two designs by every metric in every motion."""
-    found = [
+    comparisons = [
         _difference(bout, key, first, second)
         for bout in bouts
         for key in bout.compared()
         for first, second in combinations(bout.sides, 2)
     ]
-    corrected = holm(np.array([one.p for one in found]))
-    return [one._replace(p_holm=float(p)) for one, p in zip(found, corrected, strict=True)]
+    corrected = holm(np.array([one.p for one in comparisons]))
+    return [one._replace(p_holm=float(p)) for one, p in zip(comparisons, corrected, strict=True)]
 
 
 def _difference(bout: Bout, key: str, first: str, second: str) -> Difference:

@@ -72,8 +72,8 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
     """
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
-        def one_chunk(own: Packed) -> Array:
-            inputs = stepping.from_packed(forms, whole, own)
+        def one_chunk(chunk: Packed) -> Array:
+            inputs = stepping.from_packed(forms, whole, chunk)
             return stepping.each_motion(joined(code, inputs.numbers), own_machine, inputs)
 
         judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)

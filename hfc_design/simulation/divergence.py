@@ -36,14 +36,14 @@ def finer(scenario: Scenario) -> Iterator[Scenario]:
     for factor in FINER:
         substeps = factor * scenario.simulation.substeps
         simulation = scenario.simulation.model_copy(update={"substeps": substeps})
-        found = scenario.model_copy(update={"simulation": simulation})
+        refined = scenario.model_copy(update={"simulation": simulation})
         try:
-            memory.check(scenario.name, memory.of_motion(found))
+            memory.check(scenario.name, memory.of_motion(refined))
         except UserError:
             return
         if substeps > MAX_SUBSTEPS:
             return
-        yield found
+        yield refined
 
 
 def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
@@ -53,8 +53,8 @@ def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
     sample the one is named that had grown most. Where all of them stay in hand it is the fitness
     that is no number, or the very last step.
     """
-    found = [(*_runs_away(values), name) for name, values in motion.items()]
-    since, _, cause = min(found, key=lambda item: item[:2])
+    candidates = [(*_runs_away(values), name) for name, values in motion.items()]
+    since, _, cause = min(candidates, key=lambda item: item[:2])
     if since == len(time):
         cause = FITNESS
     step = time[1] - time[0] if len(time) > 1 else 0.0
@@ -67,6 +67,6 @@ def _runs_away(values: Floats) -> tuple[int, float]:
     size = np.abs(values)
     finite = np.isfinite(size)
     usual = float(np.median(size[finite])) if finite.any() else 0.0
-    kept = finite & (size <= (RUNAWAY * usual or np.inf))
-    since = len(kept) - int(np.argmax(kept[::-1])) if kept.any() else 0
+    bounded = finite & (size <= (RUNAWAY * usual or np.inf))
+    since = len(bounded) - int(np.argmax(bounded[::-1])) if bounded.any() else 0
     return since, -float(size[since - 1] / usual) if since and usual else 0.0

@@ -72,28 +72,28 @@ def evaluate_many(
     if not (every and where and others):
         raise UserError("designs, scenarios and machines: at least one of each is needed")
     shape = (len(every), len(where), len(others))
-    found = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
+    judgements = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(where):
         # The same program on the same machines: they can step together.
         alike = defaultdict(list)
         for k, design in enumerate(every):
-            own = machine(design, scenario)
-            plants = tuple(_changed(own, changes).values() for changes in others)
+            plant = machine(design, scenario)
+            plants = tuple(_changed(plant, changes).values() for changes in others)
             controller, gains = controller_of(design, scenario)
             limits = with_converter(scenario, design).limits
-            alike[controller, own.values(), plants, limits.model_dump_json()].append((k, gains))
-        for (controller, told, plants, _), members in alike.items():
+            alike[controller, plant.values(), plants, limits.model_dump_json()].append((k, gains))
+        for (controller, nominal, plants, _), members in alike.items():
             places = [k for k, _ in members]
             each = (gains for _, gains in members)
             together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *each)
             true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
             paired = with_converter(scenario, every[places[0]])
-            judged = _judged(paired, controller, Machines(told, true), together)
+            judged = _judged(paired, controller, Machines(nominal, true), together)
             fitness = np.where(judged.failed, -np.inf, judged.values[..., 0])
-            found.failed[places, j] = judged.failed[..., 0]
-            found.merit[places, j] = judged.rank[..., 0]
-            found.fitness[places, j] = fitness[..., 0]
-    return found
+            judgements.failed[places, j] = judged.failed[..., 0]
+            judgements.merit[places, j] = judged.rank[..., 0]
+            judgements.fitness[places, j] = fitness[..., 0]
+    return judgements
 
 
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
@@ -103,17 +103,17 @@ def _judged(scenario: Scenario, controller: Controller, machines: Machines, gain
         loop = closed_loop(where, controller)
         return population.scores(loop, machines, [where.samples()], gains, np.float64)
 
-    found = Judged(*map(np.array, judged(scenario, gains)))
+    judgement = Judged(*map(np.array, judged(scenario, gains)))
     for where in finer(scenario):
-        lost = np.flatnonzero(found.failed.any(axis=(1, 2)))
+        lost = np.flatnonzero(judgement.failed.any(axis=(1, 2)))
         if not len(lost):
             break
         again = judged(where, jax.tree.map(lambda leaf, lost=lost: leaf[..., lost], gains))
-        mended = found.failed[lost] & ~again.failed
-        found.merit[lost] = np.where(mended, again.merit, found.merit[lost])
-        found.values[lost] = np.where(mended[..., None], again.values, found.values[lost])
-        found.failed[lost] &= ~mended
-    return found
+        mended = judgement.failed[lost] & ~again.failed
+        judgement.merit[lost] = np.where(mended, again.merit, judgement.merit[lost])
+        judgement.values[lost] = np.where(mended[..., None], again.values, judgement.values[lost])
+        judgement.failed[lost] &= ~mended
+    return judgement
 
 
 def _each(given: Any) -> Sequence[Any]:
@@ -121,13 +121,13 @@ def _each(given: Any) -> Sequence[Any]:
     return given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
 
 
-def _changed(own: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
+def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
     wanted(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
-    axes = {axis: numbers | every for axis, numbers in own.axes.items()}
+    axes = {axis: numbers | every for axis, numbers in plant.axes.items()}
     for key in changes.keys() - every.keys():
         axis, _, name = key.partition(".")
         axes.setdefault(axis, {})[name] = changes[key]
-    data = {"name": own.name, "parameters": own.parameters | every, "axes": axes}
+    data = {"name": plant.name, "parameters": plant.parameters | every, "axes": axes}
     return checked(PlantSettings, data, "machines", Path())

@@ -124,9 +124,9 @@ class Evaluation(NamedTuple):
 
     def _told(self) -> dict[str, object]:
         axes, steps = ", ".join(axis.name for axis in self.axes), len(self.time)
-        told = {"fitness": self.fitness, "merit": self.merit, "diverged": self.diverged}
+        summary = {"fitness": self.fitness, "merit": self.merit, "diverged": self.diverged}
         more = {"motions": ", ".join(self.motions)} if self.motions else {}
-        return told | {"axes": axes, "samples": steps} | more
+        return summary | {"axes": axes, "samples": steps} | more
 
     @property
     def chaotic(self) -> bool:
@@ -152,10 +152,10 @@ class Evaluation(NamedTuple):
         Of a chaotic loop the ranges as well.
         """
         fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
-        found: Json = {"fitness": fitness, "merit": merit, "judged_by": judge.title}
+        record: Json = {"fitness": fitness, "merit": merit, "judged_by": judge.title}
         if ranges := self.ranges:
-            found |= {"chaotic": True, "repeats": ranges}
-        return found | self.metrics
+            record |= {"chaotic": True, "repeats": ranges}
+        return record | self.metrics
 
 
 def trajectory_csv(evaluation: Evaluation) -> str:
@@ -168,8 +168,10 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     columns = {"time_s": evaluation.time}
     several = len(evaluation.axes) > 1
     for axis in evaluation.axes:
-        own = _columns(axis, every=not several)
-        columns |= {(f"{axis.name}_" if several else "") + key: x for key, x in own.items()}
+        axis_columns = _columns(axis, every=not several)
+        columns |= {
+            (f"{axis.name}_" if several else "") + key: x for key, x in axis_columns.items()
+        }
     if evaluation.contour is not None:
         columns[f"contour_error_{in_a_name(evaluation.contour.unit)}"] = evaluation.contour.error
     lines = [",".join(columns)]
@@ -212,20 +214,20 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    found: dict[int, Evaluation] = {}
+    results: dict[int, Evaluation] = {}
     waiting = list(range(len(scenario.each_motion())))
     for where in chain([scenario], finer(scenario)):
         motions = [where.each_motion()[k] for k in waiting]
         loop, many = louder(closed_loop(where, controller), gains)
         each = evaluations(motions, loop, machines, many)
-        found |= {k: own for k, (own,) in zip(waiting, each, strict=True)}
-        waiting = [k for k in waiting if found[k].diverged]
+        results |= {k: evaluation for k, (evaluation,) in zip(waiting, each, strict=True)}
+        waiting = [k for k in waiting if results[k].diverged]
         if not waiting:
             break
     if not scenario.motions:
-        return found[0]
+        return results[0]
     names = (motion.name for motion in scenario.motions)
-    return _together(scenario, {name: found[k] for k, name in enumerate(names)})
+    return _together(scenario, {name: results[k] for k, name in enumerate(names)})
 
 
 def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
@@ -240,12 +242,12 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     design, axes = load_design(design), evaluation.machine.axes
     begun = within_rate(design.commanding(axes).initial_memory(0.0))
     remembered: list[Memory] = [begun, within_rate(evaluation.memory)]
-    own, found = map(str, map(jax.tree.structure, remembered))
-    if found != own:
+    expected, actual = map(str, map(jax.tree.structure, remembered))
+    if actual != expected:
         why = "the evaluation is of another controller: what it remembers has other parts"
         raise UserError(f"design {design.name}: {why}")
-    told = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
-    return learned(design, axes, evaluation.memory, told)
+    provenance = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
+    return learned(design, axes, evaluation.memory, provenance)
 
 
 def evaluations(
@@ -256,8 +258,8 @@ def evaluations(
     On a single machine ``gains`` may be those of ``louder``.
     """
     samples = [motion.samples() for motion in motions]
-    found = population.trajectories(loop, machines, samples, gains, machines.size)
-    for motion, happens, moved in zip(motions, samples, found, strict=True):
+    trajectories = population.trajectories(loop, machines, samples, gains, machines.size)
+    for motion, happens, moved in zip(motions, samples, trajectories, strict=True):
         yield _evaluations(motion, loop, machines, happens, *moved)
 
 
@@ -270,19 +272,21 @@ def _evaluations(
     motions: Motions,
     memories: Memory,
 ) -> Iterator[Evaluation]:
-    own, time = loop.machine, scenario.simulation.time
+    loop_machine, time = loop.machine, scenario.simulation.time
     many = len(judged.merit) > machines.size
     for k in range(machines.size):
         true = tuple(map(plain, machines.true))
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
-        each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
+        each = zip(
+            loop_machine.axes, loop_machine.drives, parameters, samples.axes, moved, strict=True
+        )
         axes = tuple(starmap(AxisMotion, each))
         path = _contour(scenario, axes)
         parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
         values = (value for part in parts for value in _metrics(scenario, axes, path, part))
         numbers = (x if x is not None and np.isfinite(x) else None for x in values)
-        found = dict(zip(meanings(scenario), numbers, strict=True))
+        metric_values = dict(zip(meanings(scenario), numbers, strict=True))
         diverged = bool(judged.failed[k]) or not all(
             np.isfinite(part).all()
             for axis in axes
@@ -291,7 +295,7 @@ def _evaluations(
         scores = (float(judged.values[k, 0]), float(judged.merit[k]))
         fitness, merit = (-np.inf, -np.inf) if diverged else scores
         lost = divergence_of(time, _quantities(axes)) if diverged else None
-        whole = Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+        whole = Evaluation(fitness, merit, diverged, loop_machine, metric_values, time, axes, path)
         again = repeats_of(judged) if many else {}
         memory = jax.tree.map(lambda leaf, k=k: float(leaf[k]), memories)
         whole = whole._replace(substeps=loop.substeps, divergence=lost, repeats=again)
@@ -349,12 +353,12 @@ def _metrics(
         return list(
             contour_metrics([axis.drive for axis in axes], inside, errors, commands).values()
         )
-    found: list[float | None] = []
+    values: list[float | None] = []
     for axis, motion in zip(axes, motions, strict=True):
         speeds = axis.velocity[part], axis.happens.reference_rate[part]
         settled = scenario.fitness.settled_after_s
-        found += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
-    return found
+        values += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
+    return values
 
 
 def _along(scenario: Scenario, axis: AxisMotion, motion: Recorded, part: slice) -> AxisAlong:
@@ -377,15 +381,19 @@ def meanings(scenario: Scenario) -> dict[str, str]:
         }
     machine = scenario.machine
     if isinstance(scenario.path, Program):
-        own = program_meanings(machine)
+        descriptions = program_meanings(machine)
     elif scenario.follows_path:
-        own = contour_meanings(machine.drives)
+        descriptions = contour_meanings(machine.drives)
     else:
         axes = machine.axes if len(machine.axes) > 1 else ("",)
         each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
-        own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
+        descriptions = {
+            key: text
+            for axis, axis_texts in each
+            for key, text in _headed(axis, axis_texts).items()
+        }
     names = ("", *(window.name for window in scenario.windows))
-    return {key: text for name in names for key, text in _headed(name, own).items()}
+    return {key: text for name in names for key, text in _headed(name, descriptions).items()}
 
 
 def _key(motion: str) -> str:
@@ -393,9 +401,9 @@ def _key(motion: str) -> str:
     return motion.replace("-", "_")
 
 
-def _headed(name: str, found: dict[str, str]) -> dict[str, str]:
+def _headed(name: str, texts: dict[str, str]) -> dict[str, str]:
     """Keys and texts with a name before them; as they are where it is ""."""
-    return {f"{name}_{key}": f"{name}: {text}" for key, text in found.items()} if name else found
+    return {f"{name}_{key}": f"{name}: {text}" for key, text in texts.items()} if name else texts
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
@@ -414,39 +422,41 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
     return contour(path, time, positions, axes[0].drive.units["error"], length, seen)
 
 
-def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+def score_rows(
+    judge: Judge, results: Sequence[Evaluation], form: str, none: str
+) -> list[list[str]]:
     """Fitness, merit and metrics, a row each; a column for each evaluation.
 
     A metric is written in a ``form``, as ``none`` where it has no value; a loop whose error comes
     back again and again settles never.
     """
-    rows = [[title, *(_score(x, key) for x in found)] for key, title in judge.titles.items()]
-    for key in found[0].metrics:
-        rows.append([key, *(_metric(item, key, form, none) for item in found)])
+    rows = [[title, *(_score(x, key) for x in results)] for key, title in judge.titles.items()]
+    for key in results[0].metrics:
+        rows.append([key, *(_metric(item, key, form, none) for item in results)])
     return rows
 
 
-def _metric(found: Evaluation, key: str, form: str, none: str) -> str:
-    value = found.metrics[key]
+def _metric(evaluation: Evaluation, key: str, form: str, none: str) -> str:
+    value = evaluation.metrics[key]
     if value is not None:
         return f"{value:{form}}"
-    return "never" if key.endswith("settling_time_s") and not found.diverged else none
+    return "never" if key.endswith("settling_time_s") and not evaluation.diverged else none
 
 
-def _score(found: Evaluation, key: str) -> str:
+def _score(evaluation: Evaluation, key: str) -> str:
     """The fitness or the merit, as a range where it is chaotic."""
-    if found.diverged:
+    if evaluation.diverged:
         return "diverged"
-    many = found.ranges.get(key)
-    return range_told(many) if many else f"{getattr(found, key):.4f}"
+    many = evaluation.ranges.get(key)
+    return range_told(many) if many else f"{getattr(evaluation, key):.4f}"
 
 
-def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
     """Of several motions the first metric, the error: a row each; a column for each evaluation."""
     rows = []
-    for name, one in found[0].motions.items():
+    for name, one in results[0].motions.items():
         key = next(iter(one.metrics))
-        values = [item.motions[name].metrics[key] for item in found]
+        values = [item.motions[name].metrics[key] for item in results]
         cells = [none if value is None else f"{value:{form}}" for value in values]
         rows.append([f"{name} {key}", *cells])
     return rows
@@ -454,19 +464,19 @@ def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
-    found, own = doubts(scenario), scenario.simulation.substeps
+    lines, substeps = doubts(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
-            tried = f", with {one.substeps} substeps too" if one.substeps > own else ""
-            found.append(f"{name} diverges: {one.divergence}{tried}")
-        elif one.substeps > own:
-            found.append(
-                f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
+            tried = f", with {one.substeps} substeps too" if one.substeps > substeps else ""
+            lines.append(f"{name} diverges: {one.divergence}{tried}")
+        elif one.substeps > substeps:
+            lines.append(
+                f"{name} is simulated with {one.substeps} substeps, it diverges with {substeps}"
             )
         if one.chaotic:
-            told = (key for key in scenario.judge().titles if key in one.ranges)
-            ranges = [f"{key} ranges from {ends_told(one.ranges[key])}" for key in told]
-            found.append(
+            keys = (key for key in scenario.judge().titles if key in one.ranges)
+            ranges = [f"{key} ranges from {ends_told(one.ranges[key])}" for key in keys]
+            lines.append(
                 f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all else is of the unchanged run"
             )
-    return found
+    return lines

@@ -87,8 +87,8 @@ class InMotion(NamedTuple):
         """As plain data; None where there is no number."""
         each = self.told.items()
         bounds, tolerances = (
-            {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in own.items()}
-            for own in (self.bounds, self.tolerances)
+            {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in limits.items()}
+            for limits in (self.bounds, self.tolerances)
         )
         return {
             "share": float(self.good.mean()),
@@ -155,9 +155,9 @@ class Usable(NamedTuple):
     def _told(self) -> dict[str, object]:
         low, high = self.interval
         share = float(self.good.mean())
-        told = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
-        found = {**told, "share": share, "share_from": low, "share_to": high}
-        return found | ({"misses": missed_told(self.missed)} if self.missed else {})
+        basics = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
+        summary = {**basics, "share": share, "share_from": low, "share_to": high}
+        return summary | ({"misses": missed_told(self.missed)} if self.missed else {})
 
     @property
     def good(self) -> Mask:
@@ -233,8 +233,8 @@ class Usable(NamedTuple):
             return f"no: {why}; {passing}"
         worst = min(self._everywhere, key=lambda one: float(one.good.mean()))
         reason, many = max(worst.reasons.items(), key=lambda item: item[1])
-        told = f"only {passing}" if share else f"none of {count} unseen machines passes"
-        return f"no: {told}; {counted(many, reason)} in {worst.name}"
+        outcome = f"only {passing}" if share else f"none of {count} unseen machines passes"
+        return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
     def numbers(self) -> Json:
         """Everything as plain data; None where there is no number."""
@@ -274,9 +274,9 @@ def measured(value: float | None, factor: float, write: Callable[[float], str], 
     return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
 
 
-def merit_told(found: Json) -> str:
+def merit_told(numbers: Json) -> str:
     """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
-    return chaos_told("merit", found["repeats"]) if found.get("chaotic") else ""
+    return chaos_told("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
 
 
 def gain_told(gain: tuple[float, float]) -> str:
@@ -293,24 +293,26 @@ def missed(motions: Json) -> Json:
     ``motions`` are those of ``Usable.numbers``. It is of the median machine, in a motion that is
     asked of the nominal one alone of that.
     """
-    found: Json = {}
+    misses: Json = {}
     for motion, one in motions.items():
         which = "nominal" if one["asked_of"] == "nominal" else "median"
-        for name, told in one["tolerances"].items():
-            times = (told[which] or 0.0) / told["allowed"]  # None: nothing finite, which is no yes
-            if times > found.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
-                found[name] = {"times": times, "motion": motion}
-    return found
+        for name, row in one["tolerances"].items():
+            times = (row[which] or 0.0) / row["allowed"]  # None: nothing finite, which is no yes
+            if times > misses.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
+                misses[name] = {"times": times, "motion": motion}
+    return misses
 
 
-def missed_told(found: Json, motions: int = 2) -> str:
+def missed_told(misses: Json, motions: int = 2) -> str:
     """The same as a line, "" where nothing is missed; of a single motion without its name."""
-    told = [
+    targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
-        for name, one in found.items()
+        for name, one in misses.items()
     ]
     worst = " in the worst motion" if motions > 1 else ""
-    return f"targets missed, value divided by target{worst}: {', '.join(told)}" if told else ""
+    return (
+        f"targets missed, value divided by target{worst}: {', '.join(targets)}" if targets else ""
+    )
 
 
 class Told(NamedTuple):
@@ -322,37 +324,39 @@ class Told(NamedTuple):
     about: str  # what its columns are; "" without rows
 
 
-def why_table(found: Json) -> Told:
+def why_table(analysis: Json) -> Told:
     """Of ``why_not``: a row for each change."""
     heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
     keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in found["changes"]]
+    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
     rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
-    return Told(heads, rows, found["lines"], WHY_ABOUT if rows else "")
+    return Told(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
 
 
-def stress_table(found: Sequence[Json]) -> Told:
+def stress_table(stresses: Sequence[Json]) -> Told:
     """A row for each stress, a line for each that breaks the design, the first first."""
-    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in found)
+    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
-    held = ((told, f"; it holds with {part}" if part else "") for told, part in _broken(found))
-    lines = [f"breaks: {told}{part}" for told, part in held]
+    failures = (
+        (failure, f"; it holds with {part}" if part else "") for failure, part in _broken(stresses)
+    )
+    lines = [f"breaks: {failure}{part}" for failure, part in failures]
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
         lines.append(f"first to mend: {next(first)}; see docs/robustness.md")
     return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
-def breaking(found: Iterable[Json]) -> str:
+def breaking(stresses: Iterable[Json]) -> str:
     """What breaks a design at the smallest part of its size, how many others do; "": nothing."""
-    first, *more = [told for told, _ in _broken(found)] or [""]
+    first, *more = [failure for failure, _ in _broken(stresses)] or [""]
     others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
     return first + (others if more else "")
 
 
-def _broken(found: Iterable[Json]) -> list[tuple[str, str]]:
+def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
     """With what the design breaks and how, and the largest part before that it holds."""
-    each = sorted((one for one in found if not one["holds"]), key=lambda one: float(one["part"]))
+    each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
 
@@ -362,8 +366,8 @@ def loop_in_use(
     """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
-    own = tuple(one.measure for group in _measured(scenario) for one in group)
-    return loop._replace(judge=loop.judge._replace(measured=own)), gains
+    measures = tuple(one.measure for group in _measured(scenario) for one in group)
+    return loop._replace(judge=loop.judge._replace(measured=measures)), gains
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
@@ -397,10 +401,10 @@ def _unit(one: Measure, scenario: Scenario) -> str:
 def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
     """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
     failed = np.asarray(judged.failed)
-    found = faults(np.asarray(judged.values), failed, scenario.each_motion())
+    violations = faults(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in bounds_of(scenario, judged).items():
-        found[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
-    return found
+        violations[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
+    return violations
 
 
 def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
@@ -410,27 +414,27 @@ def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint,
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
     """What the scenario's fitness tolerates of single measures; nothing of another fitness."""
-    own = scenario.fitness.on(scenario.units)
-    if not isinstance(own, TolerancesSettings):
+    fitness = scenario.fitness.on(scenario.units)
+    if not isinstance(fitness, TolerancesSettings):
         return []
-    return [Constraint(one, most) for one, most, _ in tolerated(own)]
+    return [Constraint(one, most) for one, most, _ in tolerated(fitness)]
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
     """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
-    found = {}
+    metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))
         key = one.name if unit == "1" else f"{one.name}_{in_a_name(unit)}"
-        found[key] = one, f"{one.meaning} [{unit}]"
-    return found
+        metrics[key] = one, f"{one.meaning} [{unit}]"
+    return metrics
 
 
 def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
     """What the machines do in motion ``k``; the nominal one is the first that was judged."""
     reasons = {why: mask[:, k] for why, mask in not_kept(scenario, judged).items()}
-    tolerances, bounds, told, last = (
-        {name: (own.most, values[:, k]) for name, (own, values) in part.items()}
+    tolerances, bounds, measures, last = (
+        {name: (constraint.most, values[:, k]) for name, (constraint, values) in part.items()}
         for part in _values(scenario, judged)
     )
     over = {}
@@ -443,13 +447,13 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     if (steps := motion.simulation.steps) < LEAST_SAMPLES:
         needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
         why_not.append(f"cannot be told to settle ({needed})")
-    told["limit_share"] = last["limit_share"]
+    measures["limit_share"] = last["limit_share"]
     return InMotion(
         motion.name.rpartition(".")[2] if scenario.motions else motion.name,
         ~bad[1:],
         {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},
-        {name: column[1:] for name, (_, column) in told.items()},
-        {name: float(column[0]) for name, (_, column) in told.items()},
+        {name: column[1:] for name, (_, column) in measures.items()},
+        {name: float(column[0]) for name, (_, column) in measures.items()},
         tuple(why_not),
         bounds,
         tolerances,

@@ -59,7 +59,7 @@ QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pass
 
 @partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
 def _of_machine(
-    code: Code, numbers: Any, told: Any, true: Any, every: Any, row: Any, x: Any
+    code: Code, numbers: Any, nominal: Any, true: Any, every: Any, row: Any, x: Any
 ) -> Any:
     """Of every lane what a sample makes of ``x``, derivatives of that, and the signals as a tree.
 
@@ -81,9 +81,11 @@ def _of_machine(
             for one, shift, load in zip(row.axes, shifts, loads, strict=True)
         )
         before = of(x[: -3 * axes])
-        after = moved(loop, told, fixed, every, tuple(commands), before, row._replace(axes=there))
-        own = after._replace(memory=(), commands=())
-        parts = own, after.memory, positions(loop, before.states)
+        after = moved(
+            loop, nominal, fixed, every, tuple(commands), before, row._replace(axes=there)
+        )
+        machine_state = after._replace(memory=(), commands=())
+        parts = machine_state, after.memory, positions(loop, before.states)
         whole = jnp.concatenate([ravel_pytree(part)[0] for part in parts])
         return whole, (whole, after.memory)
 
@@ -129,15 +131,18 @@ class _Near(NamedTuple):
 class _Machines:
     """Machines that follow rows with speeds (lanes, axes), a lane each, without a controller."""
 
-    def __init__(self, loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats):
+    def __init__(self, loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats):
         self._loop = _without_steps(loop._replace(controller=Told()))
         self._code, self._numbers = self._loop.apart
         self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
-        self._given = told, true, np.float64(self.every), rows
+        self._given = nominal, true, np.float64(self.every), rows
         #: About the command that a speed takes, where a drive tells its highest one.
         self._pushes = np.zeros(speeds.shape[1])
-        for k, (drive, own) in enumerate(zip(loop.machine.drives, told, strict=True)):
-            most, top = drive.largest_commands(own, loop.limits[k])[1], drive.top_speed(own)
+        for k, (drive, parameters) in enumerate(zip(loop.machine.drives, nominal, strict=True)):
+            most, top = (
+                drive.largest_commands(parameters, loop.limits[k])[1],
+                drive.top_speed(parameters),
+            )
             if np.isfinite([most, top]).all() and top > 0.0:
                 self._pushes[k] = most / top
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
@@ -149,9 +154,9 @@ class _Machines:
         """
         speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
         drives, states = self._loop.machine.drives, []
-        for drive, state, own in zip(drives, self._given[-1].start, speeds.T, strict=True):
+        for drive, state, speed in zip(drives, self._given[-1].start, speeds.T, strict=True):
             rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
-            states.append(state._replace(**dict.fromkeys(rates, own)))
+            states.append(state._replace(**dict.fromkeys(rates, speed)))
         fixed = self._loop.coefficients(self._given[1])
         whole = start(self._loop, fixed, 0.0, tuple(states))._replace(commands=())
         # An amplifier at its limit would not answer: see plants.five_axis.
@@ -197,36 +202,36 @@ class _Machines:
         return x, (far <= NEAR) & sound
 
 
-def steady(loop: Loop, told: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
+def steady(loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
     """Machines that follow the ``rows`` with ``speeds`` (lanes, axes), a lane each; float64."""
     with jax.enable_x64(True):
-        machines = _Machines(loop, told, true, rows, speeds)
-        x, found = machines.followed(machines.begun(1.0), 1.0)
-        if not found.all():  # nothing touches behind a gap; much faster, what brakes does
+        machines = _Machines(loop, nominal, true, rows, speeds)
+        x, converged = machines.followed(machines.begun(1.0), 1.0)
+        if not converged.all():  # nothing touches behind a gap; much faster, what brakes does
             fast, _ = machines.followed(machines.begun(FAST), FAST)
             off = (machines.begun(1.0) - machines.begun(FAST))[:, : machines.size]
             fast[:, : machines.size] += off
             fast = np.nan_to_num(fast)
             again, came = machines.followed(fast, 1.0)
-            x, found = np.where(found[:, None], x, again), found | came
+            x, converged = np.where(converged[:, None], x, again), converged | came
         one, size, axes = machines.near(x), machines.size, speeds.shape[1]
     commands, references, loads = np.split(one.slopes[..., size:], 3, axis=2)
     change = one.c @ one.along + references[:, size:-axes]
     change = machines.every * (change @ speeds[..., None])[..., 0]
     change[np.abs(change) <= SETTLED * machines.every * np.abs(speeds).max()] = 0.0
-    kept = _heard(one.slopes[..., :size])
+    observable = _heard(one.slopes[..., :size])
     return Steady(
-        one.a[:, kept][:, :, kept],
-        commands[:, :size][:, kept],
-        one.c[:, :, kept],
-        one.slopes[:, -axes:, :size][:, :, kept],
-        loads[:, :size][:, kept],
+        one.a[:, observable][:, :, observable],
+        commands[:, :size][:, observable],
+        one.c[:, :, observable],
+        one.slopes[:, -axes:, :size][:, :, observable],
+        loads[:, :size][:, observable],
         -one.c @ one.along,
         one.view,
         one.value[:, size:-axes],
         change,
         x[:, size:],
-        found,
+        converged,
     )
 
 
@@ -236,10 +241,10 @@ def _heard(slopes: Floats) -> Mask:
     Others may run by themselves, as a count of samples does, and are no part of any loop.
     """
     size, hears = slopes.shape[2], (slopes != 0.0).any(axis=0)
-    found = hears[size:].any(axis=0)
+    observable = hears[size:].any(axis=0)
     for _ in range(size):
-        found = found | hears[:size][found].any(axis=0)
-    return np.asarray(found)
+        observable = observable | hears[:size][observable].any(axis=0)
+    return np.asarray(observable)
 
 
 def _without_steps(loop: Loop) -> Loop:
@@ -262,9 +267,9 @@ def _unlimited(controller: Any) -> Any:
         return tuple(map(_unlimited, controller))
     if not hasattr(controller, "step"):
         return controller
-    own = {key: _unlimited(getattr(controller, key)) for key in controller._fields}
-    none = {"limit": None, "limits": (None,) * len(own.get("limits", ()))}
-    return controller._replace(**own | {key: x for key, x in none.items() if key in own})
+    fields = {key: _unlimited(getattr(controller, key)) for key in controller._fields}
+    none = {"limit": None, "limits": (None,) * len(fields.get("limits", ()))}
+    return controller._replace(**fields | {key: x for key, x in none.items() if key in fields})
 
 
 def _errors(view: Any) -> Integers:
@@ -278,8 +283,8 @@ def _along(a: Floats, errors: Floats) -> Floats:
     lanes, size, axes = *a.shape[:2], errors.shape[1]
     ways = np.concatenate([np.zeros((size, axes)), -np.eye(axes)])
     whole = np.concatenate([a - np.eye(size), errors], axis=1)
-    found = [solved(whole, np.tile(way, (lanes, 1))) for way in ways.T]
-    return np.stack(found, axis=2)
+    solutions = [solved(whole, np.tile(way, (lanes, 1))) for way in ways.T]
+    return np.stack(solutions, axis=2)
 
 
 def solved(matrix: Floats, right: Floats) -> Floats:
@@ -290,16 +295,16 @@ def solved(matrix: Floats, right: Floats) -> Floats:
             largest = np.abs(rows[:, :, None] * matrix * columns[:, None]).max(axis=axis)
             size = np.sqrt(np.where(largest > 0.0, largest, 1.0))
             rows, columns = (rows / size, columns) if axis == 2 else (rows, columns / size)
-    even, told = rows[:, :, None] * matrix * columns[:, None], rows * right
-    found, open_ = np.zeros(columns.shape), told.any(axis=1)
+    even, scaled_right = rows[:, :, None] * matrix * columns[:, None], rows * right
+    solution, open_ = np.zeros(columns.shape), scaled_right.any(axis=1)
     if matrix.shape[1] == matrix.shape[2]:
         regular = open_ & (np.abs(np.linalg.det(even)) > SINGULAR)
-        found[regular] = np.linalg.solve(even[regular], told[regular, :, None])[..., 0]
+        solution[regular] = np.linalg.solve(even[regular], scaled_right[regular, :, None])[..., 0]
         open_ &= ~regular
     for k in np.flatnonzero(open_):
-        found[k] = np.linalg.lstsq(even[k], told[k], rcond=1e-11)[0]
-    found[np.abs(found) <= ROUNDED * np.abs(found).max(axis=1, initial=0.0)[:, None]] = 0.0
-    return np.asarray(columns * found)
+        solution[k] = np.linalg.lstsq(even[k], scaled_right[k], rcond=1e-11)[0]
+    solution[np.abs(solution) <= ROUNDED * np.abs(solution).max(axis=1, initial=0.0)[:, None]] = 0.0
+    return np.asarray(columns * solution)
 
 
 class Controllers(NamedTuple):
@@ -317,7 +322,7 @@ class Controllers(NamedTuple):
 
 
 def controlled(
-    loop: Loop, told: Any, gains: Gains, near: Steady, off: Floats | None = None
+    loop: Loop, nominal: Any, gains: Gains, near: Steady, off: Floats | None = None
 ) -> Controllers:
     """Controllers with ``gains`` for each lane of ``near``, their errors ``off`` (lanes,) more."""
     law = _unlimited(loop.controller)
@@ -334,16 +339,19 @@ def controlled(
         """What is left to solve for memories and errors ``x``, its derivatives, all slopes."""
         signals = near.signals + (near.off @ x[:, size:, None])[..., 0]
         whole = np.concatenate([x[:, memory], signals], axis=1).T
-        given = [Sloped(own, unit[:, None]) for own, unit in zip(whole, np.eye(count), strict=True)]
+        given = [
+            Sloped(variable, unit[:, None])
+            for variable, unit in zip(whole, np.eye(count), strict=True)
+        ]
         numbers = dict(zip(living, given, strict=False))
         before = jax.tree_util.tree_map_with_path(numbers.get, begins)
         told_of, path = jax.tree.unflatten(seen, given[size:])
-        view = View(told_of, path, told)
+        view = View(told_of, path, nominal)
         commands, after = law.step(SLOPED, rows, before, view)
         later = _living(after)
         both = [parts(one, count, lanes) for one in (*(later[path] for path in living), *commands)]
-        value = np.stack([own for own, _ in both], axis=1)
-        slopes = np.stack([own for _, own in both]).transpose(2, 0, 1)
+        value = np.stack([output for output, _ in both], axis=1)
+        slopes = np.stack([derivative for _, derivative in both]).transpose(2, 0, 1)
         matrix = np.concatenate([slopes[..., memory], slopes[..., size:] @ near.off], axis=2)
         matrix[:, memory, memory] -= np.eye(size)
         drift = (slopes[:, memory, size:] @ near.change[..., None])[..., 0]
@@ -376,11 +384,11 @@ def _by_newton(
             break
         move = solved(np.nan_to_num(matrix), -np.nan_to_num(left))
         there = x + share[:, None] * move
-        found = at(there)
-        new, old = (np.linalg.norm(each / size_of, axis=1) for each in (found[0], left))
+        trial = at(there)
+        new, old = (np.linalg.norm(each / size_of, axis=1) for each in (trial[0], left))
         better = np.nan_to_num(new, nan=np.inf) < np.nan_to_num(old, nan=np.inf)
         share = np.where(better, np.minimum(2.0 * share, 1.0), 0.25 * share)
-        for old, new in zip((x, left, matrix, slopes), (there, *found), strict=True):
+        for old, new in zip((x, left, matrix, slopes), (there, *trial), strict=True):
             old[better] = new[better]
         if (share < NEAR).all():
             break
@@ -401,22 +409,25 @@ def _rows(leaf: Any) -> Any:
     return leaf if np.ndim(leaf) == 1 else tuple(map(_rows, leaf))
 
 
-def loops(near: Steady, own: Controllers, lane: int) -> list[tuple[OpenLoop, OpenLoop]]:
+def loops(near: Steady, controllers: Controllers, lane: int) -> list[tuple[OpenLoop, OpenLoop]]:
     """Of each axis of a lane its loop, opened at its command while the others are closed.
 
     And the closed loop from its load to its position.
     """
-    size, more = near.a.shape[-1], own.a.shape[-1]
-    c = np.hstack([own.d[lane] @ near.c[lane], own.c[lane]])
+    size, more = near.a.shape[-1], controllers.a.shape[-1]
+    c = np.hstack([controllers.d[lane] @ near.c[lane], controllers.c[lane]])
     a = np.block(
-        [[near.a[lane], np.zeros((size, more))], [own.b[lane] @ near.c[lane], own.a[lane]]]
+        [
+            [near.a[lane], np.zeros((size, more))],
+            [controllers.b[lane] @ near.c[lane], controllers.a[lane]],
+        ]
     )
     b, loads, places = (
         np.pad(x, ((0, more), (0, 0))) for x in (near.b[lane], near.e[lane], near.d[lane].T)
     )
-    found = []
+    pairs = []
     for k in range(b.shape[1]):
         others = np.arange(b.shape[1]) != k
         opened = OpenLoop(a + b[:, others] @ c[others], b[:, k], c[k])
-        found.append((opened, OpenLoop(a + b @ c, loads[:, k], places[:, k])))
-    return found
+        pairs.append((opened, OpenLoop(a + b @ c, loads[:, k], places[:, k])))
+    return pairs

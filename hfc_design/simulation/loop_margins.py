@@ -62,10 +62,10 @@ class Point(NamedTuple):
 
 def operating_points(scenario: Scenario) -> list[Point]:
     """At rest, and where each motion is slowest and fastest; each speed once."""
-    found: dict[tuple[float, ...], Point] = {}
+    points: dict[tuple[float, ...], Point] = {}
     for motion in scenario.each_motion():
         samples, name = motion.samples(), motion.name.removeprefix(f"{scenario.name}.")
-        rates = np.array([own.reference_rate for own in samples.axes])
+        rates = np.array([axis.reference_rate for axis in samples.axes])
         sizes = np.linalg.norm(rates, axis=0)
         # Where it is so for a while, as on a circle, all axes are to move.
         alike = np.abs(rates).min(axis=0) / max(sizes.max(), np.finfo(float).tiny)
@@ -77,8 +77,8 @@ def operating_points(scenario: Scenario) -> list[Point]:
             speeds = tuple(float(f"{0.0 if still else x:.6g}") for x in rates[:, k])
             speed = f"{name} {where}" if len(speeds) > 1 else f"{abs(speeds[0]):g}"
             row = _steady_row(motion, samples, k, speeds)
-            found.setdefault(speeds, Point(speed if any(speeds) else "at rest", row, speeds))
-    return sorted(found.values(), key=lambda one: np.linalg.norm(one.speeds))
+            points.setdefault(speeds, Point(speed if any(speeds) else "at rest", row, speeds))
+    return sorted(points.values(), key=lambda one: np.linalg.norm(one.speeds))
 
 
 def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float, ...]) -> Samples:
@@ -134,15 +134,16 @@ def loop_margins(
         about = near(loop, standing(machines, scenario, loop), points)
         lanes = np.zeros(len(about.found), int)
         every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
-        own = controlled(loop, machines.told, every, about)
+        controllers = controlled(loop, machines.told, every, about)
     rows, count, axes = [], len(points), scenario.machine.axes
     for n, point in enumerate(points):
         each = [
-            _at(scenario, about, own, n + k * count, machines.take(k)) for k in range(machines.size)
+            _at(scenario, about, controllers, n + k * count, machines.take(k))
+            for k in range(machines.size)
         ]
         for axis, of_axis in zip(axes, zip(*each, strict=True), strict=True):
             (why, nominal, open_loop), *others = of_axis
-            known = [told for _, told, _ in others if told]
+            known = [margin_values for _, margin_values, _ in others if margin_values]
             name = axis if len(axes) > 1 else ""
             rows.append(At(point.name, name, why, nominal, band(known), open_loop))
     units = scenario.units.signals
@@ -154,22 +155,24 @@ def loop_margins(
 
 
 def _at(
-    scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines
+    scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
     """Of each axis why it has no margins, else its numbers and its loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
-    if why := _why(scenario, about, own, lane, machine):
+    if why := _why(scenario, about, controllers, lane, machine):
         return [(why, {}, None)] * len(axes)
-    found: list[tuple[str, Json, OpenLoop | None]] = []
-    for loop, of_load in loops(about, own, lane):
+    entries: list[tuple[str, Json, OpenLoop | None]] = []
+    for loop, of_load in loops(about, controllers, lane):
         if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
-            found.append((HELD if loop.c.any() else OPEN, {}, None))
+            entries.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
-            found.append(("", numbers(margins(loop), every, largest(of_load)), loop))
-    return found
+            entries.append(("", numbers(margins(loop), every, largest(of_load)), loop))
+    return entries
 
 
-def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine: Machines) -> str:
+def _why(
+    scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
+) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
     if not about.found[lane]:
         gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.true)
@@ -180,7 +183,7 @@ def _why(scenario: Scenario, about: Steady, own: Controllers, lane: int, machine
         if not low <= command <= high:
             unit = drive.units["command"]
             return f"it takes {command:.4g} {unit} of {high:.4g} {unit} to move so"
-    if not own.found[lane]:
+    if not controllers.found[lane]:
         return "the law was not found to hold it there, so that it cannot be linearised"
     return ""
 
@@ -235,23 +238,23 @@ class AskedMargins:
 
     def of(self, controller: Controller) -> "AskedMargins":
         """The same with another controller."""
-        found = copy(self)
-        found._loop = self._loop._replace(controller=controller)
-        return found
+        clone = copy(self)
+        clone._loop = self._loop._replace(controller=controller)
+        return clone
 
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
-        machines, own, known = self._near(gains)
+        machines, controllers, known = self._near(gains)
         places, each = len(self._machines.found), []
-        poles = _closed(machines, own)
+        poles = _closed(machines, controllers)
         radius = np.where(known[:, 0], np.abs(poles).max(axis=1), 0.0).reshape(-1, places)
         grown = np.where(radius > 1.0 + ROUNDED, LONG * (radius - 1.0), 0.0)
-        some = self._of_points((machines, own, known, poles))
+        some = self._of_points((machines, controllers, known, poles))
         limits = self._asked and self._asked | {"modes": NEAR}  # or that they do not grow, alone
-        found = self._margins(*some) if limits else {}
+        margin_values = self._margins(*some) if limits else {}
         rest = np.arange(len(some[2]))[:, None] % len(self._answers) == self._rest
         for name, limit in limits.items():
-            value, more = found[name], name == "modes" or ASKED[name][1]
+            value, more = margin_values[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value
             over = np.where(rest & (name != "modes"), 0.0, over)  # of margins it is asked as it is
@@ -268,8 +271,10 @@ class AskedMargins:
 
         Of an unstable loop they say nothing.
         """
-        machines, own, known = self._near(gains)
-        return self._margins(*self._of_points((machines, own, known, _closed(machines, own))))
+        machines, controllers, known = self._near(gains)
+        return self._margins(
+            *self._of_points((machines, controllers, known, _closed(machines, controllers)))
+        )
 
     def _of_points(self, every: Any) -> Any:
         """(individuals x points) of what is of all machines, those that rub behind the points."""
@@ -285,46 +290,50 @@ class AskedMargins:
         )
         with own_code_of(self._loop, CANNOT), np.errstate(all="ignore"):
             off = np.tile(self._off, count) if self._off.any() else None
-            own = controlled(self._loop, self._told, every, machines, off)
-        return machines, own, (own.found & machines.found)[:, None]
+            controllers = controlled(self._loop, self._told, every, machines, off)
+        return machines, controllers, (controllers.found & machines.found)[:, None]
 
     def _margins(
-        self, machines: Steady, own: Controllers, known: Mask, poles: Any
+        self, machines: Steady, controllers: Controllers, known: Mask, poles: Any
     ) -> dict[str, Floats]:
         """(lanes, axes) of each margin, where it is ``known``."""
         with np.errstate(all="ignore"):
-            through = _responses(own, self._answers, self._angles)
+            through = _responses(controllers, self._answers, self._angles)
             whole = np.eye(through.shape[-1]) - through
             others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
             sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
             sensitivity = sensitivity / np.linalg.det(whole)[..., None]
             loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
             gain, unity, lags = crossings(self._angles, loop)
-            found = {
+            per_crossing = {
                 "gain_margin": np.where(gain > 1.0, gain, np.inf),
                 "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
                 "delay_margin_samples": lags / unity,
             }
-            least = {name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in found.items()}
+            least = {
+                name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in per_crossing.items()
+            }
             both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
             if self._narrow and known.shape[1] == 1:
-                both["sensitivity"] = np.fmax(both["sensitivity"], _thin(machines, own, poles))
+                both["sensitivity"] = np.fmax(
+                    both["sensitivity"], _thin(machines, controllers, poles)
+                )
             both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
         """(lanes, axes) how near the modes of the stress lead a loop to -1, see ``swung``."""
-        own, hz = self._stress, self._angles / (2.0 * np.pi * self._every)
+        stress, hz = self._stress, self._angles / (2.0 * np.pi * self._every)
         nearest = np.zeros(loop.shape[:-1])
-        if own is None:
+        if stress is None:
             return nearest
-        lowest, highest = own.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
+        lowest, highest = stress.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
         near = (hz >= lowest[..., None] * (1.0 - SAME)) & (hz <= highest * (1.0 + SAME))
-        shares = [x / (1.0 - x) for x in own.mode_inertia] + [-1.0] * own.far_modes
+        shares = [x / (1.0 - x) for x in stress.mode_inertia] + [-1.0] * stress.far_modes
         for share in shares:
-            some = np.where(near, swung(loop, own.mode_damping, share), 0.0)
+            some = np.where(near, swung(loop, stress.mode_damping, share), 0.0)
             nearest = np.fmax(nearest, np.fmax.reduce(some, -1))
-        for one in own.modes:
+        for one in stress.modes:
             place = int(np.abs(hz - one.hz).argmin())
             nearest = np.fmax(nearest, swung(loop[..., place], one.damping, one.share))
         return nearest
@@ -346,15 +355,17 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
     return jax.tree.map(lambda leaf: leaf[some], about)
 
 
-def _closed(machines: Steady, own: Controllers) -> Any:
+def _closed(machines: Steady, controllers: Controllers) -> Any:
     """(lanes, poles) of the closed loops, which grow beyond 1."""
-    moved, given = machines.a + machines.b @ own.d @ machines.c, machines.b @ own.c
-    return np.linalg.eigvals(np.nan_to_num(np.block([[moved, given], [own.b @ machines.c, own.a]])))
+    moved, given = machines.a + machines.b @ controllers.d @ machines.c, machines.b @ controllers.c
+    return np.linalg.eigvals(
+        np.nan_to_num(np.block([[moved, given], [controllers.b @ machines.c, controllers.a]]))
+    )
 
 
-def _thin(machines: Steady, own: Controllers, closed: Any) -> Floats:
+def _thin(machines: Steady, controllers: Controllers, closed: Any) -> Floats:
     """(lanes, 1) the largest |1 / (1 + L)| about light poles, of distances from open and closed."""
-    begun = np.hstack([np.linalg.eigvals(np.nan_to_num(x)) for x in (machines.a, own.a)])
+    begun = np.hstack([np.linalg.eigvals(np.nan_to_num(x)) for x in (machines.a, controllers.a)])
     angles = np.angle(closed)[..., None] + (1.0 - np.abs(closed))[..., None] * ABOUT
     z = np.exp(1j * angles.reshape(len(closed), -1, 1))
     sizes = np.abs(z - begun[:, None]).prod(axis=2) / np.abs(z - closed[:, None]).prod(axis=2)
@@ -371,10 +382,12 @@ def _peaks(sizes: Floats) -> Floats:
     return np.maximum(np.exp(top.max(axis=1)), sizes.max(axis=1))
 
 
-def _responses(own: Controllers, answers: Floats, angles: Floats) -> Floats:
+def _responses(controllers: Controllers, answers: Floats, angles: Floats) -> Floats:
     """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
-    z, unit = np.exp(1j * angles)[:, None, None], np.eye(own.a.shape[-1])
-    told = own.c.swapaxes(1, 2)[:, None].astype(complex)
-    inner = np.linalg.solve(z * unit - own.a.swapaxes(1, 2)[:, None], told).swapaxes(2, 3)
-    rows = own.d[:, None] + inner @ own.b[:, None]
+    z, unit = np.exp(1j * angles)[:, None, None], np.eye(controllers.a.shape[-1])
+    output_matrix = controllers.c.swapaxes(1, 2)[:, None].astype(complex)
+    inner = np.linalg.solve(
+        z * unit - controllers.a.swapaxes(1, 2)[:, None], output_matrix
+    ).swapaxes(2, 3)
+    rows = controllers.d[:, None] + inner @ controllers.b[:, None]
     return (rows.reshape(-1, len(answers), *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)

@@ -47,9 +47,9 @@ def drawn(
         UserError: nearly no draw gives a possible machine, or a parameter is unknown.
     """
     drives, nominal = settings.machine.drives, settings.values()
-    names = [name for own in nominal for name in own._fields]
-    if told := unknown_parameter(settings, tolerances):
-        raise UserError(f"{'--tolerance ' if key == KEY else 'robust.tolerances.'}{told}")
+    names = [name for parameters in nominal for name in parameters._fields]
+    if message := unknown_parameter(settings, tolerances):
+        raise UserError(f"{'--tolerance ' if key == KEY else 'robust.tolerances.'}{message}")
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
     groups = _groups(drives, tolerances)
@@ -64,24 +64,26 @@ def drawn(
             place = generator.random(len(varied))
         low, high = 1.0 - width[varied], 1.0 + width[varied]
         factors[varied] = low + (high - low) * place
-        for own, most in groups:
-            factors[own] *= generator.uniform(1.0 - most, 1.0 + most)
+        for indices, most in groups:
+            factors[indices] *= generator.uniform(1.0 - most, 1.0 + most)
         return _changed(nominal, factors)
 
-    kept, refused = [nominal], 0
-    while len(kept) <= samples:
+    accepted, refused = [nominal], 0
+    while len(accepted) <= samples:
         one = draw()
-        if not any(drive.fault(own._asdict()) for drive, own in zip(drives, one, strict=True)):
-            kept.append(one)
+        if not any(
+            drive.fault(parameters._asdict()) for drive, parameters in zip(drives, one, strict=True)
+        ):
+            accepted.append(one)
             continue
         refused += 1
         if refused > MAX_DRAWS * samples:
-            told = f"{key}{' = ' if '.' in key else ' '}{spread:g}"
+            message = f"{key}{' = ' if '.' in key else ' '}{spread:g}"
             raise UserError(
-                f"{told}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
+                f"{message}: of {refused + len(accepted) - 1} draws only {len(accepted) - 1} "
                 f"gave a possible {settings.machine.name}; a smaller spread is needed"
             )
-    true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)
+    true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *accepted)
     around = {
         name: _around(name, tolerances[name], (len(drives), samples + 1), [seed, k])
         for k, name in enumerate(AROUND)
@@ -101,20 +103,20 @@ def _groups(
     drives: Sequence[Drive], tolerances: Mapping[str, float]
 ) -> list[tuple[Integers, float]]:
     """Parameters of friction, by their places, which change together, and by what share."""
-    found, begin = [], 0
+    groups, begin = [], 0
     for drive in drives:
         places = {name: begin + k for k, name in enumerate(drive.parameters._fields)}
         for rest, name in ((True, "friction_at_rest"), (False, "friction_moving")):
-            own = [places[x] for x in friction_of(drive, rest, not rest)]
-            if name in tolerances and own:
-                found.append((np.array(own), tolerances[name]))
+            indices = [places[x] for x in friction_of(drive, rest, not rest)]
+            if name in tolerances and indices:
+                groups.append((np.array(indices), tolerances[name]))
         begin += len(places)
-    return found
+    return groups
 
 
 def _changed(nominal: tuple[Parameters, ...], factors: Floats) -> tuple[Parameters, ...]:
     """The parameters of each axis, times the factors of all."""
-    values = np.concatenate([np.array(own, np.float64) for own in nominal]) * factors
-    parts = np.split(values, np.cumsum([len(own) for own in nominal])[:-1])
+    values = np.concatenate([np.array(parameters, np.float64) for parameters in nominal]) * factors
+    parts = np.split(values, np.cumsum([len(parameters) for parameters in nominal])[:-1])
     pairs = zip(nominal, parts, strict=True)
-    return tuple(type(own)(*part.tolist()) for own, part in pairs)
+    return tuple(type(parameters)(*part.tolist()) for parameters, part in pairs)

@@ -51,12 +51,12 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
     """Searching, and a report beside other designs [bytes]."""
     one = genome.empty()
     individual = sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(one)) / genome.structures
-    found = {"search.population": COPIES * individual * scenario.search.population}
+    parts = {"search.population": COPIES * individual * scenario.search.population}
     if getattr(scenario.search, "newton_steps", 0) and hasattr(genome, "space"):
         lanes = len(genome.space().frozen) + 16 * jax.device_count()
         steps = scenario.simulation.steps * (len(scenario.plant.machine.axes) == 1)
-        found["simulation.duration_s, search.newton_steps"] = DERIVATIVE * lanes * steps
-    return found | of_motion(scenario, 4)
+        parts["simulation.duration_s, search.newton_steps"] = DERIVATIVE * lanes * steps
+    return parts | of_motion(scenario, 4)
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
@@ -66,8 +66,8 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
         UserError: it does, or the bound is none.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
-    if told := os.environ.get(VARIABLE):
-        allowed, source = size(told), f"--memory or {VARIABLE}: {told}"
+    if setting := os.environ.get(VARIABLE):
+        allowed, source = size(setting), f"--memory or {VARIABLE}: {setting}"
     else:
         allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of what is free"
     if needed > allowed:
@@ -83,10 +83,10 @@ def size(text: str) -> float:
     Raises:
         UserError: it is no size.
     """
-    found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
-    if not found or not float(found[1]):
+    match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
+    if not match or not float(match[1]):
         raise UserError(f"--memory or {VARIABLE} {text[:60]}: has to be a size, as in 8GB")
-    return float(found[1]) * UNITS[found[2].upper()]
+    return float(match[1]) * UNITS[match[2].upper()]
 
 
 def free() -> float:
@@ -99,8 +99,8 @@ def free() -> float:
             group = top / path.strip("/")
             around = [place for place in group.parents if place.is_relative_to(top)]
             left += [_left_by(place, *CONTROL_GROUPS[controller]) for place in (group, *around)]
-    held = 1024 * _words(Path("/proc/self/status")).get("VmRSS:", 0)
-    return held + max(min(left), 0.0)
+    resident = 1024 * _words(Path("/proc/self/status")).get("VmRSS:", 0)
+    return resident + max(min(left), 0.0)
 
 
 def _left_by(group: Path, limit: str, used: str, cached: str) -> float:

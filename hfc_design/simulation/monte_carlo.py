@@ -64,8 +64,12 @@ class Robustness(NamedTuple):
         return table("Robustness", self._told() | self.nominal)
 
     def _told(self) -> dict[str, object]:
-        told = {"spread": self.spread, "machines": len(self.stable)}
-        return {**told, "stable": float(self.stable.mean()), "nominal_stable": self.nominal_stable}
+        summary = {"spread": self.spread, "machines": len(self.stable)}
+        return {
+            **summary,
+            "stable": float(self.stable.mean()),
+            "nominal_stable": self.nominal_stable,
+        }
 
     @property
     def usable(self) -> bool:
@@ -79,21 +83,24 @@ class Robustness(NamedTuple):
 
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
-        found = self.values[key][self.stable]
-        return found[np.isfinite(found)]
+        values = self.values[key][self.stable]
+        return values[np.isfinite(values)]
 
     def quantiles(self, key: str) -> list[float]:
         """``QUANTILES`` of ``spread_of(key)``, interpolated linearly; nan without any."""
-        found = self.spread_of(key)
-        return np.quantile(found, QUANTILES).tolist() if len(found) else [np.nan] * len(QUANTILES)
+        values = self.spread_of(key)
+        return np.quantile(values, QUANTILES).tolist() if len(values) else [np.nan] * len(QUANTILES)
 
     def numbers(self) -> dict[str, Any]:
         """Everything but the samples themselves, as plain data; None where there is no number."""
         metrics = {}
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
-            found = {"nominal": nominal, **{f"q{100 * q:02.0f}": value for q, value in quantiles}}
-            metrics[key] = storable(found) | {"count": len(self.spread_of(key))}
+            statistics = {
+                "nominal": nominal,
+                **{f"q{100 * q:02.0f}": value for q, value in quantiles},
+            }
+            metrics[key] = storable(statistics) | {"count": len(self.spread_of(key))}
         return {
             "spread": self.spread,
             "samples": len(self.stable),
@@ -132,38 +139,49 @@ def robustness(
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
     if scenario.motions:
-        told = f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
-        raise UserError(f"{told}, scenario.motion({scenario.motions[0].name!r})")
+        message = (
+            f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
+        )
+        raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed, tolerances)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
-    found: dict[int, tuple[Evaluation, Judged]] = {}
+    results: dict[int, tuple[Evaluation, Judged]] = {}
     waiting, at_once, refined = np.arange(machines.size), min(CHUNK, machines.size), 0
     for where in chain([scenario], finer(scenario)):
 
-        def more(done: int, total: int, before: int = len(found)) -> None:
+        def more(done: int, total: int, before: int = len(results)) -> None:
             progress(before + done, before + total)
 
         motions = _motions(design, where, machines.take(waiting), more, at_once)
-        found |= zip(waiting.tolist(), motions, strict=True)
-        waiting, at_once = np.flatnonzero([one.diverged for one, _ in found.values()]), FEW
+        results |= zip(waiting.tolist(), motions, strict=True)
+        waiting, at_once = np.flatnonzero([one.diverged for one, _ in results.values()]), FEW
         if not len(waiting):
             break
         refined = refined or len(waiting)
-    evaluations, judged = zip(*found.values(), strict=True)
+    evaluations, judged = zip(*results.values(), strict=True)
     measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
     lost = failed | np.array([[one.diverged] for one in evaluations])
-    why = {told: mask[:, 0] for told, mask in faults(measured, lost, [scenario]).items()}
+    why = {reason: mask[:, 0] for reason, mask in faults(measured, lost, [scenario]).items()}
     stable = ~np.logical_or.reduce([*why.values()])
-    reasons = {told: int(mask[1:].sum()) for told, mask in why.items() if mask[1:].any()}
-    own = tuple(told for told, mask in why.items() if mask[0])
+    reasons = {reason: int(mask[1:].sum()) for reason, mask in why.items() if mask[1:].any()}
+    nominal_reasons = tuple(reason for reason, mask in why.items() if mask[0])
     columns, meant = _columns(scenario, evaluations, np.where(lost, np.nan, measured[:, 0]))
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     ranges = evaluate(design, scenario).ranges
-    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges, reasons, own)
+    parts = (
+        stable[1:],
+        bool(stable[0]),
+        nominal,
+        values,
+        evaluations[0],
+        ranges,
+        reasons,
+        nominal_reasons,
+    )
     return Robustness(spread, seed, machines, refused, refined, *parts, meant)
 
 
@@ -200,18 +218,20 @@ def _motions(
     one, wide = gains, lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size))
     gains = jax.tree.map(wide, gains)
     machines = population.standing(machines, scenario, loop)
-    measured = measuring(loop, (own for own, _ in tolerated_metrics(scenario).values()))
+    measured = measuring(loop, (measure for measure, _ in tolerated_metrics(scenario).values()))
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
         judged = population.scores(measured, some, [samples], one, np.float64)
         (each,) = evaluations([scenario], loop, some, gains)
-        for k, found in enumerate(islice(each, count - start), start):
-            kept = found._replace(time=np.empty(0), axes=(), contour=None)
+        for k, evaluation in enumerate(islice(each, count - start), start):
+            reduced = evaluation._replace(time=np.empty(0), axes=(), contour=None)
             if k == 0:  # with copies: as it comes, it is a part of that of all that step together
-                own = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in found.axes)
-                kept = found._replace(axes=tuple(own))
-            yield kept, Judged(*(x[0, k - start] for x in judged))
+                axis_copies = (
+                    x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes
+                )
+                reduced = evaluation._replace(axes=tuple(axis_copies))
+            yield reduced, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)
 
 
@@ -225,8 +245,8 @@ def check_draw(
     """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
     share("--spread", spread)
     wanted(tolerances, Mapping, "table of parameters and their tolerances")
-    for name, own in tolerances.items():
-        share(f"--tolerance {name}=", own)
+    for name, tolerance in tolerances.items():
+        share(f"--tolerance {name}=", tolerance)
     whole(option, samples, 1, MAX_SAMPLES)
     whole("--seed", seed, 0)
 
@@ -235,8 +255,12 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     """Every machine has to be simulated with steps that are short enough, not only the nominal."""
     substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
     step = scenario.simulation.sample_time_s / substeps
-    for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
-        limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
+    for drive, parameters, happens in zip(
+        drives, machines.true, scenario.samples().axes, strict=True
+    ):
+        limit = min(
+            drive.fastest(type(parameters)(*row), step) for row in zip(*parameters, strict=True)
+        )
         speed = np.abs(happens.reference_rate).max() * (1.0 - SAME)
         needed = max(needed, np.ceil(substeps * speed / limit))
     if needed > substeps:

@@ -62,18 +62,18 @@ def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Fo
     whole = [array.dtype.kind == "i" for array in arrays]
 
     def joined(integers: bool, kind: DTypeLike) -> np.ndarray:
-        own = [array for array, other in zip(arrays, whole, strict=True) if other == integers]
+        selected = [array for array, other in zip(arrays, whole, strict=True) if other == integers]
         if chunk is None:
-            flat = [np.empty(0, kind), *map(np.ravel, own)]
+            flat = [np.empty(0, kind), *map(np.ravel, selected)]
             return np.concatenate(flat, dtype=kind, casting="unsafe")
         count = arrays[0].shape[-1] // chunk
-        rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in own]
-        found = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
+        rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in selected]
+        buffer = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
         begin = 0
         with np.errstate(over="ignore"):  # infinite in float32: that individual has diverged
             for part in rows:
-                found[:, begin : (begin := begin + part.shape[1])] = part
-        return found
+                buffer[:, begin : (begin := begin + part.shape[1])] = part
+        return buffer
 
     shapes = [array.shape if chunk is None else array.shape[:-1] for array in arrays]
     form = Form(structure, tuple(zip(whole, shapes, strict=True)))

@@ -71,17 +71,19 @@ def standing(
         return machines
     every, waits = scenario.simulation.sample_time_s, len(loop.around[0].waits)
     true = []
-    for k, (own, base) in enumerate(zip(machines.true, scenario.around, strict=True)):
-        found = base
+    for k, (parameters, base) in enumerate(zip(machines.true, scenario.around, strict=True)):
+        around = base
         for changes in (machines.around, more):
             for name, change in changes.items():
                 value = np.asarray(change, float)
                 value = value[k] if value.ndim else value
-                before = getattr(found, name)
+                before = getattr(around, name)
                 both = before * value if name == "noise" else before + value
-                found = found._replace(**{name: np.maximum(both, 0.0) if name in LEAST_0 else both})
-        wide = Around(*(np.broadcast_to(np.asarray(x, float), machines.size) for x in found))
-        true.append(Standing(plain(own), sampled(wide, every, loop.substeps, waits)))
+                around = around._replace(
+                    **{name: np.maximum(both, 0.0) if name in LEAST_0 else both}
+                )
+        wide = Around(*(np.broadcast_to(np.asarray(x, float), machines.size) for x in around))
+        true.append(Standing(plain(parameters), sampled(wide, every, loop.substeps, waits)))
     return Machines(machines.told, tuple(true), machines.around)
 
 
@@ -128,9 +130,9 @@ def scores(
             numbers = inputs.packed(each > 1, dtype, compiled.together(width), before)
             before = numbers[:2]
             parts.append(np.asarray(compiled.scores(code, each > 1, *numbers), np.float64))
-    found = np.concatenate(parts, axis=-1)[..., :lanes]
-    found = found.reshape(len(found), len(motions), count, each)
-    merit, failed, *values = np.moveaxis(found, 1, -1)
+    outputs = np.concatenate(parts, axis=-1)[..., :lanes]
+    outputs = outputs.reshape(len(outputs), len(motions), count, each)
+    merit, failed, *values = np.moveaxis(outputs, 1, -1)
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
 
 
@@ -161,17 +163,17 @@ def scores_needed(
     parts, before = [], None
     with own_code_of(loop), jax.enable_x64(True):
         for start in range(0, count, width):
-            own = start + dealt
-            lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
-            least = np.where(own < count, needed[lane], np.inf)
+            indices = start + dealt
+            lane = np.minimum(indices, count - 1)  # whoever fills up is lost at once
+            least = np.where(indices < count, needed[lane], np.inf)
             some = _lanes_of(gains, lane)
             inputs = Inputs(data, *machines.one, samples, some, bounds, least)
             numbers = inputs.packed(False, dtype, compiled.finely(width), before)
             before = numbers[:2]
-            found = np.asarray(compiled.scores_needed(code, *numbers), np.float64)
-            parts.append(found[:, np.argsort(dealt)])
-    found = np.concatenate(parts, axis=1)[:, :count, None, None]
-    merit, failed, simulated, *values = found
+            outputs = np.asarray(compiled.scores_needed(code, *numbers), np.float64)
+            parts.append(outputs[:, np.argsort(dealt)])
+    outputs = np.concatenate(parts, axis=1)[:, :count, None, None]
+    merit, failed, simulated, *values = outputs
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]
 
 
@@ -201,16 +203,16 @@ def trajectories(
     serves motions of all lengths that ``compiled.filled_up_steps`` makes the same.
     """
     recorded = trailing(gains) if recorded is None else recorded
-    own, (code, data) = machines.size > 1, loop.apart
+    separate, (code, data) = machines.size > 1, loop.apart
     samples, bounds = _joined(motions, recorded)
-    inputs = Inputs(data, *(machines.each if own else machines.one), samples, gains, bounds)
+    inputs = Inputs(data, *(machines.each if separate else machines.one), samples, gains, bounds)
     with own_code_of(loop), jax.enable_x64(True):
-        found, moved, memory = jax.tree.map(
-            np.asarray, compiled.trajectories(code, own, recorded, inputs.cast(np.float64))
+        judged, moved, memory = jax.tree.map(
+            np.asarray, compiled.trajectories(code, separate, recorded, inputs.cast(np.float64))
         )
     ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
-    parts = [slice(*own) for own in pairwise(ends)]
-    return [(_at(found, k), _at(moved, own), _at(memory, k)) for k, own in enumerate(parts)]
+    parts = [slice(*span) for span in pairwise(ends)]
+    return [(_at(judged, k), _at(moved, part), _at(memory, k)) for k, part in enumerate(parts)]
 
 
 def _at(tree: Any, index: int | slice) -> Any:
@@ -229,16 +231,16 @@ def largest_signals(
 
     Those of ``closed_loop.axis_signals``, as ideal sensors tell them.
     """
-    found: dict[str, float] = {}
+    largest: dict[str, float] = {}
     drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
     fixed = drive.coefficients(machines.told[0])
     each = trajectories(loop, nominal, motions, gains)
     for samples, (_, moved, _) in zip(motions, each, strict=True):
-        own = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
-        seen = axis_signals(drive, fixed, drive.measured(fixed, own.state), samples.axes[0])
+        axis_motion = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
+        seen = axis_signals(drive, fixed, drive.measured(fixed, axis_motion.state), samples.axes[0])
         for name, values in seen.items():
-            found[name] = max(found.get(name, 0.0), float(np.nanmax(np.abs(values))))
-    return found
+            largest[name] = max(largest.get(name, 0.0), float(np.nanmax(np.abs(values))))
+    return largest
 
 
 def error_jacobian(
@@ -299,15 +301,15 @@ def _joined(
     motions: Sequence[Samples], recorded: int = 0, least: int = 0
 ) -> tuple[Samples, Integers]:
     """Motions one after the other, filled up behind the last one, and the columns of each."""
-    columns = [own._replace(sample_time=None, start=(), beside=()) for own in motions]
-    ends = np.cumsum([0, *(len(own.time) for own in motions)])
+    columns = [motion._replace(sample_time=None, start=(), beside=()) for motion in motions]
+    ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
     behind = np.full(compiled.filled_up_steps(max(int(ends[-1]), least), recorded) - ends[-1], -1)
 
     def joined(*parts: Floats) -> Floats:
         return np.concatenate([*parts, parts[-1][..., behind]], axis=-1)
 
     whole = jax.tree.map(joined, *columns)
-    starts = [(own.start, own.beside) for own in motions]
-    start, beside = jax.tree.map(lambda *each: np.array(each), *starts)
-    one = {"sample_time": motions[0].sample_time, "start": start, "beside": beside}
+    starts = [(motion.start, motion.beside) for motion in motions]
+    start, copy_start = jax.tree.map(lambda *each: np.array(each), *starts)
+    one = {"sample_time": motions[0].sample_time, "start": start, "beside": copy_start}
     return whole._replace(**one), np.stack([ends[:-1], ends[1:]], axis=1)

@@ -45,8 +45,8 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
         carry, order, alive, lost, best, simulated = state
         begin, end = ends[k], ends[k + 1]
 
-        def step(number: Array, own: tuple[PyTree, Array]) -> tuple[PyTree, Array]:
-            carry, simulated = own
+        def step(number: Array, chunk_state: tuple[PyTree, Array]) -> tuple[PyTree, Array]:
+            carry, simulated = chunk_state
             lanes = lax.dynamic_slice(order, (number * chunk,), (chunk,))
             gains = _taken(inputs.gains, lanes)
             body, _, _ = stepping(loop, False, inputs._replace(gains=gains))
@@ -55,23 +55,23 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
                 return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
 
             after = lax.fori_loop(begin, end, at, _taken(carry, lanes))
-            put = jax.tree.map(lambda leaf, own: leaf.at[..., lanes].set(own), carry, after)
+            put = jax.tree.map(lambda leaf, values: leaf.at[..., lanes].set(values), carry, after)
             return put, simulated.at[lanes].add((end - begin).astype(jnp.int32))
 
         chunks = (alive + chunk - 1) // chunk
         carry, simulated = lax.fori_loop(0, chunks, step, (carry, simulated))
         left = Left(steps - end, counted[steps] - counted[end])
-        reach = loop.judge.best(carry[1].sums, left)
+        upper_bound = loop.judge.best(carry[1].sums, left)
         # What is no number any more is lost as well, and has failed.
-        now = ~lost & (end < steps) & ~(reach >= needed)
-        best = jnp.where(now, reach, best)
+        now = ~lost & (end < steps) & ~(upper_bound >= needed)
+        best = jnp.where(now, upper_bound, best)
         lost = lost | now
         order = jnp.argsort(lost, stable=True).astype(order.dtype)
         return carry, order, jnp.sum(~lost, dtype=alive.dtype), lost, best, simulated
 
-    here, beside = jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside))
+    here, copy_start = jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside))
     start = (
-        started(here, beside),
+        started(here, copy_start),
         jnp.arange(count, dtype=jnp.int32),
         jnp.int32(count),
         jnp.zeros(count, bool),
@@ -79,10 +79,10 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
         jnp.zeros(count, jnp.int32),
     )
     carry, _, _, lost, best, simulated = lax.fori_loop(0, len(SHARES), segment, start)
-    found = judged(loop, carry)
-    merit = jnp.where(lost, best, found.merit)
-    failed = jnp.where(lost, ~jnp.isfinite(best), found.failed)
-    return jnp.stack([merit, failed, simulated.astype(merit.dtype), *found.values.T])
+    scores = judged(loop, carry)
+    merit = jnp.where(lost, best, scores.merit)
+    failed = jnp.where(lost, ~jnp.isfinite(best), scores.failed)
+    return jnp.stack([merit, failed, simulated.astype(merit.dtype), *scores.values.T])
 
 
 def _taken(tree: PyTree, lanes: Array) -> PyTree:

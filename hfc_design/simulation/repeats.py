@@ -44,8 +44,8 @@ class Louder(NamedTuple):
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """Its commands, times the factor."""
-        factor, own = gains
-        commands, memory = self.inner.step(xp, own, memory, view)
+        factor, inner_gains = gains
+        commands, memory = self.inner.step(xp, inner_gains, memory, view)
         return tuple(factor * command for command in commands), memory
 
 
@@ -76,8 +76,8 @@ class Repeats(NamedTuple):
 
         A loop that fails as it is has failed, and is not called chaotic.
         """
-        own = self.values[0]
-        return bool(np.isfinite(own)) and not self.highest - self.lowest <= CHAOS * abs(own)
+        base = self.values[0]
+        return bool(np.isfinite(base)) and not self.highest - self.lowest <= CHAOS * abs(base)
 
     @property
     def worth(self) -> float:
@@ -116,9 +116,9 @@ def averaged(merits: Floats, weights: Floats) -> Floats:
     -inf where a motion failed, 0 where one is worth nothing.
     """
     with np.errstate(all="ignore"):
-        found = weights.sum() / ((1.0 / merits) @ weights)
+        mean_merit = weights.sum() / ((1.0 / merits) @ weights)
     worst = merits.min(axis=1)
-    return np.where(worst > 0.0, found, np.where(worst == -np.inf, -np.inf, 0.0))
+    return np.where(worst > 0.0, mean_merit, np.where(worst == -np.inf, -np.inf, 0.0))
 
 
 def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
@@ -127,19 +127,19 @@ def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
     return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
 
 
-def range_told(found: Json) -> str:
+def range_told(repeats: Json) -> str:
     """Of ``Repeats.numbers`` of what is chaotic: between what it is."""
-    return f"{ends_told(found)} (chaotic)"
+    return f"{ends_told(repeats)} (chaotic)"
 
 
-def chaos_told(what: str, found: Json) -> str:
+def chaos_told(what: str, repeats: Json) -> str:
     """The same as a sentence about the fitness or the merit."""
-    return f"{what} is chaotic: {TOLD}, it ranges from {ends_told(found)}"
+    return f"{what} is chaotic: {TOLD}, it ranges from {ends_told(repeats)}"
 
 
-def ends_told(found: Json) -> str:
+def ends_told(repeats: Json) -> str:
     """Of ``Repeats.numbers``: from where to where."""
-    low, high = (_short(found[end]) for end in ("lowest", "highest"))
+    low, high = (_short(repeats[end]) for end in ("lowest", "highest"))
     return f"{low} to {high}"
 
 

@@ -33,13 +33,13 @@ class Sensors(NamedTuple):
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
     """The sensors of an axis; None where they are ideal."""
-    read = tuple((name, own.resolution or None) for name, own in wanted.readings.items())
+    read = tuple((name, reading.resolution or None) for name, reading in wanted.readings.items())
     exact = wanted.encoder_resolution == wanted.noise == 0.0
     if exact and wanted.velocity == "tachometer" and not (read or wanted.turn):
         return None
     gains = observer_gains(wanted.observer_hz or 0.0, sample_time)
-    own = wanted.encoder_resolution or None, wanted.velocity, gains, read
-    return Sensors(*own, wanted.difference_samples, wanted.turn or None)
+    fields = wanted.encoder_resolution or None, wanted.velocity, gains, read
+    return Sensors(*fields, wanted.difference_samples, wanted.turn or None)
 
 
 def without_steps(sensors: Sensors) -> Sensors:

@@ -43,10 +43,10 @@ EXPLAINED = {
 }
 
 
-def measuring(loop: Loop, own: Iterable[Measure] = ()) -> Loop:
-    """The loop with its ``own`` measures and what ``faults`` needs measured after everything."""
+def measuring(loop: Loop, measures: Iterable[Measure] = ()) -> Loop:
+    """The loop with its ``measures`` and what ``faults`` needs measured after everything."""
     judge = loop.judge
-    return loop._replace(judge=judge._replace(measured=(*judge.measured, *own, *STABILITY)))
+    return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
 
 
 def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
@@ -57,22 +57,32 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
     """
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
-    swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE))
-    settles, off = ~(failed | swings | held), np.ones_like(failed)
+    swings, saturated = (
+        ~(unsettled <= UNSETTLED),
+        ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE)),
+    )
+    settles, off = ~(failed | swings | saturated), np.ones_like(failed)
     for k, motion in enumerate(motions):
         largest = _largest_reference(motion)
         off[0, k] = not late[0, k] <= largest
         multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
         most = min(max(multiple, _tolerance(motion, largest)), largest)
         off[1:, k] = ~(late[1:, k] <= most)
-    found = {"diverges": failed, "stays at a limit": held, "oscillates": swings, "is far off": off}
-    return {why: mask & (failed if why == "diverges" else ~failed) for why, mask in found.items()}
+    violations = {
+        "diverges": failed,
+        "stays at a limit": saturated,
+        "oscillates": swings,
+        "is far off": off,
+    }
+    return {
+        why: mask & (failed if why == "diverges" else ~failed) for why, mask in violations.items()
+    }
 
 
 def reasons_told(reasons: Mapping[str, int]) -> str:
     """How many machines there are for each reason, the most frequent first; "" of none."""
-    found = sorted(reasons.items(), key=lambda item: -item[1])
-    return ", ".join(counted(count, why) for why, count in found)
+    ranked = sorted(reasons.items(), key=lambda item: -item[1])
+    return ", ".join(counted(count, why) for why, count in ranked)
 
 
 def counted(count: int, reason: str) -> str:
@@ -90,5 +100,5 @@ def _largest_reference(motion: Scenario) -> float:
 
 def _tolerance(motion: Scenario, largest: float) -> float:
     bounds = constraints_on(motion.constraints, motion.units)
-    told = [bound.most for bound in bounds if bound.measure.name == "late_error"]
-    return told[0] if told else TOLERANCE * largest
+    late_bounds = [bound.most for bound in bounds if bound.measure.name == "late_error"]
+    return late_bounds[0] if late_bounds else TOLERANCE * largest

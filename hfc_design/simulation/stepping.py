@@ -65,21 +65,21 @@ class Inputs(NamedTuple):
 
         What is shared is that of ``before``, where it has been packed for other lanes.
         """
-        shared, own = (None, self.true) if own_machine else (self.true, None)
+        shared, per_lane = (None, self.true) if own_machine else (self.true, None)
         if before is None:
             whole = packed((self.numbers, self.told, shared, self.samples, self.bounds), dtype)
         else:
             whole = before[0][0], before[1]
-        lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
+        lanes, lane_numbers = packed((per_lane, self.gains, self.needed), dtype, chunk)
         return (whole[0], lanes), whole[1], lane_numbers
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
     """The inputs of the lanes of which these are the numbers (numbers, lanes)."""
-    numbers, told, shared, samples, bounds = unpacked(forms[0], whole)
-    own, gains, needed = unpacked(forms[1], lanes)
-    true = shared if own is None else own
-    return Inputs(numbers, told, true, samples, gains, bounds, needed)
+    numbers, nominal, shared, samples, bounds = unpacked(forms[0], whole)
+    per_lane, gains, needed = unpacked(forms[1], lanes)
+    true = shared if per_lane is None else per_lane
+    return Inputs(numbers, nominal, true, samples, gains, bounds, needed)
 
 
 def trailing(tree: PyTree) -> int:
@@ -91,8 +91,8 @@ def trailing(tree: PyTree) -> int:
 def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
     """(motions, 2 + objectives, individuals) what the judge says of every motion."""
 
-    def told(own: Judged) -> Array:
-        return jnp.stack([own.merit, own.failed, *own.values.T])
+    def told(scores: Judged) -> Array:
+        return jnp.stack([scores.merit, scores.failed, *scores.values.T])
 
     if inputs.bounds is None:
         return told(one_motion(loop, own_machine, inputs)[0])[None]
@@ -136,7 +136,7 @@ def recorded_motions(
     def row(k: ArrayLike) -> Any:
         return row_of(rows, k)
 
-    def one(kept: Motions, motion: Any) -> tuple[Motions, tuple[Judged, Memory]]:
+    def one(recording: Motions, motion: Any) -> tuple[Motions, tuple[Judged, Memory]]:
         bounds, *starts = motion
 
         def at(k: Array, now: tuple[Carry, Motions]) -> tuple[Carry, Motions]:
@@ -144,19 +144,19 @@ def recorded_motions(
             put = partial(lax.dynamic_update_index_in_dim, index=k, axis=0)
             return carry, jax.tree.map(put, now[1], outputs)
 
-        carry, kept = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), kept))
+        carry, recording = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), recording))
         # What the controllers of the first individuals remember.
         memory = jax.tree.map(lambda leaf: leaf[..., :recorded], carry[0].memory)
-        return kept, (judged(loop, carry), memory)
+        return recording, (judged(loop, carry), memory)
 
     samples = inputs.samples
     first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside)))
     _, outputs = jax.eval_shape(body, first, row(0))
     steps = len(samples.settled)
-    kept = jax.tree.map(lambda one: jnp.zeros((steps, *one.shape), one.dtype), outputs)
-    kept, ends = lax.scan(one, kept, (inputs.bounds, samples.start, samples.beside))
-    found, memory = ends
-    return found, kept, memory
+    recording = jax.tree.map(lambda one: jnp.zeros((steps, *one.shape), one.dtype), outputs)
+    recording, ends = lax.scan(one, recording, (inputs.bounds, samples.start, samples.beside))
+    scores, memory = ends
+    return scores, recording, memory
 
 
 def judged(loop: Loop, carry: Carry) -> Judged:
@@ -176,15 +176,19 @@ def stepping(
     Copies of the machines, where the loop has them, are individuals like the others behind them:
     the program is no larger for them.
     """
-    _, told, true, samples, gains, *_ = inputs
+    _, nominal, true, samples, gains, *_ = inputs
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
     fixed = loop.coefficients(true)
     doubled = loop.doubled and bool(samples.beside)
-    own = 0 if own_machine else None
-    step = jax.vmap(partial(closed_loop.moved, loop), in_axes=(None, own, None, 0, 0, None))
-    look = jax.vmap(partial(closed_loop.watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
-    start = jax.vmap(partial(closed_loop.start, loop), in_axes=(own, 0, None, 0))
+    machine_axis = 0 if own_machine else None
+    step = jax.vmap(
+        partial(closed_loop.moved, loop), in_axes=(None, machine_axis, None, 0, 0, None)
+    )
+    look = jax.vmap(
+        partial(closed_loop.watched, loop), in_axes=(machine_axis, None, 0, 0, 0, None, 0)
+    )
+    start = jax.vmap(partial(closed_loop.start, loop), in_axes=(machine_axis, 0, None, 0))
     both = _both if doubled else lambda tree, _: tree
     every, all_fixed = both(gains, gains), both(fixed, fixed) if own_machine else fixed
 
@@ -195,12 +199,12 @@ def stepping(
         before, watch = carry
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
         numbers = jax.tree.map(_rows, every)
-        after = step(told, all_fixed, samples.sample_time, numbers, before, row)
+        after = step(nominal, all_fixed, samples.sample_time, numbers, before, row)
         copy = jax.tree.map(lambda leaf: leaf[count:], before.states) if doubled else ()
         seen = (first(before), first(after.commands), watch, row, copy)
         watch, outputs = look(fixed, samples.sample_time, *seen)
-        kept = jax.tree.map(lambda leaf: leaf[:recorded], outputs)
-        return (after, watch), kept if recorded else None
+        record = jax.tree.map(lambda leaf: leaf[:recorded], outputs)
+        return (after, watch), record if recorded else None
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
         numbers = jax.tree.map(_rows, gains)

@@ -83,44 +83,44 @@ def stressed(
     loop: Loop,
     gains: Gains,
     machines: Machines,
-    found: Judged,
+    baseline: Judged,
     crossover: float | None,
 ) -> tuple[Stressed, ...]:
     """What becomes of a design under every stress that the scenario asks for.
 
-    ``loop`` has room around its drives, ``found`` (machines, motions) is what the ``machines`` do
-    without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if it is known.
+    ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines``
+    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if known.
     """
-    asked = scenario.stress
-    counts = np.minimum([asked.machines, MORE * asked.machines], machines.size)
+    settings = scenario.stress
+    counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
     some, many = (machines.take(np.arange(count)) for count in counts)
     each = [one for one in cases(scenario, crossover) if one.asked]
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
-    holding = _holding(scenario, found)
+    holding = _holding(scenario, baseline)
     shares = [_share(holding(one)[0]) for one in judged]
-    close = [k for k, share in enumerate(shares) if abs(share - asked.share) < CLOSE]
+    close = [k for k, share in enumerate(shares) if abs(share - settings.share) < CLOSE]
     again = _judged(scenario, loop, many, gains, [(each[k], 1.0) for k in close])
     for k, one in zip(close, again, strict=True):
         judged[k] = one
     broken = [k for k, one in enumerate(judged) if not _enough(scenario, holding(one)[0])]
     tried = [(each[k], float(part)) for k in broken for part in PARTS]
     less = iter(_judged(scenario, loop, some, gains, tried))
-    told = []
+    rows = []
     for k, (case, whole) in enumerate(zip(each, judged, strict=True)):
-        held, _ = holding(whole)
-        without = Judged(*(part[: len(whole.failed)] for part in found))
+        passing, _ = holding(whole)
+        without = Judged(*(part[: len(whole.failed)] for part in baseline))
         worth = 0.0 if k in broken else _worth(scenario, whole) / _worth(scenario, without)
-        row = Stressed(case.told(1.0), k not in broken, _share(held), worth)
+        row = Stressed(case.told(1.0), k not in broken, _share(passing), worth)
         parts = [(part, next(less)) for part in PARTS] if k in broken else []
         for part, one in (*parts, (1.0, whole)):
-            held, why = holding(one)
-            if not _enough(scenario, held):
+            passing, why = holding(one)
+            if not _enough(scenario, passing):
                 row = row._replace(part=float(part), breaks=case.told(float(part)), why=why)
                 break
             if parts:
                 row = row._replace(held=case.told(float(part)))
-        told.append(row)
-    return tuple(told)
+        rows.append(row)
+    return tuple(rows)
 
 
 def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
@@ -144,28 +144,28 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
     return Machines(machines.told, true), np.flatnonzero(under < 0)
 
 
-def _enough(scenario: Scenario, held: Mask) -> bool:
+def _enough(scenario: Scenario, passing: Mask) -> bool:
     """Whether the nominal machine holds, the first, and so many of the others."""
-    return bool(not len(held) or (held[0] and _share(held) >= scenario.stress.share))
+    return bool(not len(passing) or (passing[0] and _share(passing) >= scenario.stress.share))
 
 
-def _share(held: Mask) -> float:
-    return float(held.mean()) if len(held) else 1.0
+def _share(passing: Mask) -> float:
+    return float(passing.mean()) if len(passing) else 1.0
 
 
 def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
     """Of the machines that hold without stress which hold, and what most others do and where."""
-    motions, asked = scenario.each_motion(), ~np.array(scenario.nominal_only)
+    motions, required = scenario.each_motion(), ~np.array(scenario.nominal_only)
 
     def lost(one: Judged) -> dict[str, Mask]:
         values = np.concatenate([without.values[:1], one.values])
         failed = np.concatenate([without.failed[:1], one.failed])
-        return {why: mask[1:] & asked for why, mask in faults(values, failed, motions).items()}
+        return {why: mask[1:] & required for why, mask in faults(values, failed, motions).items()}
 
     before = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
 
-    def holding(found: Judged) -> tuple[Mask, str]:
-        reasons = {why: mask[before[: len(mask)]] for why, mask in lost(found).items()}
+    def holding(judged: Judged) -> tuple[Mask, str]:
+        reasons = {why: mask[before[: len(mask)]] for why, mask in lost(judged).items()}
         holds = ~np.logical_or.reduce([*reasons.values()]).any(axis=1)
         why = max(reasons, key=lambda name: reasons[name].any(axis=1).sum())
         where = int(reasons[why].sum(axis=0).argmax())
@@ -174,9 +174,9 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
     return holding
 
 
-def _worth(scenario: Scenario, found: Judged) -> float:
+def _worth(scenario: Scenario, judged: Judged) -> float:
     """Merit of the median machine, all motions together."""
-    merits = np.where(found.failed, -np.inf, found.merit)
+    merits = np.where(judged.failed, -np.inf, judged.merit)
     return float(np.median(of_all_motions(scenario, merits)))
 
 
@@ -196,12 +196,12 @@ def _judged(
 ) -> list[Judged]:
     """(machines, motions) of each part of a stress; those of the same motions together."""
     plainly = [motion.samples() for motion in scenario.each_motion()]
-    found: dict[int, Judged] = {}
+    results: dict[int, Judged] = {}
     groups: dict[Any, list[tuple[int, Machines, Applied]]] = {}
     for k, (case, part) in enumerate(tried):
-        own = case.applied(case.of(part))
-        one = standing(rubbing(scenario, machines, own), scenario, loop, own.around)
-        groups.setdefault(own.samples, []).append((k, one, own))
+        applied = case.applied(case.of(part))
+        one = standing(rubbing(scenario, machines, applied), scenario, loop, applied.around)
+        groups.setdefault(applied.samples, []).append((k, one, applied))
     for group in groups.values():
         change = group[0][2].samples
         motions = [*map(change, plainly)] if change else plainly
@@ -211,8 +211,8 @@ def _judged(
         judged = population.scores(loop, many, motions, *about)
         for n, (k, *_) in enumerate(group):
             here = slice(n * machines.size, (n + 1) * machines.size)
-            found[k] = Judged(*(np.array(part[0, here]) for part in judged))
-    return [found[k] for k in range(len(tried))]
+            results[k] = Judged(*(np.array(part[0, here]) for part in judged))
+    return [results[k] for k in range(len(tried))]
 
 
 def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
@@ -220,19 +220,23 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
     if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
-    for drive, own in zip(scenario.machine.drives, machines.true, strict=True):
-        bare = plain(own)
+    for drive, parameters in zip(scenario.machine.drives, machines.true, strict=True):
+        bare = plain(parameters)
         more = {name: what.friction * getattr(bare, name) for name in friction_of(drive)}
         coulomb = what.sticking * sum(x for name, x in more.items() if "coulomb" in name)
         more |= {name: more[name] + coulomb for name in friction_of(drive, moving=False)}
         bare = bare._replace(**more)
-        true.append(own._replace(own=bare) if bare is not own and hasattr(own, "around") else bare)
+        true.append(
+            parameters._replace(own=bare)
+            if bare is not parameters and hasattr(parameters, "around")
+            else bare
+        )
     return Machines(machines.told, tuple(true))
 
 
 def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     """Every stress that a scenario asks for and has a place for."""
-    own, every = scenario.stress, scenario.simulation.sample_time_s
+    stress, every = scenario.stress, scenario.simulation.sample_time_s
     axes = scenario.plant.each()
     sensors = [scenario.sensors.of(axis.name) for axis in axes]
     pairs = zip(axes, sensors, strict=True)
@@ -242,25 +246,25 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         x.noise or any(y.noise for y in x.readings.values()) for x in sensors
     )
     rubbing = any(friction_of(axis.drive) for axis in axes)
-    later = own.delay_samples * ("delay_samples" not in also)
+    later = stress.delay_samples * ("delay_samples" not in also)
     yield Case("a delay {} samples longer", later, _around("delay_samples"))
-    yield Case("a current loop {} samples slower", own.lag_samples, _around("lag_s", every))
-    yield Case("{} times the noise", own.noise if noisy else 1.0, _around("noise"), factor=True)
-    for size in (own.friction, 1.0 / own.friction):
+    yield Case("a current loop {} samples slower", stress.lag_samples, _around("lag_s", every))
+    yield Case("{} times the noise", stress.noise if noisy else 1.0, _around("noise"), factor=True)
+    for size in (stress.friction, 1.0 / stress.friction):
         rubbed = partial(Applied, {})
         yield Case("{} times the friction", size if rubbing else 1.0, rubbed, factor=True)
-    sticks = own.sticking * any(friction_of(axis.drive, moving=False) for axis in axes)
+    sticks = stress.sticking * any(friction_of(axis.drive, moving=False) for axis in axes)
     rests = "{} % of the Coulomb friction more at standstill"
     yield Case(rests, sticks, lambda size: Applied(sticking=size), 100.0)
     yield from _modes(scenario, crossover)
-    gap = own.backlash_steps * steps.any()
+    gap = stress.backlash_steps * steps.any()
     yield Case("a gap of {} encoder steps", gap, _around("backlash", steps))
-    yield Case("samples up to {} % early or late", own.jitter, _around("jitter"), 100.0)
+    yield Case("samples up to {} % early or late", stress.jitter, _around("jitter"), 100.0)
     yield from _loads(scenario, "load" not in also)
     begun = _other(partial(_started, scenario))
-    yield Case("a start {} % of the way off", own.start, begun, 100.0)
-    yield Case("{} s at rest behind the motion", own.rest_s, _other(_resting))
-    back = own.backwards * all(motion.path is None for motion in scenario.each_motion())
+    yield Case("a start {} % of the way off", stress.start, begun, 100.0)
+    yield Case("{} s at rest behind the motion", stress.rest_s, _other(_resting))
+    back = stress.backwards * all(motion.path is None for motion in scenario.each_motion())
     yield Case("every motion {} % of its way backwards", back, _other(_turned), 100.0)
 
 
@@ -274,26 +278,26 @@ def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     """Those that a log shows, and where there may be others: of each inertia, and in between."""
-    own = scenario.stress
+    stress = scenario.stress
 
     def mode(one: Mode, words: str, size: float, share: Callable[[float], float]) -> Case:
         def swings(part: float) -> Applied:
-            found = {"mode_hz": one.hz, "mode_damping": one.damping, "mode_share": share(part)}
-            return Applied(found)
+            changes = {"mode_hz": one.hz, "mode_damping": one.damping, "mode_share": share(part)}
+            return Applied(changes)
 
-        told = f"a mode at {three_digits(one.hz)} Hz{words}"
-        return Case(told, size, swings, 100.0)
+        title = f"a mode at {three_digits(one.hz)} Hz{words}"
+        return Case(title, size, swings, 100.0)
 
-    for one in own.modes:
+    for one in stress.modes:
         shown = partial(operator.mul, one.share)
         yield mode(one, " as the log shows it, {} % of it", 1.0, shown)
-    ends = own.modes_between(crossover, scenario.simulation.sample_time_s)
+    ends = stress.modes_between(crossover, scenario.simulation.sample_time_s)
     frequencies = np.geomspace(*ends, MODES) if ends[0] < ends[1] else ()
     for hz in map(float, frequencies):
-        one = Mode(hz=hz, damping=own.mode_damping)
-        for inertia in own.mode_inertia:
+        one = Mode(hz=hz, damping=stress.mode_damping)
+        for inertia in stress.mode_inertia:
             yield mode(one, ", {} % of what moves", inertia, lambda r: r / (1.0 - r))
-        if own.far_modes:
+        if stress.far_modes:
             yield mode(one, " before the encoder, {} % of it", 1.0, operator.neg)
 
 
@@ -321,9 +325,9 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
 
 def loads(scenario: Scenario) -> list[float]:
     """The load of the stress on each axis; 0 where nobody can say how much that is."""
-    own, axes = scenario.stress.load, scenario.plant.each()
-    if own is not None:
-        return [in_units("stress.load", own, "load", scenario.units)] * len(axes)
+    load, axes = scenario.stress.load, scenario.plant.each()
+    if load is not None:
+        return [in_units("stress.load", load, "load", scenario.units)] * len(axes)
     motions = scenario.each_motion()
     largest = [max(abs(one.load.of(axis.name).constant) for one in motions) for axis in axes]
     if not any(largest):
@@ -358,20 +362,20 @@ def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
     """With a machine, and its copy, that begin off the reference."""
     starts, besides = [], []
     each = zip(scenario.plant.each(), samples.axes, samples.start, samples.beside, strict=True)
-    for axis, own, start, beside in each:
-        gone = np.asarray(own.target) - getattr(start, axis.drive.position)
-        off = size * way(gone, np.asarray(own.reference_rate))
+    for axis, axis_samples, start, copy_start in each:
+        gone = np.asarray(axis_samples.target) - getattr(start, axis.drive.position)
+        off = size * way(gone, np.asarray(axis_samples.reference_rate))
         starts.append(put(axis.drive, start, off))
-        besides.append(put(axis.drive, beside, off))
+        besides.append(put(axis.drive, copy_start, off))
     return samples._replace(start=tuple(starts), beside=tuple(besides))
 
 
 def _turned(samples: Samples, size: float) -> Samples:
     """With motions so far the other way."""
     axes = []
-    for own in samples.axes:
-        each = {name: getattr(own, name) for name in TURNED}
-        axes.append(own._replace(**jax.tree.map(lambda x: -size * np.asarray(x), each)))
+    for axis_samples in samples.axes:
+        each = {name: getattr(axis_samples, name) for name in TURNED}
+        axes.append(axis_samples._replace(**jax.tree.map(lambda x: -size * np.asarray(x), each)))
     return samples._replace(axes=tuple(axes))
 
 
@@ -392,13 +396,13 @@ def _held(scenario: Scenario, samples: Samples) -> Samples:
     """With as long a rest before the motion, at its start: a load is held before it is moved."""
     many, axes = len(samples.time), scenario.plant.each()
     longer = _longer(samples, many, 0)
-    held = []
-    for axis, own, start in zip(axes, longer.axes, samples.start, strict=True):
+    held_axes = []
+    for axis, axis_samples, start in zip(axes, longer.axes, samples.start, strict=True):
         place = getattr(start, axis.drive.position)
         resting = np.arange(2 * many) < many
-        each = {name: np.where(resting, place, getattr(own, name)) for name in BEGINS}
-        held.append(own._replace(**each))
-    return longer._replace(axes=tuple(held))
+        each = {name: np.where(resting, place, getattr(axis_samples, name)) for name in BEGINS}
+        held_axes.append(axis_samples._replace(**each))
+    return longer._replace(axes=tuple(held_axes))
 
 
 def _longer(samples: Samples, before: int, behind: int) -> Samples:
@@ -414,11 +418,11 @@ def _longer(samples: Samples, before: int, behind: int) -> Samples:
         return np.concatenate([front, column, back], axis=-1)
 
     axes = []
-    for own in samples.axes:
-        found = {name: held(getattr(own, name)) for name in STAYS}
-        found |= {name: held(getattr(own, name), 0.0, 0.0) for name in ENDS}
-        noise = np.take(own.noise, np.arange(steps) % len(samples.time), axis=-1)
-        axes.append(own._replace(**found, noise=noise))
+    for axis_samples in samples.axes:
+        columns = {name: held(getattr(axis_samples, name)) for name in STAYS}
+        columns |= {name: held(getattr(axis_samples, name), 0.0, 0.0) for name in ENDS}
+        noise = np.take(axis_samples.noise, np.arange(steps) % len(samples.time), axis=-1)
+        axes.append(axis_samples._replace(**columns, noise=noise))
     time: Floats = float(samples.sample_time) * np.arange(steps, dtype=np.float64)
     late = np.append(np.zeros(before), late_samples(time[before:]))
     rest = {"path": jax.tree.map(held, samples.path), "late": late}

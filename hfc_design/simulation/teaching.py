@@ -59,19 +59,23 @@ def taught(
     before = None if start is None else load_design(start).controller
     every = teacher.controller.sample_time_s
     first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)
-    found = trained(first, errors, commands, lesson)
-    told = {"by": teacher.name, "scenario": scenario.name, "samples": errors.size}
-    design = _design(teacher, machine(teacher, scenario), found, {**told, **lesson._asdict()})
-    return Taught(design, found, errors.size, evaluation.axes[0].drive.units["command"])
+    trained_network = trained(first, errors, commands, lesson)
+    origin = {"by": teacher.name, "scenario": scenario.name, "samples": errors.size}
+    design = _design(
+        teacher, machine(teacher, scenario), trained_network, {**origin, **lesson._asdict()}
+    )
+    return Taught(design, trained_network, errors.size, evaluation.axes[0].drive.units["command"])
 
 
-def _design(teacher: Design, plant: PlantSettings, found: Trained, told: Json) -> Design:
+def _design(
+    teacher: Design, plant: PlantSettings, trained_network: Trained, origin: Json
+) -> Design:
     """The design of a network for the machine that its teacher moved."""
     data = teacher.model_dump(mode="json", exclude={"score", "controller", "provenance"})
     data["name"] = (BEGINNING + teacher.name)[:LONGEST]
     data["plant"] = plant.in_full()
-    data["controller"] = found.design.model_dump(mode="json")
-    data["provenance"] = {"program": f"hfc-design {__version__}", "taught": told}
+    data["controller"] = trained_network.design.model_dump(mode="json")
+    data["provenance"] = {"program": f"hfc-design {__version__}", "taught": origin}
     if (scenario := teacher.provenance.get("scenario")) is not None:
         data["provenance"]["scenario"] = scenario
     return checked(Design, data, f"what {teacher.name} has taught", Path())

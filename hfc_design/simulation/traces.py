@@ -55,7 +55,7 @@ def _slopes(
 
         def add(sums: tuple[Sums, ...], moment: Moment) -> tuple[tuple[Sums, ...], None]:
             pairs = zip(judge.objectives, sums, strict=True)
-            return tuple(one.update(own, (moment,), None) for one, own in pairs), None
+            return tuple(one.update(totals, (moment,), None) for one, totals in pairs), None
 
         sums, _ = lax.scan(add, tuple(one.initial(zero) for one in judge.objectives), moments)
         merit: Array = judge.merit(judge.values(sums))

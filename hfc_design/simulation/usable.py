@@ -68,27 +68,27 @@ def usable(
     key = "robust.spread" if spread is None else "--spread"
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     under = scenario.robust is not None or "stress" in scenario.model_fields_set
-    own = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)
+    setup = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)
     each = enumerate(scenario.each_motion())
-    with ThreadPoolExecutor(1) as beside:  # compiles while the machines are simulated
-        in_gain = beside.submit(_gain, design, scenario, some)
-        margins = beside.submit(_margins, design, scenario, some)
-        finely = beside.submit(_finely, design, scenario, some)
-        judged = own.on_machines(design, some)
+    with ThreadPoolExecutor(1) as pool:  # compiles while the machines are simulated
+        in_gain = pool.submit(_gain, design, scenario, some)
+        margins = pool.submit(_margins, design, scenario, some)
+        finely = pool.submit(_finely, design, scenario, some)
+        judged = setup.on_machines(design, some)
         once, gain, repeats = in_gain.result()
         motions = tuple(in_use.in_motion(scenario, judged, k, one) for k, one in each)
         off = _change(merit(scenario, judged.merit[:1]), once)
-        told = (gain, off, None, in_use.units(scenario), margins.result(), repeats)
-        found = Usable(robust.spread, seed, motions, *told, asked=scenario.margins)
-        if found.verdict == NO:
-            about = (scenario, robust, some, judged, own.judged)
-            found = found._replace(why_not=why_not(*about, found.short))
+        details = (gain, off, None, in_use.units(scenario), margins.result(), repeats)
+        result = Usable(robust.spread, seed, motions, *details, asked=scenario.margins)
+        if result.verdict == NO:
+            about = (scenario, robust, some, judged, setup.judged)
+            result = result._replace(why_not=why_not(*about, result.short))
         elif under:
-            crossover = found.margins and found.margins.crossover
-            stress = stressed(scenario, own.loop, own.gains, some, judged, crossover)
-            found = found._replace(stress=stress)
+            crossover = result.margins and result.margins.crossover
+            stress = stressed(scenario, setup.loop, setup.gains, some, judged, crossover)
+            result = result._replace(stress=stress)
     fine = finely.result()
-    return found if fine is None else found._replace(substeps=_change(fine, once))
+    return result if fine is None else result._replace(substeps=_change(fine, once))
 
 
 def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
@@ -122,8 +122,8 @@ class _InUse(NamedTuple):
         """(machines, motions) of each, in one program with all stresses if there are any."""
         shared = () if self.later is None else (AT_ONCE, longest(self.scenario))
         many, dtype = standing(machines, self.scenario, self.loop), self.scenario.run.precision
-        found = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
-        return Judged(*(np.array(part[0]) for part in found))
+        scores = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
+        return Judged(*(np.array(part[0]) for part in scores))
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
         """The same; what diverges is simulated again in finer steps."""
@@ -133,8 +133,8 @@ class _InUse(NamedTuple):
             if not len(again):
                 break
             some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
-            found = _InUse.of(design, where).judged(some)
-            for part, new in zip(judged, found, strict=True):
+            refined = _InUse.of(design, where).judged(some)
+            for part, new in zip(judged, refined, strict=True):
                 part[again] = new[: len(again)]
         return judged
 
@@ -143,21 +143,25 @@ def _gain(
     design: Design, scenario: Scenario, machines: Machines
 ) -> tuple[float, tuple[float, float] | None, Repeats]:
     """Merit of the nominal machine in float64, the factors between which it passes, repeats."""
-    own, nominal = _InUse.of(design, scenario), machines.take(np.zeros(1, int))
+    setup, nominal = _InUse.of(design, scenario), machines.take(np.zeros(1, int))
 
     def judged(factors: Floats) -> Judged:
-        loop, many = louder(own.loop, own.gains, factors)
-        found = population.scores(loop, nominal, own.samples, many, np.float64)
-        return Judged(*(part[:, 0] for part in found))
+        loop, many = louder(setup.loop, setup.gains, factors)
+        scores = population.scores(loop, nominal, setup.samples, many, np.float64)
+        return Judged(*(part[:, 0] for part in scores))
 
     def kept(factors: Floats) -> Mask:
-        found = judged(np.append(1.0, factors))
-        bad = np.logical_or.reduce([*in_use.not_kept(scenario, found).values()])
+        scores = judged(np.append(1.0, factors))
+        bad = np.logical_or.reduce([*in_use.not_kept(scenario, scores).values()])
         return np.asarray(~bad.any(axis=1))
 
-    found = judged(FACTORS)
-    ranks = np.where(found.failed, -np.inf, found.merit)
-    return merit(scenario, found.merit), gain_range(kept), Repeats(of_all_motions(scenario, ranks))
+    factor_scores = judged(FACTORS)
+    ranks = np.where(factor_scores.failed, -np.inf, factor_scores.merit)
+    return (
+        merit(scenario, factor_scores.merit),
+        gain_range(kept),
+        Repeats(of_all_motions(scenario, ranks)),
+    )
 
 
 def _finely(design: Design, scenario: Scenario, machines: Machines) -> float | None:
@@ -165,9 +169,9 @@ def _finely(design: Design, scenario: Scenario, machines: Machines) -> float | N
     where = next(finer(scenario), None)
     if where is None:
         return None
-    own, nominal = _InUse.of(design, where), machines.take(np.zeros(1, int))
-    found = population.scores(own.loop, nominal, own.samples, own.gains, np.float64)
-    return merit(where, found.merit[0])
+    setup, nominal = _InUse.of(design, where), machines.take(np.zeros(1, int))
+    scores = population.scores(setup.loop, nominal, setup.samples, setup.gains, np.float64)
+    return merit(where, scores.merit[0])
 
 
 def _change(one: float, other: float) -> float:
@@ -175,14 +179,14 @@ def _change(one: float, other: float) -> float:
         return float(abs(np.float64(one) / other - 1.0))
 
 
-def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:
-    """The factors between which the machine passes; ``kept`` judges 1 and others at once.
+def gain_range(passes: Callable[[Floats], Mask]) -> tuple[float, float] | None:
+    """The factors between which the machine passes; ``passes`` judges 1 and others at once.
 
     None: not with the factor of 1, the first of what it returns. The scan is geometric, from
     ``SMALLEST_TRIED`` to ``LARGEST_TRIED``, and one of its steps is divided once more.
     """
     up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)[1:]
-    good = kept(np.append(up, 1.0 / up[:-1]))
+    good = passes(np.append(up, 1.0 / up[:-1]))
     if not good[0]:
         return None
     ends = []
@@ -193,7 +197,7 @@ def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:
     fine = np.append(
         np.geomspace(high, beyond, TRIED + 2)[1:-1], np.geomspace(low, below, TRIED + 1)[1:-1]
     )
-    good = kept(fine)
+    good = passes(fine)
     upper, lower = good[1 : TRIED + 1], good[TRIED + 1 :]
     most = np.append(high, fine[:TRIED])[int(np.append(upper, False).argmin())]
     least = np.append(low, fine[TRIED:])[int(np.append(lower, False).argmin())]

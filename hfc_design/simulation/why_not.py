@@ -64,28 +64,28 @@ def why_not(
     ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
     others in the same loop; ``short``: margins that are not kept, as they are.
     """
-    lost, off, found = not_kept(scenario, judged), deviations(machines), list[Change]()
+    lost, off, candidates = not_kept(scenario, judged), deviations(machines), list[Change]()
     if short:  # no other change of the scenario mends it
         (name, (value, _)), *more = short.items()
         bad = failing(scenario, lost)
         lost["is unstable at rest"] = np.indices(judged.failed.shape)[0] == 0
         if value and not more and not bad[0] and bad[1:].mean() <= 1.0 - ENOUGH:
             needed = three_digits((UP if ASKED[name][1] else DOWN) * value)
-            told = f"constraints.{name}", str(scenario.constraints[name])
-            found.append((*told, needed, None, 1.0 - bad[1:].mean()))
+            setting = f"constraints.{name}", str(scenario.constraints[name])
+            candidates.append((*setting, needed, None, 1.0 - bad[1:].mean()))
     bad, lines = failing(scenario, lost), list[str]()
-    found += [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
+    candidates += [*_constraints(scenario, judged, lost), *_motions(scenario, lost)]
     if not bad[0]:
-        pairs = not any(one[2] == "nominal" for one in found)
+        pairs = not any(one[2] == "nominal" for one in candidates)
         spread, lines = _spread(scenario, robust, machines, again, bad, pairs)
-        found += [spread, *_tolerances(robust, off, bad[1:])]
+        candidates += [spread, *_tolerances(robust, off, bad[1:])]
     keys, share = ("key", "now", "needed", "lost", "without"), 1.0 - bad[1:].mean()
-    found = [one for one in found if one[2] or one[4] > share]
-    found.sort(key=lambda one: (one[2] is None, -one[4]))
-    if not any(one[2] for one in found):
+    candidates = [one for one in candidates if one[2] or one[4] > share]
+    candidates.sort(key=lambda one: (one[2] is None, -one[4]))
+    if not any(one[2] for one in candidates):
         lines = ["no single change that was tried gives a yes", *lines]
     lines += [*_alike(scenario, lost, off), *_needs(scenario, machines, lost)]
-    changes = [dict(zip(keys, one, strict=True)) for one in found[:ROWS]]
+    changes = [dict(zip(keys, one, strict=True)) for one in candidates[:ROWS]]
     return {"changes": changes, "lines": lines}
 
 
@@ -94,9 +94,9 @@ def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None
 
     Of motion ``but`` none is asked except of the nominal machine, the first.
     """
-    bad, asked = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
-    asked = asked & (np.arange(len(asked)) != but)
-    return np.append(bad[0].any(), (bad[1:] & asked).any(axis=1))
+    bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
+    required = required & (np.arange(len(required)) != but)
+    return np.append(bad[0].any(), (bad[1:] & required).any(axis=1))
 
 
 def least(values: Floats, others: Mask) -> float | None:
@@ -120,28 +120,28 @@ def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
 
 
 def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -> Iterator[Change]:
-    asked, late = ~np.array(scenario.nominal_only), MEASURES["late_error"]
+    required, late = ~np.array(scenario.nominal_only), MEASURES["late_error"]
     bounds = bounds_of(scenario, judged)
     if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
         bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
     for name, (bound, values) in bounds.items():
-        own = [f"exceeds {name}", "is far off"][: 1 + (name == late.name)]
-        others = failing(scenario, {why: x for why, x in lost.items() if why not in own})
-        worst = np.append(values[0].max(), np.where(asked, values[1:], -np.inf).max(axis=1))
-        most, told = least(worst, others), scenario.constraints.get(name, "-")
-        written, unit = WRITTEN.fullmatch(str(told).strip()), bound.measure.unit
+        reasons = [f"exceeds {name}", "is far off"][: 1 + (name == late.name)]
+        others = failing(scenario, {why: x for why, x in lost.items() if why not in reasons})
+        worst = np.append(values[0].max(), np.where(required, values[1:], -np.inf).max(axis=1))
+        most, limit = least(worst, others), scenario.constraints.get(name, "-")
+        written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.measure.unit
         unit = written[2] if written and bound.most else scenario.units.signals.get(unit, unit)
         scale = float(written[1]) / bound.most if written and bound.most else 1.0
         needed = most and f"{three_digits(UP * most * scale)} {unit}".removesuffix(" 1")
-        count = failing(scenario, {why: x for why, x in lost.items() if why in own})[1:].sum()
-        now = str(told) if written or told == "-" else f"{told} {unit}".removesuffix(" 1")
+        count = failing(scenario, {why: x for why, x in lost.items() if why in reasons})[1:].sum()
+        now = str(limit) if written or limit == "-" else f"{limit} {unit}".removesuffix(" 1")
         yield f"constraints.{name}", now, needed or None, int(count), 1.0 - others[1:].mean()
 
 
 def _motions(scenario: Scenario, lost: Mapping[str, Mask]) -> Iterator[Change]:
     """Each motion asked of the nominal machine alone."""
-    bad, asked = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
-    for k in np.flatnonzero(asked).tolist() if asked.sum() > 1 else ():
+    bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
+    for k in np.flatnonzero(required).tolist() if required.sum() > 1 else ():
         others = failing(scenario, lost, k)
         without, key = 1.0 - others[1:].mean(), f"motions.{scenario.motions[k].name}.machines"
         enough = without >= ENOUGH and not others[0]
@@ -152,11 +152,11 @@ def _tolerances(robust: RobustSettings, off: Mapping[str, Floats], bad: Mask) ->
     """A smaller one of each parameter that decides."""
     sizes = np.abs(np.array([*off.values()]))
     for name, size, more in zip(off, sizes, _apart(sizes, bad), strict=True):
-        inner, found = 2.0 * size <= size.max(), widest(size, bad)
+        inner, interval = 2.0 * size <= size.max(), widest(size, bad)
         if more > 0.0 and inner.sum() >= LEAST:
             now = three_digits(robust.tolerances.get(name, robust.spread))
-            told = found and f"{three_digits(DOWN * found[0])} ({found[1]})"
-            yield f"robust.tolerances.{name}", now, told, None, 1.0 - bad[inner].mean()
+            proposed = interval and f"{three_digits(DOWN * interval[0])} ({interval[1]})"
+            yield f"robust.tolerances.{name}", now, proposed, None, 1.0 - bad[inner].mean()
 
 
 def _spread(
@@ -177,26 +177,26 @@ def _spread(
         return float(1.0 - failing(scenario, lost(part), but)[1:].mean())
 
     def largest(but: int | None = None) -> float:
-        found, step = 0.0, 0.5
+        fraction, step = 0.0, 0.5
         for _ in range(HALVED):
-            found += step * (passing(found + step, but) >= ENOUGH)
+            fraction += step * (passing(fraction + step, but) >= ENOUGH)
             step *= 0.5
-        return found * robust.spread
+        return fraction * robust.spread
 
     alone, key = largest(), "robust.spread" + ", tolerances alike" * bool(robust.tolerances)
     change = key, three_digits(robust.spread), f"{alone:.4g}" if alone else None
-    told = (*change, int(bad[1:].sum()), passing(0.5, None))
+    row = (*change, int(bad[1:].sum()), passing(0.5, None))
     if not pairs or (~np.array(scenario.nominal_only)).sum() < 2:
-        return told, []
+        return row, []
     best = max(range(len(scenario.motions)), key=lambda k: passing(0.5, k))
     most, key = largest(best), f"motions.{scenario.motions[best].name}.machines nominal, {key}"
-    return told, [f"two together: {key} {most:.4g}"] * (most > alone)
+    return row, [f"two together: {key} {most:.4g}"] * (most > alone)
 
 
 def nearer(machines: Machines, part: float) -> Machines:
     """The machines at a part of the way from the first of them."""
-    own = (machines.true, dict(machines.around))
-    moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), own)
+    values = (machines.true, dict(machines.around))
+    moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), values)
     return Machines(machines.told, *moved)
 
 
@@ -206,7 +206,9 @@ def deviations(machines: Machines) -> dict[str, Floats]:
     Of what stands around the drives in its own unit; of several axes of that where it is most.
     """
     each: dict[str, list[Floats]] = {}
-    for name, x in ((name, x) for own in machines.true for name, x in own._asdict().items()):
+    for name, x in (
+        (name, x) for parameters in machines.true for name, x in parameters._asdict().items()
+    ):
         if np.ptp(x):
             each.setdefault(name, []).append(x[1:] / x[0] - 1.0)
     each |= {name: [*(x[:, 1:] - x[:, :1])] for name, x in machines.around.items()}
@@ -232,11 +234,13 @@ def _alike(
     scenario: Scenario, lost: Mapping[str, Mask], off: Mapping[str, Floats]
 ) -> Iterator[str]:
     """How most machines fail in a motion, and which ends of parameters they have in common."""
-    asked, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
-    around = AROUND.keys() - {name for own in scenario.plant.values() for name in own._fields}
-    faults = [(x[1:, k], why, k) for why, x in lost.items() for k in np.flatnonzero(asked)]
-    told = [one for one in faults if one[0].any() and not one[1].startswith("exceeds ")]
-    for bad, why, k in sorted(told, key=lambda one: -one[0].sum())[:LINES]:
+    required, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
+    around = AROUND.keys() - {
+        name for parameters in scenario.plant.values() for name in parameters._fields
+    }
+    faults = [(x[1:, k], why, k) for why, x in lost.items() for k in np.flatnonzero(required)]
+    failures = [one for one in faults if one[0].any() and not one[1].startswith("exceeds ")]
+    for bad, why, k in sorted(failures, key=lambda one: -one[0].sum())[:LINES]:
         more = _apart(values, bad)
         ends = []
         for n in np.argsort(-np.abs(more))[:LINES]:
@@ -252,31 +256,31 @@ def _alike(
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:
     """What motions need of the drives, a line each where that is near a limit or one is reached."""
-    bad, held = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
+    bad, saturated = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):
         worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
         axes = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
-        for axis, own, samples in axes:
+        for axis, parameters, samples in axes:
             most, drive = motion.limits.of(axis.name).command, axis.drive
-            some = [type(own)(*(float(x[i]) for x in own)) for i in (0, *worst)]
+            some = [type(parameters)(*(float(x[i]) for x in parameters)) for i in (0, *worst)]
             pairs = np.array([needed(drive, x, samples, most, every) for x in some])
             for n, unit in enumerate(("command", "error_rate")):
                 share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
                 name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
                 if share.max() <= NEAR:
-                    low |= {name: share.max()} if held[:, k].any() and n == 0 else {}
+                    low |= {name: share.max()} if saturated[:, k].any() and n == 0 else {}
                     continue
                 each = [" of ".join(map(three_digits, one)) for one in pairs[:, n]]
-                told = f"{name} needs {each[0]} {drive.units[unit]} on the nominal machine"
+                line = f"{name} needs {each[0]} {drive.units[unit]} on the nominal machine"
                 if len(worst):
                     top = each[1 + share[1:].argmax()]
-                    told += f", {top} on the worst of {len(worst)} that fail"
+                    line += f", {top} on the worst of {len(worst)} that fail"
                 beyond = int((share[1:] > 1.0).sum())
-                yield told + f": more than there is on {beyond} of them" * (beyond > 0)
+                yield line + f": more than there is on {beyond} of them" * (beyond > 0)
     if low:
-        told = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
-        yield f"{told}: {', '.join(low)}"
+        line = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
+        yield f"{line}: {', '.join(low)}"
 
 
 def needed(
@@ -292,11 +296,11 @@ def needed(
     with suppress(UserError):
         for way in np.unique(np.sign(rate[rate != 0.0])).tolist() or [1.0]:
             model = nominal(drive, parameters, every, way * highest or None)
-            own = model.velocity.command * rate + model.load.command * motion.loads[0]
-            own += model.coulomb.command * (rate != 0.0)
+            demand = model.velocity.command * rate + model.load.command * motion.loads[0]
+            demand += model.coulomb.command * (rate != 0.0)
             if motion.reference_acceleration is not None:
-                own += model.acceleration.command * motion.reference_acceleration
-            command = np.where(way * rate >= 0.0, own, command)
+                demand += model.acceleration.command * motion.reference_acceleration
+            command = np.where(way * rate >= 0.0, demand, command)
     low, high = drive.largest_commands(parameters, most)
     pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)
     return max(pairs, key=lambda one: one[0] / max(one[1], TINY)), (

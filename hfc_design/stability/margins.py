@@ -47,8 +47,8 @@ class OpenLoop(NamedTuple):
         A rule that does not fire, say, or how far bristles were bent to begin with: that is no
         part of the loop, and its pole of 1 does not settle.
         """
-        found = self._heard()
-        turned = OpenLoop(found.a.T, found.c, found.b)._heard()
+        observable = self._heard()
+        turned = OpenLoop(observable.a.T, observable.c, observable.b)._heard()
         return OpenLoop(turned.a.T, turned.c, turned.b)
 
     def _heard(self) -> "OpenLoop":
@@ -56,8 +56,8 @@ class OpenLoop(NamedTuple):
         b, c = self.b / units, self.c * units
         seen = c / (np.abs(c).max() or 1.0)
         _, sizes, rows = np.linalg.svd(np.vstack([a - np.eye(len(a)), seen]))
-        kept = rows[sizes > INTEGRATES * max(float(sizes[0]), 1.0)].T
-        return OpenLoop(kept.T @ a @ kept, kept.T @ b, kept.T @ c)
+        basis = rows[sizes > INTEGRATES * max(float(sizes[0]), 1.0)].T
+        return OpenLoop(basis.T @ a @ basis, basis.T @ b, basis.T @ c)
 
     def transfer(self, angle: Floats) -> Floats:
         """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
@@ -191,8 +191,8 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
             return (), (size * np.abs(1.0 / s - 1.0),)
 
     _, s = _looked_at(one.sensitivity(), np.concatenate(one.poles()), answer)
-    (found,) = answer(s)[1]
-    return float(np.nanmax(found)), float(found[0])
+    (magnitudes,) = answer(s)[1]
+    return float(np.nanmax(magnitudes)), float(magnitudes[0])
 
 
 def balanced(a: Floats) -> tuple[Floats, Floats]:
@@ -221,8 +221,8 @@ def _looked_at(
 ) -> tuple[Floats, Floats]:
     """Angles to look at and sensitivities there; ever closer where parts of these are sought."""
     turning = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.5)]
-    beside = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
-    angles = np.unique(np.concatenate([np.pi * FREQUENCIES, beside.ravel()]))
+    near_poles = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
+    angles = np.unique(np.concatenate([np.pi * FREQUENCIES, near_poles.ravel()]))
     angles = angles[(angles > 0.0) & (angles <= np.pi)]
     s = at(angles)
     for _ in range(CLOSER):

@@ -98,8 +98,8 @@ class Slides:
         fields, rows = type(drive.initial_state(0.0))._fields, reported(drive, parameters)
         #: (states,) the position that is fed back.
         self.seen, rate = (np.eye(len(fields))[fields.index(name)] for name in drive.seen)
-        told = {name: np.asarray(row, float) for name, row in rows.items()}
-        self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
+        signals = {name: np.asarray(row, float) for name, row in rows.items()}
+        self.outputs = {"error": -self.seen, "error_rate": -rate, **signals}
         rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
         self._moving = np.array([float(name in rates) for name in fields])
         places = {*drive.encoders, drive.position, drive.seen[0]}
@@ -157,11 +157,11 @@ class Slides:
         Newton's method begins with no force anywhere and, where that leads nowhere, with what is in
         contact in the motion ``near`` it: within a backlash no command moves what is behind.
         """
-        found = self._from(speed * self._moving, 0.0, speed, dt)
-        if found is None and near is not None:
+        motion = self._from(speed * self._moving, 0.0, speed, dt)
+        if motion is None and near is not None:
             state = near.state + (speed - near.speed) * self._moving
-            found = self._from(state, near.command, speed, dt)
-        return found
+            motion = self._from(state, near.command, speed, dt)
+        return motion
 
     def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
         moved = np.inf
@@ -187,8 +187,8 @@ class Slides:
 
     def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
         """State at position 0 and command with ``(a - 1) x + b u = change``."""
-        found = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
-        return Steady(float(found[-1]), found[:-1])
+        solution = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
+        return Steady(float(solution[-1]), solution[:-1])
 
     def slowest(self, dt: float) -> Motion | None:
         """That of the lowest speed from which on the command's growing part is larger.
@@ -196,21 +196,21 @@ class Slides:
         That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
         v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
         """
-        found, low = None, None
+        candidate, low = None, None
         for speed in SPEEDS.tolist():
-            motion = self.motion(speed, dt, found)
-            if found is not None and motion is not None and not self._grows(motion, dt):
+            motion = self.motion(speed, dt, candidate)
+            if candidate is not None and motion is not None and not self._grows(motion, dt):
                 low = speed
                 break
-            found = motion or found
-        while found is not None and low is not None and found.speed > CLOSE * low:
-            speed = float(np.sqrt(low * found.speed))
-            motion = self.motion(speed, dt, found)
+            candidate = motion or candidate
+        while candidate is not None and low is not None and candidate.speed > CLOSE * low:
+            speed = float(np.sqrt(low * candidate.speed))
+            motion = self.motion(speed, dt, candidate)
             if motion is not None and self._grows(motion, dt):
-                found = motion
+                candidate = motion
             else:
                 low = speed
-        return found
+        return candidate
 
     def _grows(self, motion: Motion, dt: float) -> bool:
         one = self.step(motion.state, motion.command, dt)
@@ -293,15 +293,17 @@ def nominal(
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
         slides = Slides(drive, parameters)
-        found = _found(slides, sample_time, speed)
-        if found is None and (mean := averaged(drive, parameters, sample_time / SUBSTEPS)):
-            slides, found = mean, _found(mean, sample_time, speed)
-    if found is None:
+        operating_point = _found(slides, sample_time, speed)
+        if operating_point is None and (
+            mean := averaged(drive, parameters, sample_time / SUBSTEPS)
+        ):
+            slides, operating_point = mean, _found(mean, sample_time, speed)
+    if operating_point is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
         cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
         why = f"no steady motion was found at {at}; {cause}"
         raise UserError(REFUSED.format(drive.name, why))
-    motion, one, substeps = found
+    motion, one, substeps = operating_point
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
         why = "its command does not move all of what does not settle by itself"
@@ -337,11 +339,11 @@ def _found(
 
 def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
     """State, command and load matrices of so many equal steps."""
-    whole, held = np.eye(len(one.a)), np.zeros_like(one.a)
+    whole, power_sum = np.eye(len(one.a)), np.zeros_like(one.a)
     for _ in range(substeps):
-        held = held + whole
+        power_sum = power_sum + whole
         whole = whole @ one.a
-    return whole, held @ one.b, held @ one.load
+    return whole, power_sum @ one.b, power_sum @ one.load
 
 
 def _controllable(a: Floats, b: Floats) -> bool:

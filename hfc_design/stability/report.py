@@ -116,27 +116,30 @@ class LoopMargins(NamedTuple):
 
         A loop that is not stable has no margin.
         """
-        found = {}
+        worst = {}
         for name, (key, more, _) in ASKED.items():
             each = [(_value(row, key, more), row.name) for row in self.rows if not row.why]
             if each:
                 value, where = (max if more else min)(each, key=lambda one: one[0])
-                found[name] = (value if np.isfinite(value) else None), where
-        return found
+                worst[name] = (value if np.isfinite(value) else None), where
+        return worst
 
-    def broken(self, asked: Mapping[str, float]) -> dict[str, tuple[float | None, str]]:
-        """What the loop has and where, of that of ``asked`` that it does not keep."""
-        found = {}
-        for name, limit in asked.items():
+    def broken(self, limits: Mapping[str, float]) -> dict[str, tuple[float | None, str]]:
+        """What the loop has and where, of that of ``limits`` that it does not keep."""
+        violations = {}
+        for name, limit in limits.items():
             value, where = self.worst.get(name, (None, ""))
-            more, told = ASKED[name][1], "at least "
+            more, qualifier = ASKED[name][1], "at least "
             if value is None and (not more or not where):
                 continue
             if value is None or (value > limit if more else value < limit):
-                own = f"{name} {value:.3g}" if value else "the loop is unstable"
+                actual = f"{name} {value:.3g}" if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
-                found[name] = value, f"{own} {at}, allowed {'' if more else told}{limit:g}"
-        return found
+                violations[name] = (
+                    value,
+                    f"{actual} {at}, allowed {'' if more else qualifier}{limit:g}",
+                )
+        return violations
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
@@ -147,8 +150,8 @@ class LoopMargins(NamedTuple):
             for one in self.rows
         ]
         worst = {name: {"value": value, "at": at} for name, (value, at) in self.worst.items()}
-        told = {"sample_time": self.sample_time, "plant": self.plant, "machines": self.machines}
-        return {**told, "stable": self.stable, "worst": worst, "points": rows}
+        summary = {"sample_time": self.sample_time, "plant": self.plant, "machines": self.machines}
+        return {**summary, "stable": self.stable, "worst": worst, "points": rows}
 
     def figure(self) -> "Figure":
         """Magnitude and phase of the open loops by the frequency [Hz], and their sensitivity."""
@@ -211,49 +214,49 @@ class LoopMargins(NamedTuple):
                 rows.append([one.name, *["-"] * (len(heads) - 1)])
                 continue
             stable = bool(one.numbers["stable"])
-            own = [_told(one.numbers[key]) if stable else "-" for key in COLUMNS]
+            nominal = [_told(one.numbers[key]) if stable else "-" for key in COLUMNS]
             ends = [one.band.get(key) for key in COLUMNS]
-            told = ["" if end is None else "\n" + "..".join(map(_told, end)) for end in ends]
-            cells = [text + band for text, band in zip(own, told, strict=True)]
+            bands = ["" if end is None else "\n" + "..".join(map(_told, end)) for end in ends]
+            cells = [text + band for text, band in zip(nominal, bands, strict=True)]
             rows.append([one.name, "yes" if stable else "no", *cells])
         return heads, rows
 
 
-def numbers(found: Margins, every: float, compliance: tuple[float, float]) -> Json:
+def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
     """Margins as plain data, frequencies in Hz for samples of ``every`` [s]; None: no end."""
 
     def hertz(angle: float | None) -> float | None:
         return None if angle is None else angle / (2.0 * np.pi * every)
 
     return {
-        "stable": found.stable,
-        "gain_up": found.gain_up,
-        "gain_down": found.gain_down,
-        "phase_deg": found.phase,
-        "delay_samples": found.delay,
-        "delay_ms": None if found.delay is None else 1e3 * every * found.delay,
-        "sensitivity": found.sensitivity,
-        "sensitivity_hz": hertz(found.peak),
-        "disk": found.disk,
-        "crossover_hz": hertz(found.crossover),
-        "bandwidth_hz": hertz(found.bandwidth),
+        "stable": margins.stable,
+        "gain_up": margins.gain_up,
+        "gain_down": margins.gain_down,
+        "phase_deg": margins.phase,
+        "delay_samples": margins.delay,
+        "delay_ms": None if margins.delay is None else 1e3 * every * margins.delay,
+        "sensitivity": margins.sensitivity,
+        "sensitivity_hz": hertz(margins.peak),
+        "disk": margins.disk,
+        "crossover_hz": hertz(margins.crossover),
+        "bandwidth_hz": hertz(margins.bandwidth),
         "compliance": storable(compliance[0]),
         "compliance_static": storable(compliance[1]),
-        "slowest_pole": float(abs(found.poles[0])) if found.poles else 0.0,
+        "slowest_pole": float(abs(margins.poles[0])) if margins.poles else 0.0,
     }
 
 
 def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
     """Between what the numbers of others are: the share ``BAND`` of those that are stable."""
-    found = {}
+    intervals = {}
     for key in others[0] if others else ():
         if key != "stable":
             each = [inf if one[key] is None else one[key] for one in others if one["stable"]]
             if each:
                 ends = np.quantile(each, BAND, method="nearest")
                 low, high = (float(x) if np.isfinite(x) else None for x in ends)
-                found[key] = low, high
-    return found
+                intervals[key] = low, high
+    return intervals
 
 
 def _value(row: At, key: str, more: bool) -> float:
@@ -287,24 +290,24 @@ class StableGains(NamedTuple):
 
     def __repr__(self) -> str:
         inside = {name: self.range.contains(*point) for name, point in self.points.items()}
-        told = {"k1_bound": self.range.k1_bound, "k1_linear": self.range.k1_linear}
-        return line("StableGains", {**told, **inside})
+        bounds = {"k1_bound": self.range.k1_bound, "k1_linear": self.range.k1_linear}
+        return line("StableGains", {**bounds, **inside})
 
     def _repr_html_(self) -> str:
         return table("stable range, JK04 section 3; gains in unit/BLU", rows(self))
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        found = self.range
-        k1 = found.k1_bound * np.array(SHARES)
-        k2 = zip(k1.tolist(), found.k2(k1).tolist(), strict=True)
+        gain_range = self.range
+        k1 = gain_range.k1_bound * np.array(SHARES)
+        k2 = zip(k1.tolist(), gain_range.k2(k1).tolist(), strict=True)
         points = {
-            name: {"k1": x, "k2": y, "inside": bool(found.contains(x, y))}
+            name: {"k1": x, "k2": y, "inside": bool(gain_range.contains(x, y))}
             for name, (x, y) in self.points.items()
         }
         return {
             "drive": dict(self.drive),
-            **found._asdict(),
+            **gain_range._asdict(),
             "k2_bounds": [{"k1": x, "k2": y} for x, y in k2],
             "points": points,
             **({"loop": self.loop.numbers()} if self.loop else {}),
@@ -331,63 +334,68 @@ class StableGains(NamedTuple):
 
 
 def drive_of(
-    told: str, axes: "Iterable[tuple[Drive, Parameters]]", every: float, given: Mapping[str, float]
+    description: str,
+    axes: "Iterable[tuple[Drive, Parameters]]",
+    every: float,
+    given: Mapping[str, float],
 ) -> dict[str, float]:
     """Arguments of ``stable_range``: what is ``given``, else the design's own.
 
-    ``told`` says what the design is for. Of its ``axes`` that with the largest gain counts;
+    ``description`` says what the design is for. Of its ``axes`` that with the largest gain counts;
     ``every`` is the sample time [s].
 
     Raises:
         UserError: the plant is no feed drive, and gain or time constant are not given.
     """
     linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
-    own = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
-    found = {"sample_time": every, **own, **given}
-    if not {"gain", "time_constant"} <= found.keys():
-        raise UserError(f"{told}, no feed drive: give --gain and --time-constant of its drive")
-    return found
+    nominal = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
+    arguments = {"sample_time": every, **nominal, **given}
+    if not {"gain", "time_constant"} <= arguments.keys():
+        raise UserError(
+            f"{description}, no feed drive: give --gain and --time-constant of its drive"
+        )
+    return arguments
 
 
 def rows(gains: StableGains) -> dict[str, str]:
     """The numbers as people read them."""
-    found, data = gains.range, gains.numbers()
+    gain_range, data = gains.range, gains.numbers()
     drive = gains.drive
     values = {
         "drive: K [(BLU/s)/unit]": drive["gain"],
         "drive: tau [s]": drive["time_constant"],
         "sample time T [s]": drive["sample_time"],
-        "K_0 [BLU/unit]": found.k0,
-        "a": found.a,
-        "b": found.b,
-        "K_1 below, the range": found.k1_bound,
-        "K_1 below, eq. 21 as printed": found.k1_printed,
-        "K_1 below, linear loop": found.k1_linear,
-        "K_1 below, eq. 21, sign corrected": found.k1_theorem,
+        "K_0 [BLU/unit]": gain_range.k0,
+        "a": gain_range.a,
+        "b": gain_range.b,
+        "K_1 below, the range": gain_range.k1_bound,
+        "K_1 below, eq. 21 as printed": gain_range.k1_printed,
+        "K_1 below, linear loop": gain_range.k1_linear,
+        "K_1 below, eq. 21, sign corrected": gain_range.k1_theorem,
         **{f"K_2 below, at K_1 = {p['k1']:.5g}": p["k2"] for p in data["k2_bounds"]},
     }
-    told = {name: f"{value:.6g}" for name, value in values.items()}
+    table = {name: f"{value:.6g}" for name, value in values.items()}
     for name, point in data["points"].items():
         where = "inside" if point["inside"] else "outside"
-        told[f"{name}: K_1, K_2"] = f"{point['k1']:.4g}, {point['k2']:.4g} {where}"
-    return told
+        table[f"{name}: K_1, K_2"] = f"{point['k1']:.4g}, {point['k2']:.4g} {where}"
+    return table
 
 
-def stability_figure(found: "StableRange", points: Points) -> "Figure":
+def stability_figure(gain_range: "StableRange", points: Points) -> "Figure":
     """The bound of K_2 against K_1 [unit/BLU], the range shaded, ``points`` by their names."""
     from hfc_design.pictures.figure import OTHER, OWN, framed
 
     top = 0.15 + LINE * ceil((3 + len(points)) / 2)
     figure = framed(3.4 + top, top)
     axes = figure.subplots()
-    inside = np.linspace(0.0, found.k1_bound, 201)[1:]
-    beyond = np.linspace(found.k1_bound, found.k1_printed, 51)
-    bound = found.k2_printed(inside)
+    inside = np.linspace(0.0, gain_range.k1_bound, 201)[1:]
+    beyond = np.linspace(gain_range.k1_bound, gain_range.k1_printed, 51)
+    bound = gain_range.k2_printed(inside)
     axes.fill_between(inside, bound, color=OWN, alpha=0.15, lw=0, label="stable range")
     axes.plot(inside, bound, color=OWN, lw=1.8)
-    if found.k1_bound < found.k1_printed:
-        axes.plot(beyond, found.k2_printed(beyond), color=OWN, lw=1, ls=":", label="printed")
-    axes.axvline(found.k1_linear, color=OTHER, lw=1.2, ls="--", label="linear limit")
+    if gain_range.k1_bound < gain_range.k1_printed:
+        axes.plot(beyond, gain_range.k2_printed(beyond), color=OWN, lw=1, ls=":", label="printed")
+    axes.axvline(gain_range.k1_linear, color=OTHER, lw=1.2, ls="--", label="linear limit")
     for marker, (name, (k1, k2)) in zip(cycle(MARKERS), points.items(), strict=False):
         axes.plot([k1], [k2], color="black", mfc="none", ls="", marker=marker, ms=6, label=name)
     axes.set(xlabel="$K_1$ [unit/BLU]", ylabel="$K_2$ [unit/BLU]", axisbelow=True)

@@ -110,16 +110,16 @@ def _gains(terms: Triangles, values: Iterable[float], offset: float) -> tuple[fl
     levels = np.fromiter(values, dtype=np.float64) - offset
     levels[np.abs(levels) < ROUNDING * np.abs(levels).max()] = 0.0
     finite = {x for term in terms for x in term if math.isfinite(x)}
-    found = [0.0]  # at infinity
+    ratios = [0.0]  # at infinity
     for ends in pairwise(sorted(finite | {0.0})):
         degrees = np.array([[membership(term, x) for term in terms] for x in ends])
         p, q = degrees @ levels, degrees.sum(axis=1)
         p[np.abs(p) <= ROUNDING * (degrees @ np.abs(levels))] = 0.0  # at x = 0 it would be infinite
-        found += _ratio_piece(ends, p, q) if q.all() else _flat_piece(ends, p, q, offset)
+        ratios += _ratio_piece(ends, p, q) if q.all() else _flat_piece(ends, p, q, offset)
     for x in (min(finite), max(finite)):  # and all the way from there to infinity
         degree = np.array([membership(term, x) for term in terms])
-        found.append((degree @ levels / degree.sum() if degree.any() else -offset) / x)
-    return float(min(found)), float(max(found))
+        ratios.append((degree @ levels / degree.sum() if degree.any() else -offset) / x)
+    return float(min(ratios)), float(max(ratios))
 
 
 def _flat_piece(ends: tuple[float, float], p: Floats, q: Floats, offset: float) -> list[float]:
@@ -213,10 +213,10 @@ class Curve(NamedTuple):
 
     def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
         """The largest K_2 at the steepest of ``slopes``, on straight lines between the points."""
-        k1, found = xp.once(reduce(xp.maximum, slopes)), self.points[0][1]
+        k1, k2 = xp.once(reduce(xp.maximum, slopes)), self.points[0][1]
         for (a, b), (c, d) in pairwise(self.points):
-            found = found + (d - b) * clipped(xp, (k1 - a) / (c - a), 0.0, 1.0)
-        return xp.once(xp.minimum(self.k2_max, found))
+            k2 = k2 + (d - b) * clipped(xp, (k1 - a) / (c - a), 0.0, 1.0)
+        return xp.once(xp.minimum(self.k2_max, k2))
 
 
 def inner_edges(rights: Sequence[Scalar], lefts: Sequence[Scalar]) -> list[Scalar]:
@@ -266,21 +266,21 @@ def bounded(
     )
 
     def row(i: Scalar) -> Any:
-        own = at_rest[i]
+        base = at_rest[i]
 
         def bound(
             j: Scalar, singleton: Scalar, positive: Truth, low: Scalar, high: Scalar
         ) -> Scalar:
             if isinstance(j, int) and j == none:
-                return own
-            kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
-            return clipped(xp, kept, _off(own, low), _off(own, high))
+                return base
+            signed = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
+            return clipped(xp, signed, _off(base, low), _off(base, high))
 
         return xp.along(bound, range(len(lows)), singletons[i], above[i], lows, highs)
 
     return row
 
 
-def _off(own: Scalar, by: Scalar) -> Scalar:
+def _off(value: Scalar, by: Scalar) -> Scalar:
     """The sum; a 0 of the program costs a population nothing."""
-    return own if isinstance(by, float) and not by else own + by
+    return value if isinstance(by, float) and not by else value + by

@@ -107,9 +107,9 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
     return StableRange(k0, a, b, min(printed, linear), printed, linear, theorem)
 
 
-def _k2_bound(found: StableRange, k1: float) -> float:
+def _k2_bound(gain_range: StableRange, k1: float) -> float:
     """The least h/g over those y in [0, 2] where g is positive, as it always is at y = 0."""
-    k0, a, b = found[:3]
+    k0, a, b = gain_range[:3]
     kappa = k0 * k1
     h = 4.0 * (_weight(b) + kappa * _real_part(a, b))
     square = Polynomial([(1.0 + a) ** 2, -2.0 * a])  # |z + a|^2

@@ -9,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.signal import cont2discrete, dlsim
 
-from hfc_design.identify.fit import Found, Problem, fitted, settled
-from hfc_design.identify.free import free
-from hfc_design.identify.replay import Recording, replay
+from hfc_design.identify.fit import Fit, Problem, settled
+from hfc_design.identify.parameters import free_parameters
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
 from plants import Drive
 from plants.drive import only_positive
 
@@ -85,12 +86,18 @@ def recorded(place, force):
 
 def cart_fit(names, place, force, start=None, *, late=False, bandwidth=0.0, drive=CART):
     """The fit by one start of a log: the delay looked for too where ``late``."""
-    wanted = free(drive, start or {}, names)
+    wanted = free_parameters(drive, start or {}, names)
     residual = replay(wanted, recorded(place, force), bandwidth, 1)
-    held = np.append(np.ones(len(names)), [float(late), 0.0])
-    problem = Problem(wanted, residual, np.array([np.std(place)]), held)
-    problem, numbers = settled(problem, wanted.begun)
-    return Found(fitted(problem, numbers, 1), problem, bandwidth)
+    moves = np.append(np.ones(len(names)), [float(late), 0.0])
+    problem = Problem(wanted, residual, np.array([np.std(place)]), moves, bandwidth)
+    return settled(problem, wanted.begun, 1)
+
+
+def fit_with(wanted, residual, slopes, *, scale=1.0, replayed=None, bandwidth=0.0):
+    """A fit where it began, with this residual (steps,) and slopes (steps, names + 2)."""
+    count = len(wanted.names) + 2
+    problem = Problem(wanted, replayed, np.array([scale]), np.ones(count), bandwidth)
+    return Fit(problem, wanted.begun, residual[:, None], slopes[:, None], 1)
 
 
 def noisy(place, noise, seed):

@@ -6,7 +6,7 @@ from pathlib import Path
 from experiments import shared
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
-from hfc_design.batch.work import Place, run_cells
+from hfc_design.batch.runner import Place, run_cells
 
 NUMBER = re.compile(r"-?[\d.]+(?:e[+-]\d+)?")
 EXPERIMENTS = Path(shared.__file__).parent

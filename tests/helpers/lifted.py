@@ -13,4 +13,4 @@ def controller_of(design, axes=("axis",)):
     """The controller of a design without limits, and its gains for a population of one."""
     kind, record = design.kind, design.controller
     controller = kind.controller_of(record, dict.fromkeys(axes))
-    return controller, population_of_one(kind.gains(record))
+    return controller, population_of_one(record.law_gains())

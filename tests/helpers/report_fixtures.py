@@ -29,7 +29,8 @@ def known_use(monkeypatch):
     """Runs need not simulate whether their design can be used: that takes three programs."""
     from report_pages import USED
 
-    from hfc_design.runs import run
+    from hfc_design.runs import champion, run
 
     told = SimpleNamespace(yes=True, numbers=lambda: json.loads(json.dumps(USED)))
-    monkeypatch.setattr(run, "usable", lambda *_, **__: told)
+    for module in (champion, run):
+        monkeypatch.setattr(module, "usable", lambda *_, **__: told)

@@ -70,13 +70,13 @@ def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
     if xp.sparse:
         now = xp.whole(clipped(xp, place + ZR, 0, TERMS - 1))
         return xp.along(lambda row: row[now], xp.table(INDICES))
-    found = []
+    indices = []
     for row in PERFORMANCE:
         index = 0.0 * place
         for k, value in enumerate(row):
             index = xp.where(place == k - ZR, value, index)
-        found.append(index)
-    return found
+        indices.append(index)
+    return indices
 
 
 def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:

@@ -12,7 +12,7 @@ class AflcGenome(flc.FuzzyGenome):
 
     def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
         """The population as the simulator wants it."""
-        steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
+        steps = (np.full(len(population.tree), step) for step in self.start.law_gains().rates[:3])
         rates = Rates(*steps, *self.overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
@@ -33,10 +33,10 @@ class AflcGenome(flc.FuzzyGenome):
 
     def overlaps(self, population: flc.FuzzyTables) -> Floats:
         """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
-        found = []
+        overlaps = []
         for side, terms in enumerate(self.triangles(population.joints)):
             distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)
             # Terms that reach their neighbours' centres overlap by the whole distance, no bit more.
             whole = np.diff(terms[:, 1], axis=0).min(axis=0)
-            found.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
-        return np.stack(found, axis=-1)
+            overlaps.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
+        return np.stack(overlaps, axis=-1)

@@ -148,8 +148,8 @@ def sample(
     base, in_error = adapted(xp, law.structure, gains, memory, error)
     before = FlcMemory(memory.error, 0.0, memory.integral)
     as_pd = law._replace(structure="PD")
-    own = base, in_error
-    command, after, parts = flc.commanded(xp, as_pd, gains.flc, *own, before, signals)
+    inference_args = base, in_error
+    command, after, parts = flc.commanded(xp, as_pd, gains.flc, *inference_args, before, signals)
     remembered = AdaptiveMemory(
         base.singletons,
         base.error.rights,
@@ -200,8 +200,8 @@ def adapted(
         columns, degrees = zip(*fired(in_change), strict=True)
         for i, index, size, shift in rows:
             rules = tuple(base.singletons[i][j] for j in columns), memory.action, degrees
-            told = judge.blamed, judged, index, size, shift
-            steps, after = xp.call(_judged, xp, *told, *rules)
+            judgement = judge.blamed, judged, index, size, shift
+            steps, after = xp.call(_judged, xp, *judgement, *rules)
             if judge.narrows_zero and (at_zero := i == ZR) is not False:
                 narrows = (xp.where(leaves & (degree > ALIKE), 1, 0) for degree in degrees)
                 pairs = zip(narrows, steps, strict=True)
@@ -214,14 +214,14 @@ def adapted(
         error_terms = _narrowed(xp, base.error, error_steps, rates.k_a, rates.a_overlap)
         change_terms = _narrowed(xp, base.change, change_steps, rates.k_b, rates.b_overlap)
         table = xp.put(base.singletons, singletons)
-        found = _bounded(xp, gains, RuleBase(error_terms, change_terms, table))
-        return found, memberships(xp, error_terms, error)
+        new_base = _bounded(xp, gains, RuleBase(error_terms, change_terms, table))
+        return new_base, memberships(xp, error_terms, error)
 
     if not xp.sparse:
         return moved()
     acts = reduce(or_, (size > 0 for _, _, size, _ in rows), leaves)
-    found: tuple[RuleBase, Degrees] = xp.when(acts, moved, (base, now))
-    return found
+    updated: tuple[RuleBase, Degrees] = xp.when(acts, moved, (base, now))
+    return updated
 
 
 def _bounded(xp: Xp, gains: AdaptiveGains, base: RuleBase) -> RuleBase:
@@ -259,12 +259,14 @@ def _judged(
 def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: Scalar) -> Partition:
     """Terms after some were narrowed by ``steps`` of a ``size``."""
     if isinstance(steps, Neighbours):
-        own = map(xp.table, terms)
-        edges = xp.call(_beside, xp, *own, steps.first, *steps.values, size, overlap)
+        term_tables = map(xp.table, terms)
+        edges = xp.call(_beside, xp, *term_tables, steps.first, *steps.values, size, overlap)
         return Partition(terms.centres, *edges)
     each = zip(pairwise(terms.centres), terms.rights, terms.lefts, pairwise(steps), strict=True)
-    found = [joined(xp, pair, edges, own, size, overlap) for pair, *edges, own in each]
-    return Partition(terms.centres, *map(list, zip(*found, strict=True)))
+    new_edges = [
+        joined(xp, pair, edges, step_pair, size, overlap) for pair, *edges, step_pair in each
+    ]
+    return Partition(terms.centres, *map(list, zip(*new_edges, strict=True)))
 
 
 def _beside(

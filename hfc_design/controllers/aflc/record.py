@@ -14,12 +14,15 @@ from hfc_design.controllers.aflc.law import (
     Rates,
     aflc,
 )
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.flc import export
 from hfc_design.controllers.flc.law import RuleBase
 from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, TriangleRecord, terms_of
 from hfc_design.controllers.flc.rules import RulesRecord
+from hfc_design.controllers.kind import later
 from hfc_design.controllers.neighbours import Partition
 from hfc_design.core.numbers import SCALARS
-from hfc_design.core.records import TERMS, NotNegative, Positive, Record
+from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserError
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
@@ -47,8 +50,8 @@ class RangeRecord(Record):
     def _falls(self) -> "RangeRecord":
         for (a, b), (c, d) in pairwise(self.curve):
             if not (a < c and b >= d):
-                told = f"({a:g}, {b:g}), ({c:g}, {d:g})"
-                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {told}")
+                segment = f"({a:g}, {b:g}), ({c:g}, {d:g})"
+                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {segment}")
         return self
 
     def sectors(self) -> Rectangle | Curve:
@@ -111,12 +114,30 @@ class AdaptiveDesign(FuzzyRecord):
                 raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
         return self
 
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return aflc(self.sample_time_s, limit, self.judge())
+
+    def widths(self) -> list[float]:
+        """How near an edge can come to a centre, in single precision.
+
+        Raises:
+            UserError: it can come to 0.
+        """
+        table, rates = self.table(), self.law_gains().rates
+        pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
+        wide = [(m, k / 2) for terms, k in pairs if k for _, m, _ in terms]
+        near = [(m, m + side * half) for m, half in wide for side in (1, -1)]
+        if any(centre == edge for centre, edge in near):
+            raise UserError("controller.adaptation: an overlap is too small beside a term's centre")
+        return [*export.widths(self), *(export.apart(*pair) for pair in near)]
+
     def held(self) -> Self:
         """The same without adaptation."""
         steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
         return self.model_copy(update={"adaptation": steps})
 
-    def gains(self) -> AdaptiveGains:
+    def law_gains(self) -> AdaptiveGains:
         """The gains of one individual."""
         steps, limits = self.adaptation, self.adaptation.stable_range
         least = steps.smallest_overlap
@@ -130,12 +151,12 @@ class AdaptiveDesign(FuzzyRecord):
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
-        base = memory.base(self.gains())
+        base = memory.base(self.law_gains())
         return self._with(base._replace(error=_within(base.error), change=_within(base.change)))
 
     def at_first(self) -> Self:
         """The controller with the table of its first sample, which is held within the bounds."""
-        memory = aflc(self.sample_time_s).begun(SCALARS, 0.0, self.gains())
+        memory = aflc(self.sample_time_s).begun(SCALARS, 0.0, self.law_gains())
         return self.adapted(memory)
 
     def _with(self, base: RuleBase) -> Self:
@@ -153,9 +174,12 @@ class AdaptiveDesign(FuzzyRecord):
 def _within(terms: Partition) -> Partition:
     """Edges between the centres of the two terms, where only rounding has them beyond."""
     centres = np.array(terms.centres)
-    held = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
-    pairs = zip(terms[1:], held, strict=True)
-    near = (np.where(np.isclose(own, edges, ROUNDING, 0.0), own, edges) for edges, own in pairs)
+    clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
+    pairs = zip(terms[1:], clipped, strict=True)
+    near = (
+        np.where(np.isclose(clipped_edges, edges, ROUNDING, 0.0), clipped_edges, edges)
+        for edges, clipped_edges in pairs
+    )
     return Partition(terms.centres, *(edges.tolist() for edges in near))
 
 
@@ -163,6 +187,10 @@ class AflcDesign(AdaptiveDesign):
     """A controller of kind ``aflc``."""
 
     kind: Literal["aflc"] = "aflc"
+    summary = "flc that adapts its terms and rules within a stable range (Jee & Koren 2004)"
+    settings = later("hfc_design.controllers.aflc.record", "AflcSettings")
+    genome = later("hfc_design.controllers.aflc.genome", "AflcGenome")
+    sections = later("hfc_design.controllers.aflc.section", "sections")
     adaptation: BoundedRatesRecord  # how fast terms and rules move, and how far, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:

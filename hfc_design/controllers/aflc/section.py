@@ -40,8 +40,8 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
 
     Stepped over what the axis measured, some 0.1 ms a sample.
     """
-    found: dict[str, FuzzyRecord] = {}
-    law, gains = aflc(record.sample_time_s, judge=record.judge()), record.gains()
+    final_records: dict[str, FuzzyRecord] = {}
+    law, gains = aflc(record.sample_time_s, judge=record.judge()), record.law_gains()
     for axis, signals in (shown.signals or {}).items():
         memory = law.begun(SCALARS, 0.0, gains)
         read = {name: signals[name].tolist() for name in record.reads()}
@@ -49,8 +49,8 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
             read_now = dict(zip(read, values, strict=True))
             _, memory = law.step(SCALARS, gains, memory, read_now)
         name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
-        found[name] = record.adapted(memory)
-    return found
+        final_records[name] = record.adapted(memory)
+    return final_records
 
 
 def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section:

@@ -73,30 +73,30 @@ class CrossCoupled(NamedTuple):
             raise UserError(NO_PATH)
         inner, inner_memory = self.inner.step(xp, gains.inner, memory.inner, view)
         shares, error = _normal(view.path, view), view.path.contour_error
-        own = gains.k_p * error + gains.k_d * ((error - memory.error) / self.sample_time)
+        pd_part = gains.k_p * error + gains.k_d * ((error - memory.error) / self.sample_time)
         step = gains.k_i * self.sample_time * error
         before = memory.integral
         ahead = _fed_forward(gains, view)
 
         def commands(integral: Scalar) -> list[Scalar]:
             each = zip(inner, ahead, shares, strict=True)
-            return [u + told - share * (own + integral) for u, told, share in each]
+            return [u + forward - share * (pd_part + integral) for u, forward, share in each]
 
         further = [-share * step for share in shares]  # what the step does to each command
         wound = self._wound(commands(before + step), further)
         integral = before + step if wound is None else xp.where(wound, before, before + step)
         pairs = zip(self.limits, commands(integral), strict=True)
-        found = tuple(limited(xp, limit, command) for limit, command in pairs)
-        return found, CrossMemory(inner_memory, error, integral)
+        saturated = tuple(limited(xp, limit, command) for limit, command in pairs)
+        return saturated, CrossMemory(inner_memory, error, integral)
 
     def _wound(self, commands: list[Scalar], further: list[Scalar]) -> Truth | None:
         """Whether a command is beyond its limit and the integral's step would push it further."""
-        found = None
+        winding_up = None
         for limit, command, step in zip(self.limits, commands, further, strict=True):
             if limit is not None:
                 beyond = (abs(command) > limit) & (step * command > 0.0)
-                found = beyond if found is None else found | beyond
-        return found
+                winding_up = beyond if winding_up is None else winding_up | beyond
+        return winding_up
 
 
 def _normal(path: PathView, view: View) -> tuple[Scalar, Scalar]:

@@ -1,15 +1,18 @@
 """The cross-coupled controller in a design file and in a scenario. Never imports JAX."""
 
 from operator import not_
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import Limits, Target, kinds, reach_of
+from hfc_design.controllers.kind import Limits, Target, later, reach_of
 from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
+from hfc_design.core.numbers import Memory
 from hfc_design.core.records import Finite, Label, Record, UserError
+
+HERE = "hfc_design.controllers.cross_coupled"
 
 
 class ContourRecord(Record):
@@ -24,20 +27,36 @@ class CrossCoupledDesign(OuterDesign):
     """A controller of kind ``cross-coupled``."""
 
     kind: Literal["cross-coupled"] = "cross-coupled"
+    summary = "a PID on the contour error beside axis controllers of any kind (Koren 1980)"
+    settings = later(f"{HERE}.record", "CrossCoupledSettings")
+    genome = later(HERE, "CrossCoupledGenome")
+    sections = later(f"{HERE}.section", "sections")
+    path = True
     contour: ContourRecord  # gains of the controller of the contour error
     #: gain of each axis on the velocity of its reference [command s/error]
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
+
+    def reads(self) -> list[str]:
+        """Signals of a sample, of what is inside as well."""
+        signals = ["error", *(["reference_rate"] if self.feed_forward else [])]
+        return list(dict.fromkeys([*signals, *self.inner_reads()]))
+
+    def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
+        """With what is inside as the ``memory`` has made it."""
+        return super().learnt(axes, memory.inner)
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: where its velocity alone commands the limit, or 1."""
         largest = max(map(abs, self.feed_forward.values()), default=0.0)
         return reach_of({"reference_rate": largest}, limit)
 
-    def gains(self) -> CrossGains:
+    def law_gains(self) -> CrossGains:
         """The numbers of one individual."""
-        inner = kinds().get(self.inner.kind).gains(self.inner)
-        own = dict(self.contour)
-        return CrossGains(inner, **own, velocity=tuple(self.feed_forward.values()) or None)
+        inner = self.inner.law_gains()
+        contour_gains = dict(self.contour)
+        return CrossGains(
+            inner, **contour_gains, velocity=tuple(self.feed_forward.values()) or None
+        )
 
     def controller(self, limits: Limits) -> CrossCoupled:
         """On axes with these limits.
@@ -47,14 +66,14 @@ class CrossCoupledDesign(OuterDesign):
         """
         axes = tuple(limits)
         if len(axes) != 2:
-            told = f"is for the two axes of a path in X-Y, not for {len(axes)}"
-            raise UserError(f"controller.kind = {self.kind!r}: {told}")
+            message = f"is for the two axes of a path in X-Y, not for {len(axes)}"
+            raise UserError(f"controller.kind = {self.kind!r}: {message}")
         if self.feed_forward and tuple(self.feed_forward) != axes:
             named = ", ".join(self.feed_forward)
             raise UserError(
                 f"controller.feed_forward: names {named}; the machine has {', '.join(axes)}"
             )
-        inner = kinds().get(self.inner.kind).controller_of(self.inner, limits)
+        inner = self.inner.controller_of(limits)
         return CrossCoupled(self.kind, inner, self.sample_time_s, tuple(limits.values()))
 
 
@@ -86,5 +105,5 @@ class CrossCoupledSettings(GainsSettings):
             return f"controller.kind = {self.kind!r}: the machine has to follow a path in X-Y"
         if lacking := super().fault(target):
             return lacking
-        found = self.inner.fault(target)
-        return found and found.replace("controller.", "controller.inner.", 1)
+        inner_fault = self.inner.fault(target)
+        return inner_fault and inner_fault.replace("controller.", "controller.inner.", 1)

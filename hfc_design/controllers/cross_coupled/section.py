@@ -1,7 +1,7 @@
 """What the page shows of a cross-coupled controller."""
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
-from hfc_design.controllers.kind import Shown, kinds
+from hfc_design.controllers.kind import Shown
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
@@ -17,10 +17,10 @@ def sections(record: CrossCoupledDesign, shown: Shown) -> list[Section]:
     position, command = shown.units["error"], shown.units["command"]
     units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")
     names = ("contour error, k_p", "its integral, k_i", "its rate, k_d")
-    own = zip(names, dict(record.contour).values(), units, strict=True)
-    rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in own]
+    gains = zip(names, dict(record.contour).values(), units, strict=True)
+    rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in gains]
     for axis, gain in record.feed_forward.items():
         rows.append([f"velocity of {axis}, fed forward", f"{gain:.6g}", units[-1]])
     listing = Listing(CAPTION, ["gain on", "value", "unit"], rows)
-    inner = kinds().get(record.inner.kind).sections(record.inner, shown)
+    inner = record.inner.sections(shown)
     return [Section("Cross-coupling", ABOUT, listing, []), *inner]

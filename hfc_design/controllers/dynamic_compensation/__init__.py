@@ -9,8 +9,7 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationSettings,
 )
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Kind, Target, later
-from hfc_design.controllers.per_axis import INSIDE, OuterDesign
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Json
 
 
@@ -23,38 +22,23 @@ class CompensationGenome(AroundGenome):
     def gains(self, population: SideBySide) -> CompensationGains:
         """As the simulator wants them."""
         inner, shares = self.each("gains", population.parts)
-        told = self.settings
-        k_p = tuple(np.stack([gain * shares.k_p for gain in told.k_p.values()]))
-        speed = np.full(len(population.tree), told.programmed_speed)
-        return CompensationGains(inner, k_p, told.dead_zone * shares.dead_zone, speed)
+        settings = self.settings
+        k_p = tuple(np.stack([gain * shares.k_p for gain in settings.k_p.values()]))
+        speed = np.full(len(population.tree), settings.programmed_speed)
+        return CompensationGains(inner, k_p, settings.dead_zone * shares.dead_zone, speed)
 
     def record(self, individual: SideBySide) -> Json:
         """The record of what is inside, and its own."""
-        found, told = self.gains(individual), self.settings
-        pairs = zip(told.k_p, found.k_p, strict=True)
+        gains, settings = self.gains(individual), self.settings
+        pairs = zip(settings.k_p, gains.k_p, strict=True)
         return {
-            "kind": told.kind,
+            "kind": settings.kind,
             "inner": self.parts[0].record(individual.parts[0]),
             "k_p": {axis: float(gain[0]) for axis, gain in pairs},
-            "dead_zone": float(found.dead_zone[0]),
-            "programmed_speed": told.programmed_speed,
-            "path_axes": list(told.path_axes),
+            "dead_zone": float(gains.dead_zone[0]),
+            "programmed_speed": settings.programmed_speed,
+            "path_axes": list(settings.path_axes),
         }
 
 
-KIND = Kind(
-    name="dynamic-compensation",
-    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
-    summary="any controllers, and beside them what the length of all errors asks for (Lin & Gai)",
-    record=CompensationDesign,
-    settings=CompensationSettings,
-    gains=CompensationDesign.gains,
-    controller=CompensationDesign.controller,
-    genome=CompensationGenome,
-    learnt=OuterDesign.learnt,  # the memory of what is inside is all there is
-    inside=INSIDE,
-    structure=OuterDesign.structure,
-    reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
-    reach=CompensationDesign.reach,
-    sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),
-)
+KIND = CompensationDesign

@@ -7,9 +7,11 @@ from pydantic import Field
 
 from hfc_design.controllers.dynamic_compensation.law import CompensationGains, DynamicCompensation
 from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.kind import Limits, Target, kinds
+from hfc_design.controllers.kind import Limits, Target, later
 from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.records import Finite, Label, Positive, UserError
+
+HERE = "hfc_design.controllers.dynamic_compensation"
 
 #: Of each axis by its name [command / unit of its error].
 Gain = dict[Label, Finite]
@@ -19,19 +21,27 @@ class CompensationDesign(OuterDesign):
     """A controller of kind ``dynamic-compensation``; see ``law``."""
 
     kind: Literal["dynamic-compensation"] = "dynamic-compensation"
+    summary = "any controllers, and beside them what the length of all errors asks for (Lin & Gai)"
+    settings = later(f"{HERE}.record", "CompensationSettings")
+    genome = later(HERE, "CompensationGenome")
+    sections = later(f"{HERE}.section", "sections")
     k_p: Gain  # gain on what the errors exceed the dead zone by, LG09 eq. 3 [command/error]
     dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
     programmed_speed: Positive  # v: speed of the path that the gain is for [error/s]
     #: axes whose speeds make that of the path; left out: all
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
+    def reads(self) -> list[str]:
+        """Signals of a sample, of what is inside as well."""
+        return list(dict.fromkeys(["error", "reference_rate", *self.inner_reads()]))
+
     def reach(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: beyond the dead zone, up to the programmed speed."""
         return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
 
-    def gains(self) -> CompensationGains:
+    def law_gains(self) -> CompensationGains:
         """The numbers of one individual."""
-        inner = kinds().get(self.inner.kind).gains(self.inner)
+        inner = self.inner.law_gains()
         k_p = tuple(self.k_p.values())
         return CompensationGains(inner, k_p, self.dead_zone, self.programmed_speed)
 
@@ -45,7 +55,7 @@ class CompensationDesign(OuterDesign):
         if fault := axes_fault(axes, self.k_p, self.path_axes):
             raise UserError(f"controller.{fault}")
         along = tuple(axes.index(axis) for axis in self.path_axes or axes)
-        inner = kinds().get(self.inner.kind).controller_of(self.inner, limits)
+        inner = self.inner.controller_of(limits)
         return DynamicCompensation(self.kind, inner, along, tuple(limits.values()))
 
 
@@ -89,5 +99,5 @@ class CompensationSettings(GainsSettings):
         """Other axes than the machine's, or what is inside cannot be searched for."""
         if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
             return f"controller.{fault}"
-        found = self.inner.fault(target)
-        return found and found.replace("controller.", "controller.inner.", 1)
+        inner_fault = self.inner.fault(target)
+        return inner_fault and inner_fault.replace("controller.", "controller.inner.", 1)

@@ -1,7 +1,7 @@
 """What the page shows of dynamic compensation."""
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
-from hfc_design.controllers.kind import Shown, kinds
+from hfc_design.controllers.kind import Shown
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
@@ -21,5 +21,5 @@ def sections(record: CompensationDesign, shown: Shown) -> list[Section]:
         unit = f"{drive.units['command']}/{drive.units['error']}"
         rows.append([f"gain of {axis.upper()}, k_p", f"{gain:.6g}", unit])
     listing = Listing("Compensation of the tracking error.", ["number", "value", "unit"], rows)
-    inner = kinds().get(record.inner.kind).sections(record.inner, shown)
+    inner = record.inner.sections(shown)
     return [Section("Dynamic compensation", ABOUT, listing, []), *inner]

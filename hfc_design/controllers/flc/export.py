@@ -56,15 +56,15 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
 
 def notes(record: FuzzyRecord) -> list[str]:
     """Units of the signals, and what a rule table does not hold."""
-    found = ["error and error_change in BLU, output in units of the command"]
+    lines = ["error and error_change in BLU, output in units of the command"]
     if record.adapts:
-        found.append(
+        lines.append(
             f"terms and rules are those that the adaptation of an {record.kind} "
             "starts from; the adaptation itself is not here"
         )
     elif record.control_form() == "PI":
-        found.append("form PI: the output is the change of the command in a sample")
-    return found
+        lines.append("form PI: the output is the change of the command in a sample")
+    return lines
 
 
 def tables(record: FuzzyRecord) -> dict[str, Rows]:
@@ -72,19 +72,19 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
     names, rules = record.names, record.rules
     error, change = labels_of(record)
     corner = f"row {names.error} [BLU] \\ column {names.error_change} [BLU]"
-    found = {"rules.csv": rows_of(corner, error, change, rules.centroids)}
+    files = {"rules.csv": rows_of(corner, error, change, rules.centroids)}
     manifest = [["unit", "column_input", "row_input", "file"]]
     unit = record.kind if names.output == USUAL.output else names.output
     manifest.append([unit, names.error_change, names.error, "rules.csv"])
     if rules.output_terms is not None:
-        found["labels.csv"] = rows_of(corner, error, change, rules.labels, str)
+        files["labels.csv"] = rows_of(corner, error, change, rules.labels, str)
     for key in ("error_terms", "error_change_terms"):
         rows = [["label", "left_BLU", "centre_BLU", "right_BLU"]]
         for term in getattr(record, key):
             edges = (term.left, term.centre, term.right)
             rows.append([term.label, *("" if edge is None else repr(edge) for edge in edges)])
-        found[f"{key}.csv"] = rows
-    return found | {"manifest.csv": manifest}
+        files[f"{key}.csv"] = rows
+    return files | {"manifest.csv": manifest}
 
 
 def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:

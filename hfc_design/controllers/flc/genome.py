@@ -57,16 +57,18 @@ class FuzzyGenome(Genome):
     def __init__(self, settings: FuzzySettings, target: Target):
         super().__init__(settings, target)
         drives = list(zip(target.machine.drives, target.parameters, strict=True))
-        linear = (drive.linear(own) for drive, own in drives if drive.linear)
+        linear = (drive.linear(parameters) for drive, parameters in drives if drive.linear)
         ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
-        commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
+        commands = (
+            abs(end) for drive, parameters in drives for end in drive.largest_commands(parameters)
+        )
         limits = (limit for limit in target.limits.values() if limit is not None)
         self.start: Own = settings.start.on(*drives[0])  # a FuzzyRecord of the kind
         self.terms = tuple(map(len, self.start.table()[:2]))  # of the error, of its change
         rows, columns = (count - 1 for count in self.terms)
         self.side = np.repeat([0, 1], [rows, columns])  # of each joint
         self.mirror = np.r_[rows - 1 : -1 : -1, rows + columns - 1 : rows - 1 : -1]
-        self.stable = min(ranges, key=lambda found: found.k1_bound)
+        self.stable = min(ranges, key=lambda gain_range: gain_range.k1_bound)
         self.largest_command = min(*commands, *limits)  # [unit]
 
     def empty(self) -> FuzzyTables:
@@ -77,31 +79,31 @@ class FuzzyGenome(Genome):
         upper = np.concatenate([terms[1:] for terms in sides])
         gap = upper[..., 1] - lower[..., 1]
         left, right = upper[..., 0] - lower[..., 1], lower[..., 2] - lower[..., 1]
-        found = FuzzyTables(
+        individual = FuzzyTables(
             np.zeros(1, int),
             np.stack([gap, left / gap, right / gap], axis=-1)[None],
             np.array([table.singletons]),
             np.array([table.k_i]),
             np.array([0.6]),
         )
-        return self._allowed(found)
+        return self._allowed(individual)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> FuzzyTables:
         """The start, and the start with other widths, heights, gains and noise."""
         count = len(tree)
-        found = taken(self.empty(), np.zeros(count, int))
+        start = taken(self.empty(), np.zeros(count, int))
         near = rng.random(count)  # 0: as the start
         near[0] = 0.0
         factor = np.exp(near[:, None] * rng.standard_normal((count, 3)))
-        noise = near[:, None, None] * rng.standard_normal(found.singletons.shape)
-        joints = found.joints + 0.2 * near[:, None, None] * rng.standard_normal(found.joints.shape)
-        joints[..., 0] = found.joints[..., 0] * factor[:, self.side]
+        noise = near[:, None, None] * rng.standard_normal(start.singletons.shape)
+        joints = start.joints + 0.2 * near[:, None, None] * rng.standard_normal(start.joints.shape)
+        joints[..., 0] = start.joints[..., 0] * factor[:, self.side]
         return self._allowed(
-            found._replace(
+            start._replace(
                 tree=tree,
                 joints=joints,
-                singletons=found.singletons * factor[:, 2, None, None] + 4.0 * noise,
-                k_i=self.settings.largest_integral_gain * near * rng.random(count) ** 3 + found.k_i,
+                singletons=start.singletons * factor[:, 2, None, None] + 4.0 * noise,
+                k_i=self.settings.largest_integral_gain * near * rng.random(count) ** 3 + start.k_i,
                 share=rng.uniform(*SHARES, count),
             )
         )
@@ -172,9 +174,10 @@ class FuzzyGenome(Genome):
 
     def gains(self, population: FuzzyTables) -> Gains:
         """The population as the simulator wants it."""
-        own = self.start.table()
+        table = self.start.table()
         given = jax.tree.map(
-            lambda number: np.full(len(population.tree), number), (own.compensation, own.dead_zone)
+            lambda number: np.full(len(population.tree), number),
+            (table.compensation, table.dead_zone),
         )
         singletons: Any = np.moveaxis(population.singletons, 0, -1)
         error_terms, change_terms = self.triangles(population.joints)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from hfc_design.controllers.flc.law import Compensation, FlcGains
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.flc.law import Compensation, FlcGains, flc
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord, unused_term
 from hfc_design.controllers.kind import (
     CHANGES,
@@ -16,12 +17,14 @@ from hfc_design.controllers.kind import (
     DeadZone,
     Target,
     controller_named,
+    later,
     zone_told,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
+HERE = "hfc_design.controllers.flc"
 Variable = Literal["error", "error_change", "output"]
 
 
@@ -135,6 +138,12 @@ class FuzzyRecord(ControllerRecord):
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
+    rule_base = later(f"{HERE}.export", "RULES")
+    explain = later(f"{HERE}.export", "EXPLAIN")
+    widths = later(f"{HERE}.export", "widths")
+    pictures = later(f"{HERE}.section", "pictures")
+    sections = later(f"{HERE}.section", "table_sections")
+
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
         for key in ("error_terms", "error_change_terms"):
@@ -143,9 +152,9 @@ class FuzzyRecord(ControllerRecord):
         needed = len(self.error_terms), len(self.error_change_terms)
         if (shape := self.rules.shape()) != needed:
             rows, columns = needed
-            told = f"has {shape[0]} x {shape[1]} entries"
+            message = f"has {shape[0]} x {shape[1]} entries"
             raise ValueError(
-                f"rules.centroids: {told}; {rows} error_terms and {columns} error_change_terms "
+                f"rules.centroids: {message}; {rows} error_terms and {columns} error_change_terms "
                 f"need {rows} x {columns}"
             )
         return self
@@ -157,10 +166,10 @@ class FuzzyRecord(ControllerRecord):
         if isinstance(rules, dict):
             if fault := unused_term(rules, keys):
                 raise ValueError(fault)
-            told = {key.split(".")[1] for key in keys if key.startswith("rules.")}
+            changed_keys = {key.split(".")[1] for key in keys if key.startswith("rules.")}
             sides = ["labels", "centroids"]
             source, other = sides if rules.get("output_terms") else sides[::-1]
-            if told & {source, "output_terms"} and other not in told:
+            if changed_keys & {source, "output_terms"} and other not in changed_keys:
                 rules.pop(other)
 
     def at_first(self) -> Self:
@@ -184,7 +193,7 @@ class FuzzyRecord(ControllerRecord):
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres, and to the velocity that is compensated."""
-        found = {
+        ranges = {
             name: max(abs(term.centre) for term in terms)
             for name, terms in (
                 ("error", self.error_terms),
@@ -192,18 +201,18 @@ class FuzzyRecord(ControllerRecord):
             )
         }
         if low := self.low_velocity:
-            found["velocity"] = low.highest_velocity_mm_s / low.blu_mm
-        return found
+            ranges["velocity"] = low.highest_velocity_mm_s / low.blu_mm
+        return ranges
 
     def connecting(self) -> list[str]:
         """What happens to the signals inside."""
-        found = [] if self.control_form() == "P" else [CHANGES]
-        found += zone_told(self)
+        notes = [] if self.control_form() == "P" else [CHANGES]
+        notes += zone_told(self)
         if low := self.low_velocity:
             highest = low.highest_velocity_mm_s / low.blu_mm
-            told = f"not of the reference; from {highest!r} on nothing is compensated"
-            found.append(f"`velocity` is that of the axis and {told}.")
-        return found
+            description = f"not of the reference; from {highest!r} on nothing is compensated"
+            notes.append(f"`velocity` is that of the axis and {description}.")
+        return notes
 
     def table(self) -> FlcGains:
         """The fuzzy controller of one individual."""
@@ -219,16 +228,20 @@ class FuzzyRecord(ControllerRecord):
     def table_gains(self) -> dict[str, tuple[float, float]]:
         """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
         table = self.table()[:3]
-        found = {"table, with its edges": true_sectors(*table)}
+        by_method = {"table, with its edges": true_sectors(*table)}
         if all(map(centred, table[:2])):
-            found = {"table, eq. 13 and 14": sectors_at_centres(*table), **found}
-        return {name: (sectors.k1, sectors.k2) for name, sectors in found.items()}
+            by_method = {"table, eq. 13 and 14": sectors_at_centres(*table), **by_method}
+        return {name: (sectors.k1, sectors.k2) for name, sectors in by_method.items()}
 
 
 class FlcDesign(FuzzyRecord):
     """A controller of kind ``flc``; ``form`` as in JK95 eq. 1."""
 
     kind: Literal["flc"] = "flc"
+    summary = "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)"
+    settings = later(f"{HERE}.record", "FlcSettings")
+    genome = later(f"{HERE}.genome", "FuzzyGenome")
+    sections = later(f"{HERE}.section", "sections")
     #: P: the error alone; PI: the command adds up what the table says; PD: it is that
     form: Literal["P", "PI", "PD"] = "PD"
 
@@ -239,9 +252,13 @@ class FlcDesign(FuzzyRecord):
             raise ValueError(fault)
         return rules
 
-    def gains(self) -> FlcGains:
+    def law_gains(self) -> FlcGains:
         """The gains of one individual."""
         return self.table()
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return flc(self.form, self.sample_time_s, limit)
 
     def control_form(self) -> str:
         """The one that it has."""

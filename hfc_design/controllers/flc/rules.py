@@ -62,8 +62,8 @@ class RulesRecord(Record):
     def _labels_name_numbers(self) -> Self:
         rows, needed = ([len(row) for row in table] for table in (self.labels, self.centroids))
         if uneven := next((i for i, count in enumerate(needed) if count != needed[0]), None):
-            told = f"has {needed[uneven]} entries, row 0 has {needed[0]}"
-            raise ValueError(f"centroids.{uneven}: {told}")
+            message = f"has {needed[uneven]} entries, row 0 has {needed[0]}"
+            raise ValueError(f"centroids.{uneven}: {message}")
         if rows != needed:
             raise ValueError(f"labels: has not the shape of centroids, {len(needed)} x {needed[0]}")
         terms = self.output_terms
@@ -72,9 +72,9 @@ class RulesRecord(Record):
         for i, (row, numbers) in enumerate(zip(self.labels, self.centroids, strict=True)):
             for j, (label, number) in enumerate(zip(row, numbers, strict=True)):
                 if terms is not None and terms[label] != number:
-                    told = f"its label {label} stands for {terms[label]} in output_terms"
+                    message = f"its label {label} stands for {terms[label]} in output_terms"
                     hint = f"change labels.{i}.{j} to another or output_terms.{label}"
-                    raise ValueError(f"centroids.{i}.{j} = {number}: {told}; {hint}")
+                    raise ValueError(f"centroids.{i}.{j} = {number}: {message}; {hint}")
         return self
 
     def shape(self) -> tuple[int, int]:
@@ -85,24 +85,24 @@ class RulesRecord(Record):
         """Two rules of which the one with the larger label has the smaller number, in one line."""
         if self.output_terms is not None:
             return None  # each label is a number
-        found = defaultdict(list)
+        by_label = defaultdict(list)
         for i, row in enumerate(self.labels):
             for j, label in enumerate(row):
-                found[label].append((self.centroids[i][j], i, j))
+                by_label[label].append((self.centroids[i][j], i, j))
         highest, below = (-np.inf, 0, 0), ""
-        for label in filter(found.__contains__, LABELS):
-            lowest = min(found[label])
+        for label in filter(by_label.__contains__, LABELS):
+            lowest = min(by_label[label])
             if highest[0] > lowest[0]:
                 return _told(below, highest, label, lowest)
-            highest, below = max(found[label]), label
+            highest, below = max(by_label[label]), label
         return None
 
     def moved(self, table: RuleTable) -> Self:
         """The same rules with other numbers, and with labels that fit them."""
         rows = tuple(tuple(map(float, row)) for row in table)
-        found = self.model_copy(update={"centroids": rows, "output_terms": None})
-        unfit = self.output_terms is not None or found.contradiction()
-        return found.relabelled() if unfit else found
+        rules = self.model_copy(update={"centroids": rows, "output_terms": None})
+        unfit = self.output_terms is not None or rules.contradiction()
+        return rules.relabelled() if unfit else rules
 
     def relabelled(self) -> Self:
         """The same numbers with the labels that are nearest."""

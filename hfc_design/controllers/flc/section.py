@@ -56,11 +56,11 @@ def controller(
     record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
 ) -> Section:
     """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
-    own = record.names
-    if signals_of(own):
+    names = record.names
+    if signals_of(names):
         kind += (
-            f"Where the table comes from the error is called {own.error}, its change "
-            f"{own.error_change}, and what the rules say {own.output}. "
+            f"Where the table comes from the error is called {names.error}, its change "
+            f"{names.error_change}, and what the rules say {names.output}. "
         )
     integral = "To what the rules command it adds the integral of the error. "
     if not record.integral_gain:
@@ -127,22 +127,22 @@ def stable_gains(
     record: FuzzyRecord, shown: Shown, adapted: Mapping[str, FuzzyRecord] = {}
 ) -> Section:
     """Sectors of the table in the stable range of the axis with the largest gain."""
-    own = record.table_gains()
+    gains = record.table_gains()
     for axis, after in adapted.items():
-        own[f"{axis}, adapted"] = after.table_gains()["table, with its edges"]
+        gains[f"{axis}, adapted"] = after.table_gains()["table, with its edges"]
     axes = zip(shown.machine.drives, shown.parameters, strict=True)
     drive = stability.drive_of("this plant is", axes, record.sample_time_s, {})
-    found = stable_range(**drive)
+    gain_range = stable_range(**drive)
     rows = [
-        [name, f"{k1:.4g}", f"{k2:.4g}", "yes" if found.contains(k1, k2) else "no"]
-        for name, (k1, k2) in own.items()
+        [name, f"{k1:.4g}", f"{k2:.4g}", "yes" if gain_range.contains(k1, k2) else "no"]
+        for name, (k1, k2) in gains.items()
     ]
     return Section(
         "Stability",
         "K₁ is the largest slope of the command over the error, K₂ over its change (Jee & Koren "
         "2004, section 3). The range is that of a drive without friction, of "
         f"{drive['gain']:g} (BLU/s)/unit and {1e3 * drive['time_constant']:g} ms; "
-        f"it ends at K₁ = {found.k1_bound:.4g} unit/BLU. Gains outside it may still "
+        f"it ends at K₁ = {gain_range.k1_bound:.4g} unit/BLU. Gains outside it may still "
         "settle in the motions of this page, which \u201cCan I use it?\u201d tells by simulation; "
         "the range is about every motion of that drive.",
         Listing(
@@ -152,7 +152,7 @@ def stable_gains(
         ),
         [
             Drawing(
-                stability.stability_figure(found, own),
+                stability.stability_figure(gain_range, gains),
                 "Stable range of the gains K₁ and K₂ with the design in it",
                 "Stable range and the gains of the design.",
             )
@@ -172,18 +172,18 @@ def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) ->
     labels = (side.label for side in _sides(record))
     panels = []
     for key, label in zip(("error_terms", "error_change_terms"), labels, strict=True):
-        own: Terms = getattr(record, key)
-        reach = _reach(own)
-        curves = {term.label: _triangle(term, reach) for term in own}
+        side_terms: Terms = getattr(record, key)
+        span = _reach(side_terms)
+        curves = {term.label: _triangle(term, span) for term in side_terms}
         grey = () if before is None else getattr(before, key)
-        old = [_triangle(term, reach) for term in grey]
-        panels.append(Panel(label, (-reach, reach), curves, old))
+        old = [_triangle(term, span) for term in grey]
+        panels.append(Panel(label, (-span, span), curves, old))
     return drawn_terms(panels, title)
 
 
-def _triangle(term: TriangleRecord, reach: float) -> Curve:
+def _triangle(term: TriangleRecord, span: float) -> Curve:
     degrees = np.array([float(term.left is None), 1.0, float(term.right is None)])
-    return np.clip(term.edges(), -reach, reach), degrees
+    return np.clip(term.edges(), -span, span), degrees
 
 
 def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
@@ -249,5 +249,5 @@ def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
     table = record.table()
     in_error = memberships(ARRAYS, Partition.of(table.error_terms), error)
     in_change = memberships(ARRAYS, Partition.of(table.change_terms), change)
-    found: Floats = infer(ARRAYS, in_error, in_change, table.singletons)
-    return found
+    commands: Floats = infer(ARRAYS, in_error, in_change, table.singletons)
+    return commands

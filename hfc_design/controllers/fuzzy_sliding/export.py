@@ -75,5 +75,4 @@ EXPLAIN = Explain(
     lambda record: (["error", "error_rate"], []),
     lambda memory, readings: memory,
     shown,
-    SlidingDesign.held,
 )

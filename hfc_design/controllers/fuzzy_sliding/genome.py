@@ -70,42 +70,42 @@ class SlidingGenome(GainsGenome):
 
     def gains(self, population: GainVectors) -> SlidingGains:
         """The population as the simulator wants it."""
-        own, one = self.numbers(population), np.ones(len(population.tree))
+        numbers, one = self.numbers(population), np.ones(len(population.tree))
         of_error: Any
         of_error, of_rate = self.start.judge()
         if self.start.adaptation.error_dynamics is None:
-            of_error = own["slope"]
+            of_error = numbers["slope"]
         consequents: Any = self.consequents(population)
         judge: Any = np.stack([of_error * one, of_rate * one])
         pid = self.start.pid
         return SlidingGains(
-            ZR / own["largest_error"],
-            ZR / own["largest_error_rate"],
+            ZR / numbers["largest_error"],
+            ZR / numbers["largest_error_rate"],
             consequents,
-            own["slope"],
-            own["gain"],
-            own["boundary_layer"],
-            own["rate"],
+            numbers["slope"],
+            numbers["gain"],
+            numbers["boundary_layer"],
+            numbers["rate"],
             judge,
-            own["largest_move"],
+            numbers["largest_move"],
             Pid(*(one * gain for gain in dict(pid).values())) if pid else None,
         )
 
     def record(self, individual: GainVectors) -> Json:
         """The start with what was searched; nothing is learnt yet."""
-        found = {name: float(value[0]) for name, value in self.numbers(individual).items()}
+        numbers = {name: float(value[0]) for name, value in self.numbers(individual).items()}
         record: Json = self.start.model_dump()
         for key in ("largest_error", "largest_error_rate"):
-            record[key] = found[key]
+            record[key] = numbers[key]
         for part in ("sliding", "adaptation"):
-            record[part] |= {key: found[key] for key in record[part] if key in found}
+            record[part] |= {key: numbers[key] for key in record[part] if key in numbers}
         record["adaptation"].pop("moves", None)
         record["consequents"] = self.consequents(individual)[..., 0].tolist()
         del record["sample_time_s"]
         return record
 
 
-def _range(start: float, factor: float, told: tuple[float, float] | None) -> Searched:
+def _range(start: float, factor: float, user_range: tuple[float, float] | None) -> Searched:
     """About the start by logarithms; what is zero there stays so, where no range is told."""
-    low, high = told or (start / factor, start * factor)
+    low, high = user_range or (start / factor, start * factor)
     return Searched(low, high, float(np.clip(start, low, high)))

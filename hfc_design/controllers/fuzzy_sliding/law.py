@@ -125,11 +125,11 @@ def _moved(
         return xp.once(step * share)
 
     def moved(size: Scalar, degree: Scalar, move: Scalar) -> Scalar:
-        found: Scalar = xp.call(_stepped, xp, size, degree, move, largest)
-        return found
+        new_move: Scalar = xp.call(_stepped, xp, size, degree, move, largest)
+        return new_move
 
-    found: RuleTable = changed(xp, in_error, in_rate, moves, size, moved)
-    return found
+    new_moves: RuleTable = changed(xp, in_error, in_rate, moves, size, moved)
+    return new_moves
 
 
 def _stepped(xp: Xp, size: Scalar, degree: Scalar, move: Scalar, largest: Scalar) -> Scalar:

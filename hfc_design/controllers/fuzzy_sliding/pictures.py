@@ -42,30 +42,30 @@ def rules(values: Floats, title: str, meaning: str, moved: Floats | None = None)
 
 def surface(record: SlidingDesign, drive_units: dict[str, str], title: str) -> Surface:
     """What the rules command, without the switching part."""
-    gains, (unit,) = record.gains(), rule_units(record)
+    gains, (unit,) = record.law_gains(), rule_units(record)
 
     def law(rate: Floats, error: Floats) -> Floats:
         in_error = np.array(degrees(ARRAYS, gains.error_terms * error[:, 0]))
         in_rate = np.array(degrees(ARRAYS, gains.rate_terms * rate))
-        found: Floats = in_error.T @ np.array(unit.table) @ in_rate  # degrees add up to 1
-        return found
+        command: Floats = in_error.T @ np.array(unit.table) @ in_rate  # degrees add up to 1
+        return command
 
     rate, error = _side(record, drive_units, "error_rate"), _side(record, drive_units, "error")
     return Surface(title, unit, rate, error, f"command [{drive_units['command']}]", law)
 
 
 def _side(record: SlidingDesign, drive_units: dict[str, str], name: str) -> Side:
-    reach = BEYOND * float(getattr(record, f"largest_{name}"))
-    return Side(name.replace("_", " "), drive_units[name], (-reach, reach))
+    span = BEYOND * float(getattr(record, f"largest_{name}"))
+    return Side(name.replace("_", " "), drive_units[name], (-span, span))
 
 
 def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """For ``hfc plot``: the rules without what they learn and without the switching part."""
-    told, table = f"command [{drive.units['command']}]", np.array(record.table())
+    label, table = f"command [{drive.units['command']}]", np.array(record.table())
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, "control surface")}),
         "terms": {"rules": lambda: _terms(record, drive.units)},
-        "tables": {"rules": lambda: rules(table, "rule table", told)},
+        "tables": {"rules": lambda: rules(table, "rule table", label)},
     }
 
 
@@ -77,7 +77,7 @@ def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
     for name in ("error", "error_rate"):
         side = _side(record, drive_units, name)
         values = places / (BEYOND * ZR) * side.ends[1]
-        curves = {label: (values, own) for label, own in named.items()}
+        curves = {label: (values, membership) for label, membership in named.items()}
         panels.append(Panel(side.label, side.ends, curves))
     return terms(panels, "terms")
 
@@ -89,14 +89,14 @@ def phase_plane(
     figure = framed(4.0, top=0.35)
     axes, surface = figure.subplots(), record.sliding
     error, rate = (drawable(values) for values in (error, rate))
-    reach = 1.05 * max(float(np.abs(error).max()), 1e-12 * record.largest_error)
-    ends = np.array([-reach, reach])
+    span = 1.05 * max(float(np.abs(error).max()), 1e-12 * record.largest_error)
+    ends = np.array([-span, span])
     line, layer = -surface.slope * ends, surface.boundary_layer
     axes.fill_between(ends, line - layer, line + layer, color="0.88")
     axes.plot(ends, line, color=OTHER, lw=1.0, label="s = 0")
     axes.plot(error, rate, color=OWN, lw=0.7)
     most = 1.1 * max(float(np.abs(rate).max()), layer)
-    axes.set(xlim=(-reach, reach), ylim=(-most, most))
+    axes.set(xlim=(-span, span), ylim=(-most, most))
     axes.set_title(f"phase plane of {name}", fontsize=11)
     x = f"error e [{drive_units['error']}]"
     finish(axes, f"rate de/dt [{drive_units['error_rate']}]", x)
@@ -144,18 +144,18 @@ class Learning(NamedTuple):
 
 def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
     """The controller; of each axis where it was in the phase plane and what its rules learnt."""
-    found = [_controller(record, shown)]
+    report = [_controller(record, shown)]
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
-    limits = [min(map(abs, drive.largest_commands(own))) for drive, own in drives]
+    limits = [min(map(abs, drive.largest_commands(parameters))) for drive, parameters in drives]
     for limit, (axis, signals) in zip(limits, (shown.signals or {}).items(), strict=False):
         name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
-        found.append(_learnt(record, shown, name, learning(record, signals, limit)))
-    return found
+        report.append(_learnt(record, shown, name, learning(record, signals, limit)))
+    return report
 
 
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
     """What the rules learn of what an axis with this limit measured."""
-    law, gains = sliding(record.sample_time_s, limit), record.gains()
+    law, gains = sliding(record.sample_time_s, limit), record.law_gains()
     memory, moves = law.begun(SCALARS, 0.0, gains), []
     pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
     for error, rate in pairs:
@@ -165,7 +165,7 @@ def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) ->
 
 
 def _controller(record: SlidingDesign, shown: Shown) -> Section:
-    units, layer, own = shown.units, record.sliding, record.adaptation
+    units, layer, adaptation = shown.units, record.sliding, record.adaptation
     error, rate, command = units["error"], units["error_rate"], units["command"]
     of_error, of_rate = record.judge()
     rows = [
@@ -174,10 +174,10 @@ def _controller(record: SlidingDesign, shown: Shown) -> Section:
         ("slope of the surface, λ", layer.slope, "1/s"),
         ("switching part, k", layer.gain, command),
         ("boundary layer, φ", layer.boundary_layer, rate),
-        ("adaptation, γ", own.rate, f"{command}/{error}"),
+        ("adaptation, γ", adaptation.rate, f"{command}/{error}"),
         ("judgement of the error, P₂", of_error, "1/s"),
         ("judgement of its rate, P₂", of_rate, "1"),
-        ("largest move of a rule", own.largest_move, command),
+        ("largest move of a rule", adaptation.largest_move, command),
     ]
     for name, value in dict(record.pid or {}).items():
         per = {"k_p": error, "k_i": f"({error} s)", "k_d": f"({rate})"}[name]

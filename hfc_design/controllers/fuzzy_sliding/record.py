@@ -7,16 +7,20 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains, SlidingMemory
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains, SlidingMemory, sliding
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Target,
     controller_named,
+    later,
 )
 from hfc_design.core.numbers import Floats, each
 from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Table, ordered
 from hfc_design.core.wording import one_of
+
+HERE = "hfc_design.controllers.fuzzy_sliding"
 
 #: Linguistic labels of LG09 Table 2, negative large to positive large.
 LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
@@ -52,8 +56,8 @@ class ErrorDynamicsRecord(Record):
 
         near, far = self.gains
         companion: Floats = np.array([[0.0, 1.0], [-near, -far]])
-        found: Floats = solve_continuous_lyapunov(companion.T, -np.array(self.weights))
-        return float(found[0, 1]), float(found[1, 1])
+        solution: Floats = solve_continuous_lyapunov(companion.T, -np.array(self.weights))
+        return float(solution[0, 1]), float(solution[1, 1])
 
 
 class AdaptationRecord(Record):
@@ -79,6 +83,13 @@ class SlidingDesign(ControllerRecord):
     """A controller of kind ``fuzzy-sliding``."""
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
+    summary = "fuzzy rules that adapt beside a sliding mode with a boundary layer (Lin & Gai 2009)"
+    settings = later(f"{HERE}.record", "SlidingSettings")
+    genome = later(f"{HERE}.genome", "SlidingGenome")
+    rule_base = later(f"{HERE}.export", "RULES")
+    explain = later(f"{HERE}.export", "EXPLAIN")
+    pictures = later(f"{HERE}.pictures", "pictures")
+    sections = later(f"{HERE}.pictures", "sections")
     largest_error: Positive  # centre of LP; that of LN is the same below zero [error]
     largest_error_rate: Positive  # the same of its rate [error/s]
     #: what each rule says; rows: error, columns: its rate, both LN to LP [command]
@@ -97,16 +108,20 @@ class SlidingDesign(ControllerRecord):
                     raise ValueError(f"adaptation.moves.{i}.{j} = {move}: has to be {allowed}")
         return self
 
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return sliding(self.sample_time_s, limit)
+
     def judge(self) -> tuple[float, float]:
         """P_2: what an error [1/s] and its rate [1] count when the consequents are judged."""
-        own = self.adaptation.error_dynamics
-        return (self.sliding.slope, 1.0) if own is None else own.last_column()
+        dynamics = self.adaptation.error_dynamics
+        return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres."""
         return {"error": self.largest_error, "error_rate": self.largest_error_rate}
 
-    def gains(self) -> SlidingGains:
+    def law_gains(self) -> SlidingGains:
         """The gains of one individual."""
         surface, learning = self.sliding, self.adaptation
         return SlidingGains(
@@ -226,8 +241,12 @@ def scales(target: Target) -> tuple[float, float]:
     """The largest command and speed of the axes of a machine, the lowest of each."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
-    commands = (abs(x) for drive, own, limit in axes for x in drive.largest_commands(own, limit))
-    return min(commands), min(float(drive.top_speed(own)) for drive, own, _ in axes)
+    commands = (
+        abs(x)
+        for drive, parameters, limit in axes
+        for x in drive.largest_commands(parameters, limit)
+    )
+    return min(commands), min(float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
 
 
 def started(target: Target) -> SlidingDesign:

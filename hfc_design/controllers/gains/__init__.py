@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field, create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, Target, later
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, later
 from hfc_design.core.numbers import Constant, Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 from hfc_design.core.wording import one_of
@@ -43,7 +43,7 @@ class Law(NamedTuple):
 FIVE_AXES = ("five-axis", "five-axis-b", "five-axis-coupled")
 FEEDS = ("feed-drive", "milling-table", "positioning-stage", *FIVE_AXES)
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
-"""The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``."""
+"""The genome of a kind with settings of ``settings_of`` and ``of_gains``."""
 
 
 class GainsSettings(ControllerSettings):
@@ -57,18 +57,18 @@ class GainsSettings(ControllerSettings):
 
     @model_validator(mode="after")
     def _fit(self) -> "GainsSettings":
-        own = self.own_ranges._fields
+        names = self.own_ranges._fields
         for name in self.ranges:
-            if name not in own:
-                raise ValueError(f"ranges.{name}: unknown; {one_of(name, own)}")
+            if name not in names:
+                raise ValueError(f"ranges.{name}: unknown; {one_of(name, names)}")
         return self
 
     def fault(self, target: Target) -> str | None:
         """Ranges that are left out and are for other plants, whose gains have other units."""
         units = target.machine.drives[0].units
         counted = f"(errors in {units['error']}, commands in {units['command']})"
-        told = self.lacking(target.machine.name, counted)
-        return told and f"controller.ranges: {told}"
+        message = self.lacking(target.machine.name, counted)
+        return message and f"controller.ranges: {message}"
 
     def lacking(self, plant: str, counted: str) -> str | None:
         """Which ranges a search on the ``plant``, ``counted`` in its units, lacks."""
@@ -91,14 +91,14 @@ class GainsSettings(ControllerSettings):
         return self.own_ranges._replace(**self.ranges)
 
 
-def settings_of(own: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
-    """The settings of a kind whose gains have the ranges ``own``, a NamedTuple.
+def settings_of(ranges: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
+    """The settings of a kind whose gains have the ranges ``ranges``, a NamedTuple.
 
     ``plants`` are the names of those that they are for; none: they are for any.
     """
 
     class Settings(GainsSettings):
-        own_ranges = own
+        own_ranges = ranges
         own_plants = plants
 
     return Settings
@@ -116,47 +116,50 @@ def kind_of_gains(
     base: type[ControllerRecord] = ControllerRecord,
     plants: tuple[str, ...] = (),
     **further: Any,
-) -> Kind:
+) -> type[ControllerRecord]:
     """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
     ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are of ``AxisLaw``,
     ``base`` has what a design may say beside its gains, ``plants`` are those that the ranges are
-    for, ``further`` is of ``Kind``.
+    for, ``further`` is what else a ``ControllerRecord`` has.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
-    told = Field(description="its gains, by name")
-    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), told)}
-    return Kind(
-        name=name,
-        record=create_model("Design", __base__=base, **gains),
-        settings=settings_of(ranges, plants),
-        gains=lambda record: type(ranges)(**dict(getattr(record, key))),
-        law=lambda record, limit: AxisLaw(
+    field = Field(description="its gains, by name")
+    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), field)}
+    abilities: dict[str, Any] = {
+        "name": name,
+        "settings": settings_of(ranges, plants),
+        "genome": genome_of_gains,
+        "law_gains": lambda record: type(ranges)(**dict(getattr(record, key))),
+        "law": lambda record, limit: AxisLaw(
             sample, start, record.sample_time_s, limit, structure(record), tells, prime
         ),
-        genome=genome_of_gains,
-        of_gains=lambda gains: {key: gains},
+        "of_gains": staticmethod(lambda gains: {key: gains}),
         **further,
-    )
+    }
+    made = create_model("Design", __base__=base, **gains)
+    for ability, value in abilities.items():
+        setattr(made, ability, value)
+    return made
 
 
-def kind_of(law: Law) -> Kind:
+def kind_of(law: Law) -> type[ControllerRecord]:
     """The kind of a user's own ``law``; UserError: it cannot be searched."""
-    told = f"controller {law.name!r}"
+    source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
-        raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
-    checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
+        raise UserError(f"{source}: ranges has to be a NamedTuple of (low, high)")
+    checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, source, Path())
 
     code, reads = law._replace(ranges=()), _asked_for(law)
-    own: Any = {
+    options: Any = {
         "key": "gains",
         # An own law may do with the sample time what it likes.
         "structure": lambda record: (code, Constant(record.sample_time_s)),
         "summary": "an own law",
         "reads": lambda record: reads,
     }
-    return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
+    return kind_of_gains(law.name, law.ranges, _sample, _start, **options)
 
 
 class _Asked(dict[str, float]):
@@ -180,8 +183,8 @@ def _asked_for(law: Law) -> list[str]:
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
 ) -> tuple[Scalar, Memory, None]:
-    own, sample_time = law.structure
-    return *own.step(sample_time, gains, memory, signals), None
+    user_law, sample_time = law.structure
+    return *user_law.step(sample_time, gains, memory, signals), None
 
 
 def _start(law: AxisLaw, zero: Scalar) -> Memory:

@@ -96,10 +96,10 @@ class GainsGenome(Genome):
 
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
-        found = self.gains(individual)._asdict()
+        gains = self.gains(individual)._asdict()
         kind = self.settings.kind
-        own = kinds().get(kind).of_gains({name: float(x[0]) for name, x in found.items()})
-        return {"kind": kind, **own}
+        gains_record = kinds().get(kind).of_gains({name: float(x[0]) for name, x in gains.items()})
+        return {"kind": kind, **gains_record}
 
 
 def _allowed(population: GainVectors, places: Floats) -> GainVectors:

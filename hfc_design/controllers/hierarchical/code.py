@@ -31,13 +31,13 @@ class Lookup(NamedTuple):
 
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
     """What code needs to go without ``exp``."""
-    found = lookup(design, points)
-    grid = Grid(found.low, found.per_unit, tuple(map(tuple, found.table)))
+    lookup_table = lookup(design, points)
+    grid = Grid(lookup_table.low, lookup_table.per_unit, tuple(map(tuple, lookup_table.table)))
     layout = layout_of(design)._replace(grid=grid)
     return {
-        "deviation": found.deviation,
-        "deviates": found.of,
-        "largest": found.largest,
+        "deviation": lookup_table.deviation,
+        "deviates": lookup_table.of,
+        "largest": lookup_table.largest,
         "law": partial(hierarchical, layout, design.sample_time_s),
     }
 
@@ -59,10 +59,10 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
         k = np.minimum(place.astype(int), points - 2)
         return list((table[k] + (place - k)[:, None] * (table[k + 1] - table[k])).T)
 
-    found, largest = _largest_deviation(design, exact, between)
+    deviation, largest = _largest_deviation(design, exact, between)
     # What a law is multiplied by has no bound in units of the command.
     of = "factor of the scheduled law" if design.scheduled else "command"
-    return Lookup(points, low, high, per_unit, table.tolist(), found, largest, of)
+    return Lookup(points, low, high, per_unit, table.tolist(), deviation, largest, of)
 
 
 def _largest_deviation(
@@ -74,11 +74,11 @@ def _largest_deviation(
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """
-    gains, reach = design.gains(), layout_of(design).reach
+    gains, source_options = design.law_gains(), layout_of(design).reach
 
     def root(degrees: Graded, inputs: Floats) -> Floats:
-        found = outputs(ARRAYS, degrees, reach, gains, list(inputs.T))[0][-1].output
-        return design.output_scale * np.asarray(found)
+        output = outputs(ARRAYS, degrees, source_options, gains, list(inputs.T))[0][-1].output
+        return design.output_scale * np.asarray(output)
 
     def deviations(inputs: Floats) -> Floats:
         return np.abs(root(exact, inputs) - root(other, inputs))
@@ -87,10 +87,10 @@ def _largest_deviation(
     size = len(design.inputs)
     inputs = random.uniform(-1.0, 1.0, (40_000, size))
     largest = float(np.abs(root(exact, inputs)).max())
-    found, step = deviations(inputs), 0.1
+    differences, step = deviations(inputs), 0.1
     for _ in range(40):
-        best = inputs[np.argsort(-found)[:200]]
+        best = inputs[np.argsort(-differences)[:200]]
         moves = step * random.standard_normal((8, *best.shape))
         inputs = np.concatenate([best, np.clip(best + moves, -1.0, 1.0).reshape(-1, size)])
-        found, step = deviations(inputs), step * 0.8
-    return float(found.max()), largest
+        differences, step = deviations(inputs), step * 0.8
+    return float(differences.max()), largest

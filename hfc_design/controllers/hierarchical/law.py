@@ -128,8 +128,8 @@ class Layout(NamedTuple):
     @property
     def remembered(self) -> tuple[str, ...]:
         """Readings that are needed a sample later."""
-        found = (name for name in self.inputs if name.startswith(PREVIOUS))
-        return tuple(name.removeprefix(PREVIOUS) for name in found)
+        previous = (name for name in self.inputs if name.startswith(PREVIOUS))
+        return tuple(name.removeprefix(PREVIOUS) for name in previous)
 
 
 class HierarchicalGains(NamedTuple):
@@ -222,8 +222,8 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     learnt = layout.adaptation
     root = root_unit.initial_memory(zero, learnt.moves) if learnt else None
     part = law._replace(structure=layout.linear)
-    own = None if layout.linear is None else linear.initial_memory(part, zero)
-    return HierarchicalMemory(root, dict.fromkeys(layout.remembered, zero), own)
+    linear_memory = None if layout.linear is None else linear.initial_memory(part, zero)
+    return HierarchicalMemory(root, dict.fromkeys(layout.remembered, zero), linear_memory)
 
 
 def primed(
@@ -258,7 +258,7 @@ def sample(
     assert memory.linear is not None
     before, error = memory.linear, signals["error"]
     part = law._replace(structure=layout.linear)
-    straight, rate, own = linear.commanded(xp, part, gains.linear, before, signals)
+    straight, rate, linear_parts = linear.commanded(xp, part, gains.linear, before, signals)
     steps, bent, scheduled = [linear.driven(part, gains.linear, error)], fuzzy, None
     if layout.scheduled is not None:
         # k_6 of LL eq. 6 is a linear law itself: the hierarchy goes from one law to another.
@@ -270,7 +270,7 @@ def sample(
         steps.append(linear.driven(law_of_root, own_gains, error, fuzzy))
     command = straight + bent
     after = linear.remembered(xp, part, command, before, rate, *steps)
-    shares = (own.proportional, own.derivative, bent, own, scheduled)
+    shares = (linear_parts.proportional, linear_parts.derivative, bent, linear_parts, scheduled)
     whole = HierarchyParts(readings, scaled, units, *shares)
     return command, HierarchicalMemory(root, remembered, after), whole
 
@@ -292,7 +292,7 @@ def _learning(
 def outputs(
     xp: Xp,
     degrees: Graded,
-    reach: Reach,
+    source_options: Reach,
     gains: HierarchicalGains,
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
@@ -301,11 +301,11 @@ def outputs(
     values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, (sources, start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
-        pairs = zip(reach[k], sources, strict=True)
-        column, row = (xp.pick({n: values[n] for n in free}, own) for free, own in pairs)
+        pairs = zip(source_options[k], sources, strict=True)
+        column, row = (xp.pick({n: values[n] for n in free}, source) for free, source in pairs)
         in_column, in_row = degrees(column), degrees(row)
-        own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
-        table, remembered = own
+        unit_state = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
+        table, remembered = unit_state
         values.append(xp.sure(xp.call(averaged, xp, table, in_column, in_row)))
         units.append(Firing(column, row, in_column, in_row, table, values[-1]))
     return units, remembered

@@ -109,12 +109,12 @@ class LinearLaws:
 
     def fresh(self, count: int, rng: np.random.Generator) -> Laws:
         """Regulators of random weights, with inertia and a constant drawn beside."""
-        found = self.search.gains(self.search.fresh(np.zeros(count, int), rng))
+        gains = self.search.gains(self.search.fresh(np.zeros(count, int), rng))
         with_it = rng.random(count) < WITH_INERTIA
-        change = found.kd * between(rng, INERTIA, count) * with_it
+        change = gains.kd * between(rng, INERTIA, count) * with_it
         constant = self.largest * between(rng, OFFSET, count) * rng.choice([-1.0, 1.0], count)
-        rows = () if found.signals is None else found.signals
-        numbers = np.stack([found.kp, found.kd, *rows, change, constant], axis=1)
+        rows = () if gains.signals is None else gains.signals
+        numbers = np.stack([gains.kp, gains.kd, *rows, change, constant], axis=1)
         # Weights for which there is no regulator leave a PD of nothing, which diverges or stands.
         return Laws(np.zeros(count, int), np.nan_to_num(numbers))
 
@@ -138,8 +138,8 @@ class LinearLaws:
 
     def controller(self) -> PerAxis:
         """Any of them in the loop, with the limit of the first axis."""
-        own = tuple((name, 1.0 / share) for name, share in self.velocities.items())
-        structure = Structure(self.signals, own, self.largest)
+        velocities = tuple((name, 1.0 / share) for name, share in self.velocities.items())
+        structure = Structure(self.signals, velocities, self.largest)
         target = self.genome.target
         limit = next(iter(target.limits.values()))
         law = AxisLaw(_sample, _memory, target.sample_time, limit, structure)
@@ -150,8 +150,8 @@ class LinearLaws:
         count = len(laws.tree)
         share = rng.choice(SHARES, (count, 1))
         points = self.points(laws._replace(numbers=share * laws.numbers))
-        wide, reach = between(rng, UNIVERSE, count), rng.choice(REACH, count)
-        return np.column_stack([points, np.log(wide), np.log(reach)])
+        wide, inner_range = between(rng, UNIVERSE, count), rng.choice(REACH, count)
+        return np.column_stack([points, np.log(wide), np.log(inner_range)])
 
     def laid(self, points: Floats, tree: Integers, sizes: Floats) -> "Hierarchies":
         """Laws along trees, by tables.
@@ -167,12 +167,12 @@ class LinearLaws:
         for name, gain in zip(self.signals, signals, strict=True):
             slopes[:, names.index(name)] = gain
         for name, size in self.velocities.items():
-            own = change / size / len(self.velocities)
-            slopes[:, names.index(name)] += own
-            slopes[:, names.index(f"{PREVIOUS}{name}")] -= own
+            slope = change / size / len(self.velocities)
+            slopes[:, names.index(name)] += slope
+            slopes[:, names.index(f"{PREVIOUS}{name}")] -= slope
         most = genome.bounds.scale_range
         low, high = np.array(genome.scales) / most, np.array(genome.scales) * most
-        wide, reach = np.exp(points[:, -2:].T)
+        wide, inner_range = np.exp(points[:, -2:].T)
         scales = 1.0 / np.maximum(wide[:, None] * sizes, TINY)
         scales = np.clip(scales, low, high)
         for name in self.velocities:  # of two readings whose change counts universes end at one
@@ -180,10 +180,10 @@ class LinearLaws:
             if low[pair].max() <= high[pair].min():
                 one = np.clip(scales[:, pair[:1]], low[pair].max(), high[pair].min())
                 scales[:, pair] = one
-        reach = genome.bounds.inner_limit * np.clip(reach, *ENDS)[:, None]
+        inner_range = genome.bounds.inner_limit * np.clip(inner_range, *ENDS)[:, None]
         output = genome.settings.output_scale
         sources = genome.sources[tree].astype(int)
-        level = np.repeat(reach, genome.units, axis=1), passing(genome.settings)
+        level = np.repeat(inner_range, genome.units, axis=1), passing(genome.settings)
         tables = along(sources, slopes / scales / output, *level)
         tables[:, -1] += (constant / output)[:, None, None]
         gains = np.maximum(np.stack([kp, kd], axis=1), TINY)
@@ -208,13 +208,15 @@ def _sample(
     xp: Xp, law: AxisLaw, gains: LawGains, memory: tuple[Scalar, ...], signals: Signals
 ) -> tuple[Scalar, tuple[Scalar, ...], None]:
     """The command, and the velocities to remember."""
-    own: Structure = law.structure
-    fed = [gain * signals[x] for x, gain in zip(own.signals, gains.signals, strict=True)]
-    now = tuple(signals[name] for name, _ in own.velocities)
-    pairs = zip(own.velocities, now, memory, strict=True)
+    structure: Structure = law.structure
+    fed = [gain * signals[x] for x, gain in zip(structure.signals, gains.signals, strict=True)]
+    now = tuple(signals[name] for name, _ in structure.velocities)
+    pairs = zip(structure.velocities, now, memory, strict=True)
     count = max(len(now), 1)
     changes = [factor / count * gains.change * (new - old) for (_, factor), new, old in pairs]
-    bent = clipped(xp, total([gains.constant, *fed, *changes]), -own.largest, own.largest)
+    bent = clipped(
+        xp, total([gains.constant, *fed, *changes]), -structure.largest, structure.largest
+    )
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"] + bent, now, None
 
 

@@ -71,9 +71,9 @@ class LinearHierarchyGenome(Genome):
     def fresh(self, tree: Integers, rng: np.random.Generator) -> LinearHierarchies:
         """Regulators of random weights; a hierarchy that bends them a little."""
         first = self.regulator.fresh(np.zeros(len(tree), int), rng)
-        found = self.regulated(first.places, tree)
-        bent = self.fuzzy.mutated(found.fuzzy, np.full(len(tree), EVERYTHING), rng)
-        return found._replace(fuzzy=bent)
+        hierarchies = self.regulated(first.places, tree)
+        bent = self.fuzzy.mutated(hierarchies.fuzzy, np.full(len(tree), EVERYTHING), rng)
+        return hierarchies._replace(fuzzy=bent)
 
     def mutated(
         self, population: LinearHierarchies, step: Floats, rng: np.random.Generator
@@ -124,20 +124,20 @@ class LinearHierarchyGenome(Genome):
 
     def gains(self, population: LinearHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it."""
-        found = self.fuzzy.gains(population.fuzzy)
+        gains = self.fuzzy.gains(population.fuzzy)
         (ki,), signals, turning, ahead = np.split(population.linear.T, self.ends)
         nothing = np.zeros(len(population.tree))
         forward = dict(zip(self.forward, ahead, strict=True))
-        own = LinearGains(
-            kp=found.kp,
+        linear_gains = LinearGains(
+            kp=gains.kp,
             ki=ki,
-            kd=found.kd,
+            kd=gains.kd,
             kept=nothing,
             signals=signals if len(signals) else None,
             resonators=turning.reshape(-1, 2, len(ki)) if len(turning) else (),
             **{"load": nothing, **forward},
         )
-        return found._replace(linear=own)
+        return gains._replace(linear=linear_gains)
 
     def notation(self, structure: int) -> str:
         """The tree of the hierarchy."""
@@ -162,17 +162,17 @@ class LinearHierarchyGenome(Genome):
     def regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
         """Optimal regulators, to which the hierarchy adds nothing."""
         count = len(places)
-        own = self.regulator.gains(
+        gains = self.regulator.gains(
             taken(self.regulator.empty(), np.zeros(count, int))._replace(
                 places=np.clip(places, 0.0, 1.0)
             )
         )
-        signals = [] if own.signals is None else [*own.signals]
-        turning = [gain for pair in own.resonators for gain in pair]
-        columns = [own.ki, *signals, *turning, *(getattr(own, name) for name in self.forward)]
+        signals = [] if gains.signals is None else [*gains.signals]
+        turning = [gain for pair in gains.resonators for gain in pair]
+        columns = [gains.ki, *signals, *turning, *(getattr(gains, name) for name in self.forward)]
         fuzzy = Hierarchies(
             tree,
-            np.stack([own.kp, own.kd], axis=1),
+            np.stack([gains.kp, gains.kd], axis=1),
             np.tile(self.fuzzy.scales, (count, 1)),
             np.tile(self.idle, (count, 1, 1, 1)),
         )

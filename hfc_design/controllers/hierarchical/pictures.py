@@ -43,12 +43,12 @@ def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Dr
 def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
     """What unit ``k`` of the list makes of all that its two inputs can be."""
     unit, root = record.units[k], k == len(record.units) - 1
-    own, rules = layout_of(record).terms, rule_units(record)[k]
+    unit_terms, rules = layout_of(record).terms, rule_units(record)[k]
 
     def law(column: Floats, row: Floats) -> Floats:
-        degrees = (memberships(ARRAYS, own, values) for values in (column, row))
-        found: Floats = averaged(ARRAYS, rules.table, *degrees)
-        return found
+        degrees = (memberships(ARRAYS, unit_terms, values) for values in (column, row))
+        output: Floats = averaged(ARRAYS, rules.table, *degrees)
+        return output
 
     column, row = (_side(record, drive, name) for name in (unit.column_input, unit.row_input))
     commands = root and record.scheduled is None  # else it scales a law
@@ -81,10 +81,13 @@ def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
 
 def terms(record: HierarchicalDesign) -> Figure:
     """The terms of every input of every unit."""
-    own = layout_of(record).terms
+    unit_terms = layout_of(record).terms
     grid = np.linspace(-BEYOND, BEYOND, 4 * units.POINTS + 1)
-    values = np.union1d(grid, [term.centre for term in own])  # where they are highest
-    degrees = memberships(ARRAYS, own, values)
-    curves = {term.label: (values, own) for term, own in zip(own, degrees, strict=True)}
+    values = np.union1d(grid, [term.centre for term in unit_terms])  # where they are highest
+    degrees = memberships(ARRAYS, unit_terms, values)
+    curves = {
+        term.label: (values, membership)
+        for term, membership in zip(unit_terms, degrees, strict=True)
+    }
     panel = Panel("input of a unit, scaled [1]", (-BEYOND, BEYOND), curves)
     return drawn_terms([panel], "terms of every unit")

@@ -11,12 +11,12 @@ from hfc_design.controllers.hierarchical.record import HierarchicalSettings, lay
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 
-def along(sources: Integers, slopes: Floats, reach: Floats, levels: Floats) -> Floats:
+def along(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats) -> Floats:
     """Tables (n, units, 7, 7) that make ``slopes`` (n, inputs) of the scaled inputs of n trees.
 
     ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) the consequents that pass on
-    what a unit reads. An inner unit's slopes sum up to its ``reach`` (n, units); what it lacks of
-    the law the unit makes good that reads it.
+    what a unit reads. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); what it
+    lacks of the law the unit makes good that reads it.
     """
     count, units = sources.shape[:2]
     each = np.arange(count)
@@ -28,9 +28,9 @@ def along(sources: Integers, slopes: Floats, reach: Floats, levels: Floats) -> F
             whole = np.abs(column) + np.abs(row)
             # A unit of which the law asks nothing passes on a mean, and nobody listens yet.
             idle = whole == 0.0
-            size = np.where(idle, 1.0, whole / reach[:, k])
+            size = np.where(idle, 1.0, whole / unit_ranges[:, k])
             slopes = np.column_stack([slopes, np.where(idle, 0.0, size)])
-            column, row = (np.where(idle, 0.5 * reach[:, k], x) for x in (column, row))
+            column, row = (np.where(idle, 0.5 * unit_ranges[:, k], x) for x in (column, row))
         rises = (column / size)[:, None] * levels, (row / size)[:, None] * levels
         tables[:, k] = rises[0][:, None, :] + rises[1][:, :, None]
     return tables

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hfc_design.controllers.controller import FOLLOWED
+from hfc_design.controllers.controller import FOLLOWED, AxisLaw
 from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_INPUTS,
     LIN_LEE_TERMS,
@@ -16,11 +16,18 @@ from hfc_design.controllers.hierarchical.law import (
     HierarchicalGains,
     HierarchicalMemory,
     Layout,
+    hierarchical,
     term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    Target,
+    later,
+    reach_of,
+)
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
     LinearDesign,
@@ -33,6 +40,8 @@ from hfc_design.controllers.linear.record import (
 from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 from hfc_design.core.wording import one_of
+
+HERE = "hfc_design.controllers.hierarchical"
 
 
 class PdRecord(Record):
@@ -116,6 +125,16 @@ class HierarchicalDesign(ControllerRecord):
     """A controller of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
+    summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
+    settings = later(f"{HERE}.record", "HierarchicalSettings")
+    genome = later(f"{HERE}.linear_genome", "genome_of")
+    units_that_matter = later(f"{HERE}.units", "units_that_matter")
+    reads = later(f"{HERE}.rules", "reads")
+    rule_base = later(f"{HERE}.rules", "RULES")
+    explain = later(f"{HERE}.rules", "EXPLAIN")
+    lookup = later(f"{HERE}.code", "tabulated")
+    pictures = later(f"{HERE}.pictures", "pictures")
+    sections = later(f"{HERE}.section", "sections")
     pd: PdRecord  # gains of the PD beside the hierarchy, LL eq. 6
     #: further linear gains beside kp and kd; left out: a PD alone
     linear: LinearRecord | None = Field(None, exclude_if=not_)
@@ -150,7 +169,7 @@ class HierarchicalDesign(ControllerRecord):
         waiting = [item.name for item in self.inputs]
         if len(set(waiting)) < len(waiting):
             raise ValueError(f"inputs: a name stands there twice: {', '.join(waiting)}")
-        if len({own.label for own in self.terms}) < TERMS:
+        if len({term_record.label for term_record in self.terms}) < TERMS:
             raise ValueError("terms: a label stands there twice")
         for unit in self.units:
             for source in (unit.column_input, unit.row_input):
@@ -166,6 +185,10 @@ class HierarchicalDesign(ControllerRecord):
         return self
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return hierarchical(layout_of(self), self.sample_time_s, limit)
 
     def adapted(self, memory: HierarchicalMemory) -> "HierarchicalDesign | None":
         """With what the consequents of its root have moved by; None: they stay where they are."""
@@ -183,10 +206,10 @@ class HierarchicalDesign(ControllerRecord):
 
     def tables(self) -> list[Table]:
         """The consequents of each unit; those of the root as they have become."""
-        found = [unit.consequents for unit in self.units]
+        tables = [unit.consequents for unit in self.units]
         if self.adaptation and (moves := self.adaptation.moves):
-            found[-1] = tuple(map(tuple, each(add, found[-1], moves)))
-        return found
+            tables[-1] = tuple(map(tuple, each(add, tables[-1], moves)))
+        return tables
 
     def sources(self) -> list[tuple[int, int]]:
         """Column and row source of each unit, as ``tree.Unit`` numbers them."""
@@ -208,7 +231,7 @@ class HierarchicalDesign(ControllerRecord):
         pairs = zip(self.sources(), known, strict=True)
         return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
 
-    def gains(self) -> HierarchicalGains:
+    def law_gains(self) -> HierarchicalGains:
         """The gains of one individual."""
         return HierarchicalGains(
             self.pd.kp,
@@ -216,40 +239,46 @@ class HierarchicalDesign(ControllerRecord):
             tuple(item.scale for item in self.inputs),
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
-            part.gains() if (part := self.linear_part) else None,
-            part.gains() if (part := self.scheduled_part) else None,
+            part.law_gains() if (part := self.linear_part) else None,
+            part.law_gains() if (part := self.scheduled_part) else None,
         )
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to where inputs are clamped; others as far as the laws beside the hierarchy ask."""
-        found: dict[str, float] = {}
+        ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
-            found |= part.reach(limit or self.output_scale) if part else {}
-        found |= reach_of({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
+            ranges |= part.reach(limit or self.output_scale) if part else {}
+        ranges |= reach_of({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
         inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the furthest last
-        return found | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
+        return ranges | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
 
     def connecting(self) -> list[str]:
         """What is remembered inside."""
         names = [item.name for item in self.inputs if item.name.startswith(PREVIOUS)]
-        found = ["`error_rate` is not filtered inside."]
-        told = "is that of the sample before, and remembered inside: there is nothing to connect."
-        return [*found, *(f"`{name}` {told}" for name in names)]
+        notes = ["`error_rate` is not filtered inside."]
+        description = (
+            "is that of the sample before, and remembered inside: there is nothing to connect."
+        )
+        return [*notes, *(f"`{name}` {description}" for name in names)]
 
     @property
     def linear_part(self) -> LinearDesign | None:
         """The part beside the hierarchy as a linear controller; None: it is a PD alone."""
-        if (own := self.linear) is None:
+        if (linear_record := self.linear) is None:
             return None
-        data = own.model_dump() | self.pd.model_dump() | {"sample_time_s": self.sample_time_s}
+        data = (
+            linear_record.model_dump()
+            | self.pd.model_dump()
+            | {"sample_time_s": self.sample_time_s}
+        )
         return LinearDesign(kind="linear part", **data)
 
     @property
     def scheduled_part(self) -> LinearDesign | None:
         """What the root's output scales as a linear controller; None: ``output_scale`` alone."""
-        if (own := self.scheduled) is None:
+        if (scheduled_record := self.scheduled) is None:
             return None
-        data = own.model_dump() | {"sample_time_s": self.sample_time_s}
+        data = scheduled_record.model_dump() | {"sample_time_s": self.sample_time_s}
         return LinearDesign(kind="scheduled part", **data)
 
 
@@ -261,7 +290,7 @@ class HierarchicalSettings(ControllerSettings):
     inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
     output_scale: Positive = 10.0  # command of a root's output of 1 [command]
     #: seven linguistic terms of every input, in order
-    terms: Terms = tuple(TermRecord(**own._asdict()) for own in LIN_LEE_TERMS)
+    terms: Terms = tuple(TermRecord(**published_term._asdict()) for published_term in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root's table in the loop; left out: it stays
     #: a linear law beside the hierarchy; left out: a PD alone
     linear: LinearPart | None = Field(None, exclude_if=not_)
@@ -290,8 +319,8 @@ class HierarchicalSettings(ControllerSettings):
             return "controller.schedules: needs [controller.linear], from which to go to another"
         if self.adaptation and self.adaptation.moves:
             return "controller.adaptation.moves: belong to a design, a search begins without any"
-        if self.linear and (found := self.linear.fault(target)):
-            return found.replace("controller.", "controller.linear.", 1)
+        if self.linear and (linear_fault := self.linear.fault(target)):
+            return linear_fault.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]
         for drive in target.machine.drives:
             known = input_names(drive.inputs)
@@ -309,14 +338,14 @@ class HierarchicalSettings(ControllerSettings):
 def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     """What is no number of a design, and what a search for one leaves alone."""
     names = tuple(item.name for item in described.inputs)
-    terms = tuple(term(**own.model_dump()) for own in described.terms)
+    terms = tuple(term(**term_record.model_dump()) for term_record in described.terms)
     scale, adaptation = described.output_scale, described.adaptation
     if isinstance(described, HierarchicalSettings):
         return Layout(names, scale, terms, described.used, adaptation)
     laws = (described.linear_part, described.scheduled_part)
-    part, own = (None if law is None else law.structure for law in laws)
+    part, scheduled_form = (None if law is None else law.form for law in laws)
     used, canonical = len(described.units) + 1, described.canonical
-    return Layout(names, scale, terms, used, adaptation, part, own, canonical)
+    return Layout(names, scale, terms, used, adaptation, part, scheduled_form, canonical)
 
 
 class Bounds(Record):

@@ -103,10 +103,10 @@ def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
     def weight(row: Scalar, column: Scalar) -> Scalar:
         return xp.where(row * column > least, row * column, 0.0)
 
-    found: Sequence[Sequence[Scalar]] = xp.along(
+    strengths: Sequence[Sequence[Scalar]] = xp.along(
         lambda row: xp.along(partial(weight, row), memory.in_column), memory.in_row
     )
-    return found
+    return strengths
 
 
 def _action(xp: Xp, firing: Sequence[Sequence[Scalar]], table: RuleTable) -> Scalar:

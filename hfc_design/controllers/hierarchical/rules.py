@@ -24,11 +24,11 @@ from hfc_design.core.numbers import Json
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
     """Inputs are scaled and clamped to [-1, 1] before they enter; the root is as it has become."""
     terms = tuple(map(_flat, record.terms))
-    found = []
+    rule_units = []
     for unit, table in zip(record.units, record.tables(), strict=True):
         column, row = identifier(unit.column_input), identifier(unit.row_input)
-        found.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, table))
-    return found
+        rule_units.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, table))
+    return rule_units
 
 
 def _flat(term: TermRecord) -> FlatGaussian:
@@ -44,7 +44,7 @@ def inputs(record: HierarchicalDesign) -> list[str]:
 def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     """Scales, limits and gains."""
     root = f"unit_{record.units[-1].id}"
-    part, own = record.linear_part, record.scheduled_part
+    part, scheduled = record.linear_part, record.scheduled_part
     return {
         "inputs": [_input(item, signal_units) for item in record.inputs],
         "output": root,
@@ -53,8 +53,14 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "kd": record.pd.kd,
         **({"linear": linear_about(part, signal_units)} if part else {}),
         **(
-            {"scheduled": {"kp": own.kp, "kd": own.kd, **linear_about(own, signal_units)}}
-            if own
+            {
+                "scheduled": {
+                    "kp": scheduled.kp,
+                    "kd": scheduled.kd,
+                    **linear_about(scheduled, signal_units),
+                }
+            }
+            if scheduled
             else {}
         ),
     }
@@ -75,28 +81,28 @@ def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
 
 def notes(record: HierarchicalDesign) -> list[str]:
     """Units of the signals, and what a rule table does not hold."""
-    found = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
+    lines = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
         added = "integral, resonators" if record.linear.resonators else "integral"
-        found.append(f"{added}, gains on signals and feed-forward are not here: they are added")
+        lines.append(f"{added}, gains on signals and feed-forward are not here: they are added")
     if record.scheduled is not None:
-        found.append("the output multiplies a linear law, which is not here either")
+        lines.append("the output multiplies a linear law, which is not here either")
     if record.adaptation is not None:
-        found.append("the root's table is the one that its adaptation starts from")
-    return found
+        lines.append("the root's table is the one that its adaptation starts from")
+    return lines
 
 
 def tables(record: HierarchicalDesign) -> dict[str, Rows]:
     """``unit-N.csv`` (rows: row term) and ``manifest.csv``."""
     labels = [term.label for term in record.terms]
     manifest = [["unit", "column_input", "row_input", "file"]]
-    found = {}
+    files = {}
     for unit, table in zip(record.units, record.tables(), strict=True):
         name = f"unit-{unit.id}.csv"
         corner = f"row {unit.row_input} \\ column {unit.column_input}"
-        found[name] = rows_of(corner, labels, labels, table)
+        files[name] = rows_of(corner, labels, labels, table)
         manifest.append([f"unit-{unit.id}", unit.column_input, unit.row_input, name])
-    return found | {"manifest.csv": manifest}
+    return files | {"manifest.csv": manifest}
 
 
 def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
@@ -107,10 +113,10 @@ def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
 def reads(record: HierarchicalDesign) -> list[str]:
     """Signals of a sample, those last that are needed a sample later."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
-    found = (name.removeprefix(PREVIOUS) for name in names)
-    own = record.scheduled.signals if record.scheduled else ()
-    further = (*record.linear.signals, *own, *AHEAD) if record.linear else ()
-    return list(dict.fromkeys([*ERRORS, *further, *found]))
+    input_signals = (name.removeprefix(PREVIOUS) for name in names)
+    scheduled_signals = record.scheduled.signals if record.scheduled else ()
+    further = (*record.linear.signals, *scheduled_signals, *AHEAD) if record.linear else ()
+    return list(dict.fromkeys([*ERRORS, *further, *input_signals]))
 
 
 def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:
@@ -121,7 +127,7 @@ def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> Hierarch
 def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     """What a sample's command is made of."""
     labels = [term.label for term in record.terms]
-    found = [
+    scaled_inputs = [
         {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}
         for item, reading, u in zip(record.inputs, parts.readings, parts.scaled, strict=True)
     ]
@@ -134,12 +140,19 @@ def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     if (part := record.linear_part) and parts.linear:
         shares = linear_shares(part, parts.linear)
     shares["fuzzy"] = float(parts.fuzzy)
-    told = {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
-    if (own := record.scheduled_part) and parts.scheduled:
-        told["scheduled"] = {
-            key: x for key, x in linear_shares(own, parts.scheduled).items() if key != "integral"
+    breakdown = {
+        "inputs": scaled_inputs,
+        "units": units,
+        "output_scale": record.output_scale,
+        "parts": shares,
+    }
+    if (scheduled := record.scheduled_part) and parts.scheduled:
+        breakdown["scheduled"] = {
+            key: x
+            for key, x in linear_shares(scheduled, parts.scheduled).items()
+            if key != "integral"
         }
-    return told
+    return breakdown
 
 
 RULES = RuleBase(units, inputs, about, notes, tables)

@@ -18,7 +18,7 @@ def factor(record: HierarchicalDesign, points: Floats) -> Floats:
     """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
     layout = layout_of(record)
     degrees = partial(memberships, ARRAYS, layout.terms)
-    units, _ = outputs(ARRAYS, degrees, layout.reach, record.gains(), list(points.T))
+    units, _ = outputs(ARRAYS, degrees, layout.reach, record.law_gains(), list(points.T))
     return np.asarray(record.output_scale * units[-1].output)
 
 
@@ -29,8 +29,8 @@ def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str
     places = np.linspace(-1.0, 1.0, 201)
     for k, ((color, style), item) in enumerate(zip(STYLES, record.inputs, strict=False)):
         points = places[:, None] * np.eye(len(record.inputs))[k]
-        told = f"{labels[item.name]}, 1 is {1.0 / item.scale:.3g} {units[item.name]}"
-        axes.plot(places, factor(record, points), color=color, ls=style, lw=1.6, label=told)
+        label = f"{labels[item.name]}, 1 is {1.0 / item.scale:.3g} {units[item.name]}"
+        axes.plot(places, factor(record, points), color=color, ls=style, lw=1.6, label=label)
     finish(axes, "factor on the scheduled law [1]", "scaled input [1]")
     axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return Drawing(

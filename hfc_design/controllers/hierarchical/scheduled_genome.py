@@ -80,43 +80,43 @@ class ScheduledGenome(Genome):
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it; the root scales the difference of the laws."""
         population = self._even(population)
-        found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
-        assert found.linear is not None
+        first, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
+        assert first.linear is not None
         assert other.linear is not None
-        pairs = zip(other.linear, found.linear, strict=True)
-        difference = type(found.linear)(*(_less(*pair) for pair in pairs))
-        return found._replace(scheduled=difference._replace(width=found.linear.width))
+        pairs = zip(other.linear, first.linear, strict=True)
+        difference = type(first.linear)(*(_less(*pair) for pair in pairs))
+        return first._replace(scheduled=difference._replace(width=first.linear.width))
 
     def record(self, individual: ScheduledHierarchies) -> Json:
         """With what the root scales."""
         individual = self._even(individual)
-        found, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
-        one, other = (x["linear"] | x["pd"] for x in (found, far))
+        near, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
+        one, other = (x["linear"] | x["pd"] for x in (near, far))
         ahead = {
             name: value - one["feed_forward"][name]
             for name, value in other["feed_forward"].items()
             if name not in ("coulomb_width", "expected_load")
         }
-        kept = {k: v for k, v in one["feed_forward"].items() if k not in ahead}
+        unchanged = {k: v for k, v in one["feed_forward"].items() if k not in ahead}
         signals = {name: x - one["signals"][name] for name, x in other["signals"].items()}
         gains = {name: other[name] - one[name] for name in ("kp", "ki", "kd")}
         turning = [
             a | {name: b[name] - a[name] for name in ("in_phase", "quadrature")}
             for a, b in zip(one["resonators"], other["resonators"], strict=True)
         ]
-        forward = {"feed_forward": kept | ahead, "resonators": turning}
-        return found | {"scheduled": {**gains, "signals": signals, **forward}}
+        forward = {"feed_forward": unchanged | ahead, "resonators": turning}
+        return near | {"scheduled": {**gains, "signals": signals, **forward}}
 
     def _even(self, population: ScheduledHierarchies) -> ScheduledHierarchies:
         """With tables that give the same the other way, where every input has the other sign."""
         fuzzy, inputs = population.first.fuzzy, len(self.on_one.fuzzy.names)
         tables, places = fuzzy.consequents.copy(), np.arange(49).reshape(7, 7)
         for tree in np.unique(fuzzy.tree):
-            own = np.flatnonzero(fuzzy.tree == tree)
+            members = np.flatnonzero(fuzzy.tree == tree)
             for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):  # it gives the same both ways
                 turned = tuple(way for way, x in enumerate((unit.row, unit.column)) if x < inputs)
                 half = np.minimum(places, np.flip(places, turned))
-                tables[own, k] = tables[own, k].reshape(-1, 49)[:, half]
+                tables[members, k] = tables[members, k].reshape(-1, 49)[:, half]
         first = population.first._replace(fuzzy=fuzzy._replace(consequents=tables))
         return population._replace(first=first)
 
@@ -190,7 +190,7 @@ class ScheduledGenome(Genome):
 
     def _tables(self, tree: int, shares: Floats) -> Floats:
         """(units, 7, 7) of a tree: the first unit on the way knows, the others pass it on."""
-        found, inputs, first = [], len(self.on_one.fuzzy.names), self.leading[tree]
+        tables, inputs, first = [], len(self.on_one.fuzzy.names), self.leading[tree]
         way = first
         for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):
             known = shares if way == first else self.passing
@@ -199,11 +199,11 @@ class ScheduledGenome(Genome):
             elif unit.row == way:
                 table = np.tile(known[:, None], (1, 7))
             else:
-                found.append(0.5 * self.passing + 0.5 * self.passing[:, None])
+                tables.append(0.5 * self.passing + 0.5 * self.passing[:, None])
                 continue
-            found.append(table)
+            tables.append(table)
             way = inputs + k
-        return np.stack(found)
+        return np.stack(tables)
 
 
 def _less(far: Any, near: Any) -> Any:

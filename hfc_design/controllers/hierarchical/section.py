@@ -32,8 +32,8 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
     drawn = [tree]
     if record.scheduled is not None:
         names = [item.name for item in record.inputs]
-        told = {name: readable(name) for name in names}
-        drawn.append(schedule(record, told, {x: input_unit(shown.units, x) for x in names}))
+        labels = {name: readable(name) for name in names}
+        drawn.append(schedule(record, labels, {x: input_unit(shown.units, x) for x in names}))
     return [
         Section("The controller", "", _parameters(record, shown.units), drawn),
         Section("Its units", UNITS, None, units),

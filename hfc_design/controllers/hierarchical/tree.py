@@ -151,6 +151,6 @@ def reachable(inputs: int, used: int | None = None) -> Reach:
 
     Little more than half of those that are free: a column has no fewer leaves than its row.
     """
-    found = all_sources(inputs, used)
-    columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in found.T)
+    sources = all_sources(inputs, used)
+    columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in sources.T)
     return tuple(zip(columns, rows, strict=True))

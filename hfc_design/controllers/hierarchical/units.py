@@ -29,19 +29,23 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
     points = _universe(len(layout.inputs))
     known = {"error": gains.kp, "error_rate": gains.kd}
     base = known if gains.linear is None else _gains_of(layout.linear, gains.linear)
-    own = gains.scheduled
-    scheduled = 1.0 if own is None else _said(layout, gains, _gains_of(layout.scheduled, own))
+    scheduled_gains = gains.scheduled
+    scheduled = (
+        1.0
+        if scheduled_gains is None
+        else _said(layout, gains, _gains_of(layout.scheduled, scheduled_gains))
+    )
     factor = layout.output_scale * scheduled
     root = _root(layout, gains, points)
     size = np.sqrt(np.square(_said(layout, gains, base) + factor * root).mean(axis=0))
-    found = np.zeros(root.shape[1], np.int64)
+    counts = np.zeros(root.shape[1], np.int64)
     consequents = np.asarray(gains.consequents)
     for k, table in enumerate(consequents):
         flat = consequents.copy()
         flat[k] = table.mean(axis=(0, 1))
         without = _root(layout, gains._replace(consequents=flat), points)
-        found += np.sqrt(np.square(factor * (without - root)).mean(axis=0)) > SHARE * size
-    return found
+        counts += np.sqrt(np.square(factor * (without - root)).mean(axis=0)) > SHARE * size
+    return counts
 
 
 @cache
@@ -68,21 +72,25 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
     return np.asarray(units[-1].output)
 
 
-def _gains_of(law: Structure | None, own: LinearGains) -> dict[str, Any]:
+def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
     """Gains of a linear law on signals."""
-    signals = () if own.signals is None else own.signals
+    signals = () if gains.signals is None else gains.signals
     names = law.signals if law else ()
-    found = {"error": own.kp, "error_rate": own.kd, **dict(zip(names, signals, strict=True))}
-    for name, gain in zip(AHEAD, (own.velocity, own.acceleration), strict=True):
-        found[name] = found.get(name, 0.0) + gain
-    return found
+    by_signal = {
+        "error": gains.kp,
+        "error_rate": gains.kd,
+        **dict(zip(names, signals, strict=True)),
+    }
+    for name, gain in zip(AHEAD, (gains.velocity, gains.acceleration), strict=True):
+        by_signal[name] = by_signal.get(name, 0.0) + gain
+    return by_signal
 
 
 def _said(layout: Layout, gains: HierarchicalGains, known: dict[str, Any]) -> Floats:
     """(POINTS, n) what gains on signals say, of those that are inputs too."""
     points = _universe(len(layout.inputs))
-    found = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
+    commands = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
     for name, u, scale in zip(layout.inputs, points, gains.scales, strict=True):
         if name in known:
-            found = found + known[name] * (u / scale)
-    return found
+            commands = commands + known[name] * (u / scale)
+    return commands

@@ -3,6 +3,7 @@
 Never imports JAX.
 """
 
+from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.law import AHEAD, Parts
 from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.controllers.rules import identifier
@@ -11,16 +12,16 @@ from hfc_design.core.numbers import Json
 
 def resonators(record: LinearDesign) -> list[Json]:
     """Of each resonator its frequency, its rotation in a sample and its gains."""
-    found = []
-    pairs = zip(record.resonators, record.structure.rotations, strict=True)
+    entries = []
+    pairs = zip(record.resonators, record.form.rotations, strict=True)
     for one, (cosine, sine) in pairs:
-        found.append(one.model_dump() | {"cosine": cosine, "sine": sine})
-    return found
+        entries.append(one.model_dump() | {"cosine": cosine, "sine": sine})
+    return entries
 
 
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
     """The numbers of a law, and unit of every signal that they are of."""
-    gains = record.gains()
+    gains = record.law_gains()
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {
         "ki": gains.ki,
@@ -34,10 +35,17 @@ def about(record: LinearDesign, units: dict[str, str]) -> Json:
 
 def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
     """What a command is made of, by its names for people."""
-    found = {"proportional": parts.proportional, "integral": parts.integral}
-    found["derivative"] = parts.derivative
-    found |= dict(zip(record.signals, parts.signals, strict=True))
-    found |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
+    contributions = {"proportional": parts.proportional, "integral": parts.integral}
+    contributions["derivative"] = parts.derivative
+    contributions |= dict(zip(record.signals, parts.signals, strict=True))
+    contributions |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
     pairs = zip(record.resonators, parts.resonators, strict=False)  # a scheduled law has no own
-    found |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
-    return {name: float(value) for name, value in found.items()}
+    contributions |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
+    return {name: float(value) for name, value in contributions.items()}
+
+
+EXPLAIN = Explain(
+    signals=lambda record: (record.reads(), []),
+    remember=lambda memory, readings: memory,  # nothing of it is a reading
+    shown=lambda record, parts: {"units": [], "parts": shares(record, parts)},
+)

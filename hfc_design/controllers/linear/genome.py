@@ -46,18 +46,18 @@ class LinearGenome(GainsGenome):
         #: Bandwidth [1/s] where a search starts, and the largest.
         self.bandwidths = regulator.bandwidth(self.model, self.every), high
         three = (low, high, self.bandwidths[0])
-        found = self._searched(*(self._one(speed) for speed in three))
+        searched = self._searched(*(self._one(speed) for speed in three))
         multiples = FORWARD if settings.expected_load else FORWARD[:-1]
-        found |= dict.fromkeys(multiples, Searched(0.0, MOST_OF_NOMINAL, 1.0))
+        searched |= dict.fromkeys(multiples, Searched(0.0, MOST_OF_NOMINAL, 1.0))
         if settings.coulomb_width is None:
             low, wide, high = (share * self.model.speed for share in WIDTH)
-            found["coulomb_width"] = Searched(low, high, wide)
+            searched["coulomb_width"] = Searched(low, high, wide)
         for name, (low, high) in settings.ranges.items():
-            if name not in found:
+            if name not in searched:
                 raise UserError(f"controller.ranges.{name}: is not searched here")
-            found[name] = Searched(low, high, float(np.clip(found[name].start, low, high)))
-        self.searched: dict[str, Searched] = found
-        self.ranges = tuple(found)  # their names: as many as there are places
+            searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))
+        self.searched: dict[str, Searched] = searched
+        self.ranges = tuple(searched)  # their names: as many as there are places
 
     def _prepare(self) -> None:
         """What a genome needs besides, of the model."""
@@ -106,8 +106,8 @@ class LinearGenome(GainsGenome):
         return GainVectors(tree, places)
 
     def _one(self, speed: float) -> dict[str, float]:
-        found = self.designed(np.array([speed]))
-        return {name: float(value[0]) for name, value in found.items()}
+        values = self.designed(np.array([speed]))
+        return {name: float(value[0]) for name, value in values.items()}
 
     def values(self, population: GainVectors) -> dict[str, Floats]:
         """What is varied, each (n,)."""
@@ -117,17 +117,17 @@ class LinearGenome(GainsGenome):
     def gains(self, population: GainVectors) -> LinearGains:
         """Gains of the law, each (n,)."""
         values = self.values(population)
-        own = self._feedback(values)
-        each = {name: own[name] for name in self.signals}
+        feedback = self._feedback(values)
+        each = {name: feedback[name] for name in self.signals}
         forward = regulator.ahead(self.model, each)
         for name, multiple in zip(MULTIPLES, FORWARD, strict=True):
             forward[name] = values.get(multiple, 1.0) * forward[name]
         forward["load"] = forward["load"] * self.settings.expected_load
-        numbers = {name: own[name] for name in ("kp", "ki", "kd", "kept")} | forward
+        numbers = {name: feedback[name] for name in ("kp", "ki", "kd", "kept")} | forward
         numbers["width"] = values.get("coulomb_width", self.settings.coulomb_width)
         one = np.ones(len(population.tree))
         whole = {name: one * number for name, number in numbers.items()}
-        turning = [[own[name], own[name + BEHIND]] for name in self.settings.resonators]
+        turning = [[feedback[name], feedback[name + BEHIND]] for name in self.settings.resonators]
         return LinearGains(
             **whole,
             signals=np.array([*each.values()]) if each else None,
@@ -136,18 +136,18 @@ class LinearGenome(GainsGenome):
 
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
-        found = self.gains(individual)
-        forward = {name: float(getattr(found, name)[0]) for name in MULTIPLES[:3]}
+        gains = self.gains(individual)
+        forward = {name: float(getattr(gains, name)[0]) for name in MULTIPLES[:3]}
         expected = self.settings.expected_load
         if expected:
-            forward |= {"load": float(found.load[0]) / expected, "expected_load": expected}
-        rows = () if found.signals is None else found.signals[:, 0]
+            forward |= {"load": float(gains.load[0]) / expected, "expected_load": expected}
+        rows = () if gains.signals is None else gains.signals[:, 0]
         return {
             "kind": self.settings.kind,
-            **{name: float(getattr(found, name)[0]) for name in ("kp", "ki", "kd")},
+            **{name: float(getattr(gains, name)[0]) for name in ("kp", "ki", "kd")},
             "signals": dict(zip(self.signals, map(float, rows), strict=True)),
-            "feed_forward": forward | {"coulomb_width": float(found.width[0])},
-            "resonators": resonators_of(self.settings.load_frequencies_rad_s, found.resonators),
+            "feed_forward": forward | {"coulomb_width": float(gains.width[0])},
+            "resonators": resonators_of(self.settings.load_frequencies_rad_s, gains.resonators),
         }
 
 
@@ -186,40 +186,40 @@ class PidGenome(LinearGenome):
         if not self.signals:
             return {"kp": kp, "ki": ki, "kd": kd}
         of_signals = regulator.measured(self.model, self.signals, self.drive.name)
-        own = regulator.first_regulators(of_signals, kp, kd)
-        return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own}
+        gains = regulator.first_regulators(of_signals, kp, kd)
+        return {"kp": gains.pop("error"), "ki": ki, "kd": gains.pop("error_rate"), **gains}
 
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         ends = {**low, "ki": SLOWEST * low["ki"]}
-        found = {
+        searched = {
             name: Searched(ends[name], FASTER * high[name], start[name])
             for name in ("kp", "ki", "kd")
         }
         cut_off = (share / self.every for share in CUT_OFF)
-        found["derivative_hz"] = Searched(*cut_off)
+        searched["derivative_hz"] = Searched(*cut_off)
         for name in self.signals:
             most = LARGEST * max(abs(high[name]), abs(start[name]))
             bend = float(np.arcsinh(FINE * most / abs(start[name])))
-            found[name] = Searched(-most, most, start[name], bend)
+            searched[name] = Searched(-most, most, start[name], bend)
         for name in self.settings.resonators:
-            found[name] = Searched(*RESONANT)
-            found[name + LEAD] = Searched(-ASIDE, ASIDE, 0.0)
-        return found
+            searched[name] = Searched(*RESONANT)
+            searched[name + LEAD] = Searched(-ASIDE, ASIDE, 0.0)
+        return searched
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        kept = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
-        own = values | {"kept": kept}
+        filter_pole = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
+        feedback = values | {"kept": filter_pole}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
             # Where the error is answer x its share, gain x answer < 0 makes both fade.
             z = np.exp(1j * frequency * self.every)
-            answer = regulator.answer(self.model, own, self.signals, z, self.every)
+            answer = regulator.answer(self.model, feedback, self.signals, z, self.every)
             turn = -z * np.exp(1j * values[name + LEAD]) * np.abs(answer) / answer
             gain = values[name] * frequency * values["kp"] * turn
-            own |= {name: gain.real, name + BEHIND: gain.imag}
-        return own
+            feedback |= {name: gain.real, name + BEHIND: gain.imag}
+        return feedback
 
     def record(self, individual: GainVectors) -> Json:
         """With the filter's cut-off."""

@@ -23,8 +23,8 @@ class LqGenome(LinearGenome):
     """Weights, in units of the command for a unit of each state; that of the command is 1."""
 
     def _prepare(self) -> None:
-        told = self.settings.signals
-        self.states = plain = regulator.measured(self.model, told, self.drive.name)
+        signals = self.settings.signals
+        self.states = plain = regulator.measured(self.model, signals, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
         #: What has a weight of its own; that of a resonator is a share of another one.
@@ -48,26 +48,26 @@ class LqGenome(LinearGenome):
         command.
         """
         kp, ki, kd = regulator.pid(self.model, bandwidths)
-        own = regulator.first_regulators(self.plain, kp, kd)
-        found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
-        found |= {name: LIGHT * abs(own[name]) for name in self.signals}
+        gains = regulator.first_regulators(self.plain, kp, kd)
+        weights = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
+        weights |= {name: LIGHT * abs(gains[name]) for name in self.signals}
         for name, weight in self.tolerated.items():
-            found[name] = np.full_like(kp, weight)
-        return {name: found[name] for name in self.weighted}
+            weights[name] = np.full_like(kp, weight)
+        return {name: weights[name] for name in self.weighted}
 
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         kp, ki, kd = regulator.pid(self.model, np.array(self.bandwidths[:1]))
-        own: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
-        own |= regulator.first_regulators(self.plain, kp, kd)
-        self.scale = np.array([abs(own[name][0]) for name in self.states.names])
+        gains: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
+        gains |= regulator.first_regulators(self.plain, kp, kd)
+        self.scale = np.array([abs(gains[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)
-        found = {
+        searched = {
             name: Searched(min(ends) / WIDER, max(ends) * WIDER, begin)
             for name, *ends, begin in each
         }
-        return found | dict.fromkeys(self.settings.resonators, Searched(*RESONANT))
+        return searched | dict.fromkeys(self.settings.resonators, Searched(*RESONANT))
 
     def weights(self, values: dict[str, Floats]) -> dict[str, Floats]:
         """Of every state that has one.
@@ -75,23 +75,23 @@ class LqGenome(LinearGenome):
         Of a resonator it is the first one, a share of the weight of the integral; without that, of
         the error's times the frequency. Loops that hold well have much the same on all of them.
         """
-        found = {name: values[name] for name in self.weighted}
+        weights = {name: values[name] for name in self.weighted}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
             whole = values.get("integral", values["error"] * frequency)
-            found[name] = values[name] * whole
-        return found
+            weights[name] = values[name] * whole
+        return weights
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        own, nothing = self.weights(values), np.zeros_like(values["error"])
-        weights = np.stack([own.get(name, nothing) for name in self.states.names], axis=1)
-        found = regulator.regulators(self.states, weights, self.scale)
-        gains = dict(zip(self.states.names, found.T, strict=True))
+        named_weights, nothing = self.weights(values), np.zeros_like(values["error"])
+        weights = np.stack([named_weights.get(name, nothing) for name in self.states.names], axis=1)
+        regulator_gains = regulator.regulators(self.states, weights, self.scale)
+        gains = dict(zip(self.states.names, regulator_gains.T, strict=True))
         named = {"kp": gains.pop("error"), "kd": gains.pop("error_rate"), "kept": 0.0}
         return {**named, "ki": gains.pop("integral", 0.0), **gains}
 
     def record(self, individual: GainVectors) -> Json:
         """With the weights."""
-        found = self.weights(self.values(individual))
-        weights = {name: float(weight[0]) for name, weight in found.items()}
+        weight_arrays = self.weights(self.values(individual))
+        weights = {name: float(weight[0]) for name, weight in weight_arrays.items()}
         return super().record(individual) | {"weights": weights}

@@ -8,11 +8,27 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from hfc_design.controllers.controller import FOLLOWED
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
-from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains, Structure
+from hfc_design.controllers.controller import FOLLOWED, AxisLaw
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    Target,
+    later,
+    reach_of,
+)
+from hfc_design.controllers.linear.law import (
+    AHEAD,
+    ERRORS,
+    LinearGains,
+    Structure,
+    initial_memory,
+    sample,
+)
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
 from hfc_design.core.wording import one_of
+
+HERE = "hfc_design.controllers.linear"
 
 #: What is fed forward, each by a multiple of what the nominal drive asks for.
 MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
@@ -119,6 +135,9 @@ class LinearDesign(ControllerRecord):
     feed_forward: FeedForwardRecord = FeedForwardRecord()  # gains on what is known ahead
     resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
+    explain = later(f"{HERE}.code", "EXPLAIN")
+    sections = later(f"{HERE}.section", "sections")
+
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
     @model_validator(mode="after")
@@ -153,7 +172,7 @@ class LinearDesign(ControllerRecord):
             return 0.0
         return math.exp(-2.0 * math.pi * self.derivative_hz * self.sample_time_s)
 
-    def gains(self) -> LinearGains:
+    def law_gains(self) -> LinearGains:
         """The gains of one individual."""
         ahead = self.feed_forward
         return LinearGains(
@@ -170,8 +189,20 @@ class LinearDesign(ControllerRecord):
             tuple((one.in_phase, one.quadrature) for one in self.resonators),
         )
 
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return AxisLaw(sample, initial_memory, self.sample_time_s, limit, self.form)
+
+    @staticmethod
+    def of_gains(gains: dict[str, float]) -> Json:
+        """By hand the filter may be given by its time constant, ``derivative_s`` [s]."""
+        if not gains.get("derivative_s"):
+            return gains
+        hz = 1.0 / (2.0 * math.pi * gains["derivative_s"])
+        return {"derivative_hz": hz} | {k: x for k, x in gains.items() if k != "derivative_s"}
+
     @property
-    def structure(self) -> Structure:
+    def form(self) -> Structure:
         """What of the law is no number."""
         angles = [x.frequency_rad_s * self.sample_time_s for x in self.resonators]
         return Structure(tuple(self.signals), tuple((math.cos(x), math.sin(x)) for x in angles))
@@ -181,6 +212,9 @@ class PidDesign(LinearDesign):
     """A controller of kind ``pid+ff``."""
 
     kind: Literal["pid+ff"] = "pid+ff"
+    summary = "PID with filter and feed-forward"
+    settings = later(f"{HERE}.record", "PidSettings")
+    genome = later(f"{HERE}.genome", "PidGenome")
 
 
 class WeightedDesign(LinearDesign):
@@ -189,18 +223,23 @@ class WeightedDesign(LinearDesign):
     #: command that costs as much as a unit of the signal; for the record, the gains follow
     #: [command/signal]
     weights: dict[Label, NotNegative] = {}
+    genome = later(f"{HERE}.lq_genome", "LqGenome")
 
 
 class LqrDesign(WeightedDesign):
     """A controller of kind ``lqr``."""
 
     kind: Literal["lqr"] = "lqr"
+    summary = "optimal state feedback with feed-forward"
+    settings = later(f"{HERE}.record", "LqrSettings")
 
 
 class LqiDesign(WeightedDesign):
     """A controller of kind ``lqi``."""
 
     kind: Literal["lqi"] = "lqi"
+    summary = "optimal state feedback with integral and feed-forward"
+    settings = later(f"{HERE}.record", "LqiSettings")
 
 
 class LinearSettings(ControllerSettings):
@@ -224,9 +263,9 @@ class LinearSettings(ControllerSettings):
         """Yes: one stage, all that is searched."""
         return True
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """Everything that may be varied on a drive that tells these signals."""
-        return [*told, *FORWARD, "coulomb_width", *self.resonators]
+        return [*signals, *FORWARD, "coulomb_width", *self.resonators]
 
     @property
     def resonators(self) -> tuple[str, ...]:
@@ -235,15 +274,15 @@ class LinearSettings(ControllerSettings):
 
     def fault(self, target: Target) -> str | None:
         """A signal or a range of what there is not, a frequency that a sample cannot tell."""
-        if found := too_fast(self.load_frequencies_rad_s, target.sample_time):
-            return f"controller.load_frequencies_rad_s: {found}"
+        if fault := too_fast(self.load_frequencies_rad_s, target.sample_time):
+            return f"controller.load_frequencies_rad_s: {fault}"
         for drive in target.machine.drives:
-            told = [name for name in drive.inputs if name not in ERRORS]
+            drive_signals = [name for name in drive.inputs if name not in ERRORS]
             for name in self.signals or ():
-                if name not in told:
+                if name not in drive_signals:
                     no_signal = f"controller.signals: {name!r} is no signal of the {drive.name}"
-                    return f"{no_signal}; {one_of(name, told)}"
-            known = self.names(told)
+                    return f"{no_signal}; {one_of(name, drive_signals)}"
+            known = self.names(drive_signals)
             for name in self.ranges:
                 if name not in known:
                     return f"controller.ranges.{name}: unknown; {one_of(name, known)}"
@@ -259,10 +298,10 @@ class PidSettings(LinearSettings):
     #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With its own gains."""
         leads = (f"{name}{LEAD}" for name in self.resonators)
-        return ["kp", "ki", "kd", "derivative_hz", *super().names(told), *leads]
+        return ["kp", "ki", "kd", "derivative_hz", *super().names(signals), *leads]
 
 
 class WeightedSettings(LinearSettings):
@@ -272,22 +311,22 @@ class WeightedSettings(LinearSettings):
     #: [signal]
     tolerances: dict[Label, Positive] = {}
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With what is weighted."""
-        return [*ERRORS, *super().names(told)]
+        return [*ERRORS, *super().names(signals)]
 
     def fault(self, target: Target) -> str | None:
         """Also a tolerance of what there is not, or without a largest command."""
-        if found := super().fault(target):
-            return found
+        if fault := super().fault(target):
+            return fault
         drive = target.machine.drives[0]
         known = self.names([name for name in drive.inputs if name not in ERRORS])
         further = (*FORWARD, "coulomb_width", *self.resonators)
         weighted = [name for name in known if name not in further]
         for name in self.tolerances:
             if name not in weighted:
-                told = f"controller.tolerances.{name}: unknown"
-                return f"{told}; there is {', '.join(weighted)}"
+                message = f"controller.tolerances.{name}: unknown"
+                return f"{message}; there is {', '.join(weighted)}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
             return "controller.tolerances: need limits.command, the largest command"
@@ -305,6 +344,6 @@ class LqiSettings(WeightedSettings):
 
     kind: Literal["lqi"]
 
-    def names(self, told: list[str]) -> list[str]:
+    def names(self, signals: list[str]) -> list[str]:
         """With the integral."""
-        return ["integral", *super().names(told)]
+        return ["integral", *super().names(signals)]

@@ -58,31 +58,33 @@ class Measured(NamedTuple):
         a, b = np.zeros((whole, whole)), np.append(self.b, np.zeros(2 * len(angles)))
         a[:size, :size] = self.a
         for k, angle in enumerate(angles):
-            own, name = size + 2 * k, resonator_name(k)
+            first, name = size + 2 * k, resonator_name(k)
             cosine, sine = np.cos(angle), np.sin(angle)
-            a[own : own + 2, own : own + 2] = [[cosine, sine], [-sine, cosine]]
-            a[own, names.index("error")] = sample_time
+            a[first : first + 2, first : first + 2] = [[cosine, sine], [-sine, cosine]]
+            a[first, names.index("error")] = sample_time
             names += [name, name + BEHIND]
         return Measured(tuple(names), a, b)
 
 
-def measured(model: Nominal, names: Sequence[str] | None, told: str) -> Measured:
+def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Measured:
     """The model in these signals, or in all that tell something that no other one does.
 
     Raises:
-        UserError: one of ``names`` follows from the others; ``told`` says whose they are.
+        UserError: one of ``names`` follows from the others; ``drive_name`` says whose they are.
     """
     rows: list[Floats] = []
-    kept: list[str] = []
+    independent: list[str] = []
     for name in ["error", "error_rate", *(model.outputs if names is None else names)]:
         row = model.outputs[name]
         before = np.linalg.qr(np.array(rows).T)[0] if rows else np.zeros((len(row), 0))
-        own = row - before @ (before.T @ row)
-        if np.linalg.norm(own) > OWN_SHARE * np.linalg.norm(row):
+        residual = row - before @ (before.T @ row)
+        if np.linalg.norm(residual) > OWN_SHARE * np.linalg.norm(row):
             rows.append(row)
-            kept.append(name)
+            independent.append(name)
         elif names and name in names:
-            raise UserError(f"controller.signals: {name!r} of the {told} follows from the others")
+            raise UserError(
+                f"controller.signals: {name!r} of the {drive_name} follows from the others"
+            )
     seen = np.array(rows)
     rest = np.linalg.svd(seen)[2][len(seen) :]
     turn = np.concatenate([seen, rest])
@@ -95,7 +97,7 @@ def measured(model: Nominal, names: Sequence[str] | None, told: str) -> Measured
         a[here, here] + a[here, there] @ settled[:, :-1],
         b[here] + a[here, there] @ settled[:, -1],
     )
-    return Measured(tuple(kept), a, b)
+    return Measured(tuple(independent), a, b)
 
 
 def regulators(model: Measured, weights: Floats, scale: Floats | None = None) -> Floats:
@@ -144,22 +146,22 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
     """
     weights = np.zeros((len(kp), len(model.b)))
     weights[:, 0], weights[:, 1] = kp, RATE * kd
-    found = regulators(model, weights)
-    if not np.isfinite(found).all():
+    gains = regulators(model, weights)
+    if not np.isfinite(gains).all():
         raise UserError("controller: no optimal regulator of this drive was found")
-    small = SMALLEST * np.abs(found[:, :1])
-    found = np.where(np.abs(found) < small, small, found)
-    return dict(zip(model.names, found.T, strict=True))
+    small = SMALLEST * np.abs(gains[:, :1])
+    gains = np.where(np.abs(gains) < small, small, gains)
+    return dict(zip(model.names, gains.T, strict=True))
 
 
 def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
     """What the nominal drive asks for, less what gains on ``signals`` give of it by themselves."""
-    found = {}
+    forward = {}
     for name in MULTIPLES:
         steady = getattr(model, name)
-        own = sum(gain * (model.outputs[key] @ steady.state) for key, gain in signals.items())
-        found[name] = steady.command - own
-    return found
+        feedback = sum(gain * (model.outputs[key] @ steady.state) for key, gain in signals.items())
+        forward[name] = steady.command - feedback
+    return forward
 
 
 def bandwidth(model: Nominal, sample_time: float) -> float:
@@ -192,12 +194,12 @@ def answer(
     ``gains`` are kp, ki, kd, kept and those on ``signals``, each (n,).
     """
     state = np.linalg.solve(z * np.eye(len(model.b)) - model.a, model.b)
-    told = {name: row @ state for name, row in model.outputs.items()}
+    responses = {name: row @ state for name, row in model.outputs.items()}
     filtered = gains["kd"] * (1.0 - gains["kept"]) * z / (z - gains["kept"])
-    command = (gains["kp"] + gains["ki"] * sample_time / (z - 1.0)) * told["error"]
-    command = command + filtered * told["error_rate"]
-    command = command + sum(gains[name] * told[name] for name in signals)
-    return np.asarray(told["error"] / (1.0 - command))
+    command = (gains["kp"] + gains["ki"] * sample_time / (z - 1.0)) * responses["error"]
+    command = command + filtered * responses["error_rate"]
+    command = command + sum(gains[name] * responses[name] for name in signals)
+    return np.asarray(responses["error"] / (1.0 - command))
 
 
 def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:

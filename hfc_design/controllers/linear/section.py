@@ -10,8 +10,8 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 def sections(record: LinearDesign, shown: Shown) -> list[Section]:
     """The gains."""
-    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
-    gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
+    cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
+    gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
     return [Section("The controller", "", gains, [])]
 
 
@@ -26,15 +26,15 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
         return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
 
     summed = f"{command}/({units['error']} s)"
-    found: list[tuple[str, float | None, str]] = [
+    entries: list[tuple[str, float | None, str]] = [
         ("kp, on the error", record.kp, per("error")),
         ("ki, on its integral", record.ki, summed),
         ("kd, on its rate", record.kd, per("error_rate")),
         ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
     ]
     for name, gain in record.signals.items():
-        found.append((f"on {name.replace('_', ' ')}", gain, per(name)))
-    found += [
+        entries.append((f"on {name.replace('_', ' ')}", gain, per(name)))
+    entries += [
         ("feed-forward of the velocity", ahead.velocity, per("reference_rate")),
         ("feed-forward of the acceleration", ahead.acceleration, per("reference_acceleration")),
         ("feed-forward of Coulomb friction", ahead.coulomb, command),
@@ -43,11 +43,11 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
     ]
     for one in record.resonators:
         name = f"resonator of {one.frequency_rad_s:g} rad/s"
-        found.append((f"{name}, in phase", one.in_phase, summed))
-        found.append((f"{name}, a quarter turn ahead", one.quadrature, summed))
+        entries.append((f"{name}, in phase", one.in_phase, summed))
+        entries.append((f"{name}, a quarter turn ahead", one.quadrature, summed))
     if isinstance(record, WeightedDesign):
-        own = ("integral", *(resonator_name(k) for k in range(len(record.resonators))))
+        integral_names = ("integral", *(resonator_name(k) for k in range(len(record.resonators))))
         for name, weight in record.weights.items():
-            unit = summed if name in own else per(name)
-            found.append((f"weight of {name.replace('_', ' ')}", weight, unit))
-    return [(name, x, unit) for name, x, unit in found if x is not None]
+            unit = summed if name in integral_names else per(name)
+            entries.append((f"weight of {name.replace('_', ' ')}", weight, unit))
+    return [(name, x, unit) for name, x, unit in entries if x is not None]

@@ -63,7 +63,7 @@ def changes(
     xp: Xp,
     weights: Weights,
     before: Weights,
-    found: Passed,
+    activations: Passed,
     errors: Sequence[Scalar],
     rate: Scalar,
     momentum: Scalar,
@@ -79,7 +79,7 @@ def changes(
         ahead = [delta * row[j] for delta, row in zip(deltas, weights.output, strict=True)]
         return xp.once(total(ahead) * slope * (1.0 - unit * unit))
 
-    back = xp.stored(xp.along(behind, range(len(found.hidden)), found.hidden))
+    back = xp.stored(xp.along(behind, range(len(activations.hidden)), activations.hidden))
 
     def moved(deltas: Sequence[Scalar], values: Sequence[Scalar], layer: Layer) -> Layer:
         values, last = xp.table(values), len(values)  # then the threshold, a weight of 1
@@ -93,8 +93,8 @@ def changes(
 
         return xp.along(row, deltas, layer)
 
-    hidden = moved(back, found.inputs, before.hidden)
-    return Weights(hidden, moved(deltas, found.hidden, before.output))
+    hidden = moved(back, activations.inputs, before.hidden)
+    return Weights(hidden, moved(deltas, activations.hidden, before.output))
 
 
 def added(xp: Xp, weights: Weights, steps: Weights) -> Weights:
@@ -141,13 +141,17 @@ def sample(
     error = signals["error"]
     e = xp.once(xp.ratio(error, gains.error_unit))
     ce = xp.once(xp.ratio(error - memory.error, gains.change_unit))
-    found = passed(xp, memory.weights, gains.slope, (e, ce))
-    command = gains.command_unit * found.outputs[0]
-    told = (1.0 - gains.xi) * e + gains.xi * ce
+    activations = passed(xp, memory.weights, gains.slope, (e, ce))
+    command = gains.command_unit * activations.outputs[0]
+    training_error = (1.0 - gains.xi) * e + gains.xi * ce
     if law.limit is not None:
-        told = xp.where((abs(command) > law.limit) & (command * told > 0.0), 0.0 * told, told)
+        training_error = xp.where(
+            (abs(command) > law.limit) & (command * training_error > 0.0),
+            0.0 * training_error,
+            training_error,
+        )
     rates = gains.rate, gains.momentum, gains.slope
-    moved = changes(xp, memory.weights, memory.moved, found, (told,), *rates)
+    moved = changes(xp, memory.weights, memory.moved, activations, (training_error,), *rates)
     # Not finite where a weight would not be any more.
-    command = command + 0.0 * (told * told * (e * e + ce * ce))
+    command = command + 0.0 * (training_error * training_error * (e * e + ce * ce))
     return command, NeuralMemory(error, added(xp, memory.weights, moved), moved), None

@@ -7,13 +7,30 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Target, controller_named, reach_of
-from hfc_design.controllers.neural import law
-from hfc_design.controllers.neural.law import Weights
+from hfc_design.controllers.kind import (
+    CHANGES,
+    ControllerRecord,
+    Target,
+    controller_named,
+    later,
+    reach_of,
+)
+from hfc_design.controllers.neural.law import (
+    NeuralGains,
+    NeuralMemory,
+    Weights,
+    added,
+    changes,
+    neural,
+    passed,
+)
 from hfc_design.core.arguments import positive, whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked
+
+HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
 #: Units of the hidden layer: the loop is unrolled, more of them take minutes to compile.
@@ -33,10 +50,10 @@ class WeightsRecord(Record):
 
     @model_validator(mode="after")
     def _fit(self) -> "WeightsRecord":
-        units, found = len(self.hidden), len(self.output)
-        if found != units + 1:
-            told = f"has {found} numbers; {units} hidden units and a threshold make {units + 1}"
-            raise ValueError(f"output: {told}")
+        units, count = len(self.hidden), len(self.output)
+        if count != units + 1:
+            message = f"has {count} numbers; {units} hidden units and a threshold make {units + 1}"
+            raise ValueError(f"output: {message}")
         return self
 
 
@@ -44,6 +61,11 @@ class NeuralDesign(ControllerRecord):
     """A controller of kind ``neural``; see ``NeuralGains``."""
 
     kind: Literal["neural"] = "neural"
+    summary = "a network that learns off line from another controller, then on line (Huang et al.)"
+    settings = later(f"{HERE}.record", "NeuralSettings")
+    genome = later(HERE, "NeuralGenome")
+    pictures = later(f"{HERE}.section", "pictures")
+    sections = later(f"{HERE}.section", "sections")
     weights: WeightsRecord  # what the network begins with
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
@@ -54,9 +76,21 @@ class NeuralDesign(ControllerRecord):
     #: weight of the change in the error of the output [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
-    def gains(self) -> law.NeuralGains:
+    def law_gains(self) -> NeuralGains:
         """The numbers beside the weights."""
-        return law.NeuralGains(*(getattr(self, name) for name in law.NeuralGains._fields))
+        return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return neural(self.network(), self.sample_time_s, limit)
+
+    def reads(self) -> list[str]:
+        """The change of the error is formed inside."""
+        return ["error"]
+
+    def connecting(self) -> list[str]:
+        """What is formed inside."""
+        return [CHANGES]
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Where the network to begin with, were all its weights of one sign, commands the limit."""
@@ -70,15 +104,15 @@ class NeuralDesign(ControllerRecord):
         """What it begins with."""
         return Weights(self.weights.hidden, (self.weights.output,))
 
-    def adapted(self, memory: law.NeuralMemory) -> "NeuralDesign | None":
+    def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
         """With the weights as they have become; None: they stay."""
         return self.with_weights(memory.weights) if self.rate else None
 
     def with_weights(self, weights: Weights) -> "NeuralDesign":
         """The same with other weights."""
         hidden, (output,) = weights
-        found = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
-        return self.model_copy(update={"weights": found})
+        record = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
+        return self.model_copy(update={"weights": record})
 
 
 def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
@@ -95,7 +129,7 @@ def drawn(hidden: int, seed: int) -> WeightsRecord:
 
 
 #: What is searched, on a milling table: errors in mm and commands in V.
-RANGES = law.NeuralGains(
+RANGES = NeuralGains(
     (1e-3, 0.1), (1e-3, 0.1), (0.1, 20.0), (1e-6, 0.1), (1e-3, 0.9), (1e-4, 0.1), (0.0, 1.0)
 )
 
@@ -171,7 +205,7 @@ def begun(
     if start is not None:
         data = start.model_dump()
     else:
-        usual = (np.sqrt(np.mean(own * own)) for own in (errors, commands))
+        usual = (np.sqrt(np.mean(values * values)) for values in (errors, commands))
         error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 of what is always 0
         data = {"weights": drawn(lesson.hidden, lesson.seed).model_dump(), "error_unit": error}
         data |= {"change_unit": CHANGE * error, "command_unit": COMMAND * command}
@@ -192,20 +226,20 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     """
     inputs = inputs_of(start, errors).reshape(-1, INPUTS)
     targets = (commands / start.command_unit).ravel()
-    found = start.network()
-    last = Weights(*(each(lambda weight: 0.0, layer) for layer in found))
+    network = start.network()
+    last = Weights(*(each(lambda weight: 0.0, layer) for layer in network))
     rates = lesson.rate, start.momentum, start.slope
     for _ in range(lesson.passes):
-        for own, target in zip(inputs.tolist(), targets.tolist(), strict=True):
-            answer = law.passed(SCALARS, found, start.slope, own)
+        for sample, target in zip(inputs.tolist(), targets.tolist(), strict=True):
+            answer = passed(SCALARS, network, start.slope, sample)
             off = [target - answer.outputs[0]]
-            last = law.changes(SCALARS, found, last, answer, off, *rates)
-            found = law.added(SCALARS, found, last)
-    design = start.with_weights(found)
+            last = changes(SCALARS, network, last, answer, off, *rates)
+            network = added(SCALARS, network, last)
+    design = start.with_weights(network)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):
-        told = f"--training-rate {lesson.rate:g}: the network diverges"
-        raise UserError(f"{told}; take a lower one, larger units or a smaller slope")
+        message = f"--training-rate {lesson.rate:g}: the network diverges"
+        raise UserError(f"{message}; take a lower one, larger units or a smaller slope")
     taught = float(np.sqrt(np.mean(commands * commands)))
     return Trained(design, before, after, taught)
 

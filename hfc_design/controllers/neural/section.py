@@ -38,25 +38,25 @@ def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
         ["weight of the change in what is learnt from", f"{record.xi:.4g}", ""],
     ]
     listing = Listing("The network.", ["number", "value", "unit"], rows)
-    reach = _reach(record, shown)
-    drawings = [_drawing(record, reach, "as designed", shown)]
+    input_limits = _reach(record, shown)
+    drawings = [_drawing(record, input_limits, "as designed", shown)]
     for axis, after in at_the_end(record, shown).items():
         name = axis if len(shown.machine.axes) > 1 else "the axis"
-        drawings.append(_drawing(after, reach, f"of {name} after the motion", shown))
+        drawings.append(_drawing(after, input_limits, f"of {name} after the motion", shown))
     return [Section("The controller", ABOUT, listing, drawings)]
 
 
 def at_the_end(record: NeuralDesign, shown: Shown) -> dict[str, NeuralDesign]:
     """The network of each axis at the end of the motion, stepped over what the axis measured."""
-    found = {}
-    law, gains = neural(record.network(), record.sample_time_s), record.gains()
+    designs = {}
+    law, gains = neural(record.network(), record.sample_time_s), record.law_gains()
     for axis, signals in (shown.signals or {}).items():
         memory = law.initial_memory(0.0)
         for error in signals["error"].tolist():
             _, memory = law.step(SCALARS, gains, memory, {"error": error})
         if (after := record.adapted(memory)) is not None:
-            found[axis] = after
-    return found
+            designs[axis] = after
+    return designs
 
 
 def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
@@ -69,9 +69,9 @@ def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
         factor, unit = readable(drive.units["error"], REACH * size)
         sides[f"{name} [{unit}]"] = factor * size * inputs
     (x_label, x), (y_label, y) = sides.items()
-    told = f"command [{drive.units['command']}]"
+    label = f"command [{drive.units['command']}]"
     return {
-        what: {"network": partial(draw, x, y, values, (x_label, y_label), "network", told)}
+        what: {"network": partial(draw, x, y, values, (x_label, y_label), "network", label)}
         for what, draw in (("surface", units.surface), ("surface-3d", units.solid))
     }
 
@@ -81,14 +81,14 @@ def _reach(record: NeuralDesign, shown: Shown) -> Floats:
     if not shown.signals:
         return np.array([REACH, REACH])
     errors = np.stack([signals["error"] for signals in shown.signals.values()], axis=1)
-    found = np.abs(inputs_of(record, errors)).max(axis=(0, 1))
-    return np.where(found > 0.0, found, REACH)
+    largest = np.abs(inputs_of(record, errors)).max(axis=(0, 1))
+    return np.where(largest > 0.0, largest, REACH)
 
 
-def _drawing(record: NeuralDesign, reach: Floats, which: str, shown: Shown) -> Drawing:
+def _drawing(record: NeuralDesign, input_limits: Floats, which: str, shown: Shown) -> Drawing:
     unit = shown.units["command"]
     figure = framed(3.6, top=0.35, right=STRIP)
-    _map(figure, figure.subplots(), record, reach, shown)
+    _map(figure, figure.subplots(), record, input_limits, shown)
     figure.axes[0].set_title(f"network {which}", fontsize=11)
     return Drawing(
         figure,
@@ -97,8 +97,10 @@ def _drawing(record: NeuralDesign, reach: Floats, which: str, shown: Shown) -> D
     )
 
 
-def _map(figure: Figure, axes: Axes, record: NeuralDesign, reach: Floats, shown: Shown) -> None:
-    e, ce = (np.linspace(-far, far, POINTS) for far in reach)
+def _map(
+    figure: Figure, axes: Axes, record: NeuralDesign, input_limits: Floats, shown: Shown
+) -> None:
+    e, ce = (np.linspace(-far, far, POINTS) for far in input_limits)
     values = command(record, np.stack(np.meshgrid(e, ce), axis=-1))
     limit = float(np.abs(values).max()) or 1.0
     position = shown.units["error"]

@@ -13,17 +13,18 @@ from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
-    Inside,
-    Kind,
     Limits,
     Shown,
     Target,
     kinds,
+    later,
 )
 from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
+#: Why there are no rule tables.
+INSIDE = "rule tables are but inside it, in its axes' controllers; c and fmu hold all of it"
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 
@@ -31,14 +32,18 @@ OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "setti
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
     """ValueError: a controller inside another one runs at another sample time."""
     if part.sample_time_s != sample_time:
-        told = f"{key}.sample_time_s = {part.sample_time_s}"
-        raise ValueError(f"{told}: has to be that of all, {sample_time}")
+        setting = f"{key}.sample_time_s = {part.sample_time_s}"
+        raise ValueError(f"{setting}: has to be that of all, {sample_time}")
 
 
 class PerAxisDesign(ControllerRecord):
     """Controllers of any kinds, by the names of the machine's axes and in their order."""
 
     kind: Literal["per-axis"] = "per-axis"
+    summary = "a controller of its own for every axis of a machine"
+    settings = later(__name__, "PerAxisSettings")
+    genome = later(__name__, "PerAxisGenome")
+    no_rules = INSIDE
     #: controller of each axis by its name
     axes: Annotated[dict[Label, OwnRecord], Field(min_length=1)]
 
@@ -46,12 +51,16 @@ class PerAxisDesign(ControllerRecord):
     def renewed(cls, data: Json, keys: list[str]) -> None:
         """Of each axis what its own kind says."""
         axes = data.get("axes")
-        for axis, own in axes.items() if isinstance(axes, dict) else ():
+        for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
-            told = [key.removeprefix(start) for key in keys if key.startswith(start)]
-            if told and isinstance(own, dict) and own.get("kind") in kinds().names():
+            axis_keys = [key.removeprefix(start) for key in keys if key.startswith(start)]
+            if (
+                axis_keys
+                and isinstance(axis_data, dict)
+                and axis_data.get("kind") in kinds().names()
+            ):
                 try:
-                    kinds().get(own["kind"]).record.renewed(own, told)
+                    kinds().get(axis_data["kind"]).record.renewed(axis_data, axis_keys)
                 except ValueError as error:
                     raise ValueError(f"{start}{error}") from None
 
@@ -62,24 +71,62 @@ class PerAxisDesign(ControllerRecord):
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        axes = {k: every | own if isinstance(own, dict) else own for k, own in data["axes"].items()}
+        axes = {
+            k: every | axis_data if isinstance(axis_data, dict) else axis_data
+            for k, axis_data in data["axes"].items()
+        }
         return data | {"axes": axes}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
-        for axis, own in self.axes.items():
-            sampled_alike(f"axes.{axis}", own, self.sample_time_s)
+        for axis, design in self.axes.items():
+            sampled_alike(f"axes.{axis}", design, self.sample_time_s)
         return self
 
-    def gains(self) -> tuple[Gains, ...]:
+    def law_gains(self) -> tuple[Gains, ...]:
         """The gains of each axis."""
-        return tuple(kinds().get(own.kind).gains(own) for own in self.axes.values())
+        return tuple(design.law_gains() for design in self.axes.values())
+
+    def axis_records(self) -> dict[str, ControllerRecord]:
+        """The record of each axis by its name."""
+        return self.axes
+
+    def controller(self, limits: Limits) -> PerAxis:
+        """On axes with these limits.
+
+        Raises:
+            UserError: the machine has other axes.
+        """
+        if tuple(self.axes) != tuple(limits):
+            raise UserError(
+                f"controller.axes: are {', '.join(self.axes)}; the machine has {', '.join(limits)}"
+            )
+        laws = (design.law(limits[axis]) for axis, design in self.axes.items())
+        return PerAxis("per-axis", tuple(laws), own_gains=True)
+
+    def learnt(self, axes: tuple[str, ...], memory: tuple[Memory, ...]) -> Self | None:
+        """With what each axis has learnt that can."""
+        learned = {}
+        for (axis, design), remembered in zip(self.axes.items(), memory, strict=True):
+            if design.adapted and (after := design.adapted(remembered)):
+                learned[axis] = after
+        return self.model_copy(update={"axes": self.axes | learned}) if learned else None
+
+    def sections(self, shown: Shown) -> list[Any]:
+        """Those of each axis, with its name before their titles."""
+        sections = []
+        for axis, design in self.axes.items():
+            axis_sections = design.sections(shown.of(axis))
+            sections += [
+                section._replace(title=f"{axis}: {section.title}") for section in axis_sections
+            ]
+        return sections
 
     def structure(self) -> str:
         """That of each axis, its kind where it has but one; "" where all have."""
-        found = {axis: kinds().get(own.kind).structure(own) for axis, own in self.axes.items()}
-        each = (f"{axis}: {found[axis] or own.kind}" for axis, own in self.axes.items())
-        return ", ".join(each) if any(found.values()) else ""
+        structures = {axis: design.structure() for axis, design in self.axes.items()}
+        each = (f"{axis}: {structures[axis] or design.kind}" for axis, design in self.axes.items())
+        return ", ".join(each) if any(structures.values()) else ""
 
 
 def learnt(
@@ -89,19 +136,20 @@ def learnt(
 
     Where axes that had the same have learnt other things, each has its own.
     """
-    kind = kinds().get(record.kind)
-    if kind.learnt is not None:
-        return kind.learnt(record, axes, memory)
-    found = [kind.adapted(record, own) for own in memory] if kind.adapted else [None]
-    if found[0] is None or all(one == found[0] for one in found):
-        return found[0]
-    each = dict(zip(axes, found, strict=True))
+    if record.learnt is not None:
+        learned: ControllerRecord | None = record.learnt(axes, memory)
+        return learned
+    records = [record.adapted(axis_memory) for axis_memory in memory] if record.adapted else [None]
+    if records[0] is None or all(one == records[0] for one in records):
+        return records[0]
+    each = dict(zip(axes, records, strict=True))
     return PerAxisDesign(sample_time_s=record.sample_time_s, axes=each)
 
 
 class OuterDesign(ControllerRecord):
     """``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine."""
 
+    no_rules = INSIDE
     #: what is inside: one controller for every axis, or per-axis, or any of a whole machine
     inner: OwnRecord
 
@@ -121,22 +169,13 @@ class OuterDesign(ControllerRecord):
 
     def inside(self, axes: tuple[str, ...]) -> dict[str, ControllerRecord]:
         """The controller of each of these axes by its name, or "" and that of all of them."""
-        kind = kinds().get(self.inner.kind)
-        if kind.axes is not None:
-            return dict(kind.axes(self.inner))
-        return dict.fromkeys(axes if kind.law else ("",), self.inner)
+        if self.inner.axis_records is not None:
+            return dict(self.inner.axis_records())
+        return dict.fromkeys(axes if self.inner.law else ("",), self.inner)
 
     def structure(self) -> str:
         """That of what is inside."""
-        return kinds().get(self.inner.kind).structure(self.inner)
-
-    def with_inside(self, records: dict[str, ControllerRecord]) -> Self:
-        """The same with these controllers inside, by the names of axes or "" for all."""
-        first, *others = records.values()
-        inner = first
-        if any(other != first for other in others):
-            inner = PerAxisDesign(sample_time_s=self.sample_time_s, axes=records)
-        return self.model_copy(update={"inner": inner})
+        return self.inner.structure()
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
         """With what is inside as its ``memory`` has made it; None: it learns not."""
@@ -145,18 +184,13 @@ class OuterDesign(ControllerRecord):
 
     def inner_reads(self) -> list[str]:
         """What is read of any axis by what is inside; nothing where that is not known."""
-        every = [self.inner] if not (axes := kinds().get(self.inner.kind).axes) else []
-        every += axes(self.inner).values() if axes else []
-        found: dict[str, None] = {}
-        for record in every:
-            reads = kinds().get(record.kind).reads
-            if reads is None:
+        axes = self.inner.axis_records
+        signals: dict[str, None] = {}
+        for record in axes().values() if axes else [self.inner]:
+            if record.reads is None:
                 return []
-            found |= dict.fromkeys(reads(record))
-        return list(found)
-
-
-INSIDE = Inside(OuterDesign.inside, OuterDesign.with_inside)
+            signals |= dict.fromkeys(record.reads())
+        return list(signals)
 
 
 class PerAxisSettings(ControllerSettings):
@@ -169,46 +203,16 @@ class PerAxisSettings(ControllerSettings):
     @property
     def staged(self) -> bool:
         """Where the controllers of all axes are."""
-        return all(own.staged for own in self.axes.values())
+        return all(settings.staged for settings in self.axes.values())
 
     def fault(self, target: Target) -> str | None:
         """Other axes than the machine's, or one that its kind cannot be searched for."""
         if tuple(self.axes) != target.machine.axes:
             return f"controller.axes: have to be {', '.join(target.machine.axes)}, in this order"
-        for k, (axis, own) in enumerate(self.axes.items()):
-            if fault := own.fault(target.of(k)):
+        for k, (axis, settings) in enumerate(self.axes.items()):
+            if fault := settings.fault(target.of(k)):
                 return fault.replace("controller.", f"controller.axes.{axis}.", 1)
         return None
-
-
-def _controller(record: PerAxisDesign, limits: Limits) -> PerAxis:
-    if tuple(record.axes) != tuple(limits):
-        raise UserError(
-            f"controller.axes: are {', '.join(record.axes)}; the machine has {', '.join(limits)}"
-        )
-    laws = (kinds().get(own.kind).law(own, limits[axis]) for axis, own in record.axes.items())
-    return PerAxis("per-axis", tuple(laws), own_gains=True)
-
-
-def _learnt(
-    record: PerAxisDesign, axes: tuple[str, ...], memory: tuple[Memory, ...]
-) -> PerAxisDesign | None:
-    """With what each axis has learnt that can."""
-    found = {}
-    for (axis, own), remembered in zip(record.axes.items(), memory, strict=True):
-        adapted = kinds().get(own.kind).adapted
-        if adapted and (after := adapted(own, remembered)):
-            found[axis] = after
-    return record.model_copy(update={"axes": record.axes | found}) if found else None
-
-
-def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
-    """Those of each axis, with its name before their titles."""
-    found = []
-    for axis, own in record.axes.items():
-        told = kinds().get(own.kind).sections(own, shown.of(axis))
-        found += [section._replace(title=f"{axis}: {section.title}") for section in told]
-    return found
 
 
 class PerAxisGenome(BesideGenome):
@@ -219,15 +223,15 @@ class PerAxisGenome(BesideGenome):
     """
 
     def __init__(self, settings: PerAxisSettings, target: Target):
-        own = enumerate(settings.axes.values())
-        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in own]
+        axis_settings = enumerate(settings.axes.values())
+        axes = [kinds().get(one.kind).genome(one, target.of(k)) for k, one in axis_settings]
         super().__init__(settings, target, axes, "axes")
 
     def notation(self, structure: int) -> str:
         """The structure of each axis."""
         trees = map(int, np.unravel_index(structure, self.counts))
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
-        return ", ".join(f"{axis}: {own}" for axis, own in each)
+        return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
     def record(self, individual: SideBySide) -> Json:
         """The record of each axis."""
@@ -235,17 +239,4 @@ class PerAxisGenome(BesideGenome):
         return {"kind": "per-axis", "axes": dict(each)}
 
 
-KIND = Kind(
-    name="per-axis",
-    no_rules="rule tables are but inside it, in its axes' controllers; c and fmu hold all of it",
-    summary="a controller of its own for every axis of a machine",
-    record=PerAxisDesign,
-    settings=PerAxisSettings,
-    gains=PerAxisDesign.gains,
-    controller=_controller,
-    genome=PerAxisGenome,
-    axes=lambda record: record.axes,
-    structure=PerAxisDesign.structure,
-    learnt=_learnt,
-    sections=_sections,
-)
+KIND = PerAxisDesign

@@ -4,8 +4,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
-from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.controllers.soc.law import HIGHEST, SETS, SocGains, SocMemory
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.gains import FEEDS, genome_of_gains, settings_of
+from hfc_design.controllers.kind import CHANGES, ControllerRecord, later
+from hfc_design.controllers.soc.law import HIGHEST, SETS, SocGains, SocMemory, soc
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, NotNegative, Positive, Record
 
@@ -13,6 +15,10 @@ Row = Annotated[tuple[Finite, ...], Field(min_length=SETS, max_length=SETS)]
 Table = Annotated[tuple[Row, ...], Field(min_length=SETS, max_length=SETS)]
 #: The table of a controller that has learnt nothing.
 EMPTY: Table = ((0.0,) * SETS,) * SETS
+
+HERE = "hfc_design.controllers.soc"
+#: On a milling table, errors in mm and commands in V.
+RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
 
 
 class AdaptationRecord(Record):
@@ -31,6 +37,13 @@ class SocDesign(ControllerRecord):
     """
 
     kind: Literal["soc"] = "soc"
+    summary = "fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)"
+    settings = settings_of(RANGES, FEEDS)
+    genome = genome_of_gains
+    no_rules = "it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do"
+    explain = later(HERE, "EXPLAIN")
+    pictures = later(f"{HERE}.section", "pictures")
+    sections = later(f"{HERE}.section", "sections")
     ge: Positive  # sets per ``error_unit`` of the error [1]
     gc: Positive  # sets per ``error_unit`` of its change in a sample [1]
     gu: Positive  # ``command_unit`` for a rule of 1 [1]
@@ -40,15 +53,33 @@ class SocDesign(ControllerRecord):
     #: what it begins with; rows: error, columns: its change, both from -5 to 5 [1]
     table: Table = EMPTY
 
-    def gains(self) -> SocGains:
+    def law_gains(self) -> SocGains:
         """On errors and commands in the drive's units."""
         ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
 
     def reach(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost sets."""
-        own = self.gains()
-        return {"error": HIGHEST / own.ge, "error_change": HIGHEST / own.gc}
+        gains = self.law_gains()
+        return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
+
+    def law(self, limit: float | None) -> AxisLaw:
+        """The law of one axis."""
+        return soc(self.table, self.sample_time_s, limit)
+
+    def reads(self) -> list[str]:
+        """The change of the error is formed inside."""
+        return ["error"]
+
+    def connecting(self) -> list[str]:
+        """What is formed inside."""
+        return [CHANGES]
+
+    @staticmethod
+    def of_gains(gains: dict[str, float]) -> Json:
+        """The record of searched gains, which begins with an empty table."""
+        adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
+        return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
 
     def held(self) -> Self:
         """The same without adaptation."""
@@ -58,9 +89,3 @@ class SocDesign(ControllerRecord):
     def adapted(self, memory: SocMemory) -> Self:
         """The same with the table that it has learnt."""
         return self.model_copy(update={"table": tuple(map(tuple, memory.rules))})
-
-
-def of_gains(gains: dict[str, float]) -> Json:
-    """The record of searched gains, which begins with an empty table."""
-    adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
-    return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}

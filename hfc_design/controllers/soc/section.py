@@ -31,7 +31,7 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
         f"change since the last sample, both in {SETS} sets from -{HIGHEST} to {HIGHEST}. Of the "
         f"{SETS} × {SETS} rules four fire; each is then corrected by the error and its change."
     )
-    gains = record.gains()._asdict()
+    gains = record.law_gains()._asdict()
     meanings = {
         "ge": ("sets per unit of the error", f"1/{units['error']}"),
         "gc": ("sets per unit of its change in a sample", f"1/{units['error']}"),
@@ -41,19 +41,21 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
     }
     rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
     listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
-    told = "Control surface to begin with, before it learns."
-    begins = [_surface(record, shown, "rules to begin with", told)] if np.any(record.table) else []
+    caption = "Control surface to begin with, before it learns."
+    begins = (
+        [_surface(record, shown, "rules to begin with", caption)] if np.any(record.table) else []
+    )
     if not begins:
         text += " It begins with rules that say 0 everywhere."
-    found = [Section("The controller", text, listing, begins)]
+    report = [Section("The controller", text, listing, begins)]
     if shown.signals:
         limits = shown.largest or (None,) * len(shown.signals)
         drawings: list[Drawing] = []
         for (axis, signals), limit in zip(named(shown).items(), limits, strict=True):
             drawings += _learning(record, shown, axis, learnt(record, signals, limit))
         text = "Each axis begins with the rules of the design and learns its own while it moves."
-        found.append(Section("What it has learnt", text, None, drawings))
-    return found
+        report.append(Section("What it has learnt", text, None, drawings))
+    return report
 
 
 def _learning(
@@ -61,26 +63,29 @@ def _learning(
 ) -> list[Drawing]:
     """The rules of an axis by several moments, and the last of them with a cursor."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
-    told = f"Control surface of {axis} at the end of the motion, by the rules of then."
+    caption = f"Control surface of {axis} at the end of the motion, by the rules of then."
     return [
         Drawing(
-            tables(rules, record.gains().gu, axis, shown.units["command"]),
+            tables(rules, record.law_gains().gu, axis, shown.units["command"]),
             f"Heat maps of the rules that {axis} has learnt",
             f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
         ),
-        _surface(end, shown, f"rules of {axis} at the end", told),
+        _surface(end, shown, f"rules of {axis} at the end", caption),
     ]
 
 
-def _surface(record: SocDesign, shown: Shown, title: str, told: str) -> Drawing:
-    return surfaces.drawing(surface(record, shown.units, title), told)
+def _surface(record: SocDesign, shown: Shown, title: str, caption: str) -> Drawing:
+    return surfaces.drawing(surface(record, shown.units, title), caption)
 
 
 def named(shown: Shown) -> dict[str, dict[str, Floats]]:
     """What each axis measured, by the axis' name for people."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}
-    return {axis.upper() if several else "the axis": own for axis, own in signals.items()}
+    return {
+        axis.upper() if several else "the axis": axis_signals
+        for axis, axis_signals in signals.items()
+    }
 
 
 def learnt(
@@ -90,16 +95,16 @@ def learnt(
 
     Stepped over what the axis measured, some 0.1 ms a sample.
     """
-    law, gains = soc(record.table, record.sample_time_s, limit), record.gains()
+    law, gains = soc(record.table, record.sample_time_s, limit), record.law_gains()
     memory: SocMemory = law.initial_memory(0.0)
     errors = signals["error"].tolist()
     moments = {max(round(share * len(errors)), 1) for share in SHARES}
-    found: dict[float, Floats] = {}
+    rules: dict[float, Floats] = {}
     for count, error in enumerate(errors, 1):
         _, memory = law.step(SCALARS, gains, memory, {"error": error})
         if count in moments:
-            found[count * record.sample_time_s] = np.array(memory.rules)
-    return found
+            rules[count * record.sample_time_s] = np.array(memory.rules)
+    return rules
 
 
 EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
@@ -107,12 +112,12 @@ EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
 
 def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surface:
     """What the rules of a record say by now."""
-    table, gains = np.array(record.table), record.gains()
+    table, gains = np.array(record.table), record.law_gains()
 
     def law(change: Floats, error: Floats) -> Floats:
         in_change, in_error = (np.array(degrees(ARRAYS, x)) for x in (change, error[:, 0]))
-        found: Floats = in_error.T @ table @ in_change
-        return found
+        output: Floats = in_error.T @ table @ in_change
+        return output
 
     change = _side("change of error in a sample", drive_units["error"], gains.gc)
     error = _side("error", drive_units["error"], gains.ge)
@@ -147,13 +152,13 @@ def _terms(record: SocDesign, drive: Drive) -> Figure:
     ends = (-HIGHEST, HIGHEST)
     values = np.linspace(*ends, 20 * HIGHEST + 1)
     each = zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True)
-    curves = {label: (values, own) for label, own in each}
-    gains, unit = record.gains(), drive.units["error"]
-    told = (
+    curves = {label: (values, membership) for label, membership in each}
+    gains, unit = record.law_gains(), drive.units["error"]
+    input_labels = (
         f"{name}, a set is {1.0 / gain:.3g} {unit}"
         for name, gain in (("error", gains.ge), ("its change in a sample", gains.gc))
     )
-    return terms([Panel("; ".join(told), ends, curves)], "sets of both inputs")
+    return terms([Panel("; ".join(input_labels), ends, curves)], "sets of both inputs")
 
 
 def _table(record: SocDesign, title: str) -> Figure:
@@ -161,12 +166,12 @@ def _table(record: SocDesign, title: str) -> Figure:
     return heat_map(np.array(record.table), (LABELS, LABELS), *names, title, "rule [1]")
 
 
-def tables(found: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
+def tables(by_time: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
     """The rules side by side, as commands [unit]."""
     figure = framed(2.3, top=0.35, right=STRIP)
-    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
-    limit = gu * max(float(np.abs(rules).max()) for rules in found.values()) or 1.0
-    for axes, (time, rules) in zip(panels, found.items(), strict=True):
+    panels = figure.subplots(1, len(by_time), sharey=True, squeeze=False)[0]
+    limit = gu * max(float(np.abs(rules).max()) for rules in by_time.values()) or 1.0
+    for axes, (time, rules) in zip(panels, by_time.items(), strict=True):
         mesh = axes.pcolormesh(EDGES, EDGES, gu * rules, cmap="RdBu_r", vmin=-limit, vmax=limit)
         axes.set(xticks=(-HIGHEST, 0, HIGHEST), yticks=(-HIGHEST, 0, HIGHEST), aspect="equal")
         axes.set_title(f"{axis}, {time:.3g} s", fontsize=9)

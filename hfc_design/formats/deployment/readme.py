@@ -4,7 +4,6 @@ import re
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.kind import kinds
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent
@@ -132,10 +131,9 @@ def _signals(
 def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:
     """What the kind says, and what is inside of it, once each."""
     record = design.controller
-    found = list(design.kind.connecting(record))
-    inside = design.kind.inside.records(record, axes_of(design)) if design.kind.inside else {}
-    for own in inside.values():
-        found += kinds().get(own.kind).connecting(own)
+    found = list(record.connecting())
+    for own in record.inside(axes_of(design)).values():
+        found += own.connecting()
     return list(dict.fromkeys(found))
 
 

@@ -72,7 +72,7 @@ def commands(
     views = map(view_of, lanes.astype(np.float32))
     found = _stepped(
         _controller(design, axes, law),
-        single(design.kind.gains(design.controller)),
+        single(design.controller.law_gains()),
         views,
         lanes.shape[-1],
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import cos, pi, sin, tau
 from random import Random
 
-from hfc_design.controllers.kind import ControllerRecord, kinds
+from hfc_design.controllers.kind import ControllerRecord
 
 #: Samples of each part of the vectors.
 SWEEPS, STEPS, REST, SMALL, CHANCE = 250, 200, 25, 75, 450
@@ -28,9 +28,8 @@ def reach(
 
     Of what is made around others it is the farther one of both.
     """
-    kind = kinds().get(record.kind)
-    found = {axis: dict(kind.reach(record, limits[axis])) for axis in axes}
-    for inner_axis, own in (kind.inside.records(record, axes) if kind.inside else {}).items():
+    found = {axis: dict(record.reach(limits[axis])) for axis in axes}
+    for inner_axis, own in record.inside(axes).items():
         of = (inner_axis,) if inner_axis else axes
         for axis, sizes in reach(own, of, limits).items():
             for name, size in sizes.items():

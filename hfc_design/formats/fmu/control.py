@@ -24,7 +24,7 @@ PATH = ("path.tangent_x", "path.tangent_y", "path.curvature", "path.contour_erro
 
 def commands_machine(design: Design) -> bool:
     """Whether its controller commands all axes at once."""
-    return design.kind.controller is not None and design.kind.axes is None
+    return design.kind.controller is not None and design.kind.axis_records is None
 
 
 def controller(design: Design) -> Model:

@@ -136,7 +136,8 @@ def design_that_learned(
     if axis is not None:
         from hfc_design.files.pairing import axes_of  # with JAX
 
-        together = design.kind.controller and not design.kind.axes  # there is one state for all
+        # There is one state for all.
+        together = design.kind.controller and not design.kind.axis_records
         axes = () if together else axes_of(design)
         if axis not in axes:
             known = ", ".join(axes) or "one state for all"

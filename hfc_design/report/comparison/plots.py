@@ -16,19 +16,20 @@ from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import (
     above,
-    beside,
+    colour,
     distinct,
     finish,
     framed,
     gridded,
+    label_margin,
     plain,
     round_above,
+    stroke,
 )
-from hfc_design.report.comparison.tables import named
-from hfc_design.report.comparison.traces import Panel, extremes
-from hfc_design.report.plots import POINTS, SHARE, SMALLEST
-from hfc_design.report.plots import beside as parallel
-from hfc_design.report.searches import colour, stroke
+from hfc_design.report.comparison.tables import titled
+from hfc_design.report.comparison.traces import extremes
+from hfc_design.report.panels import Panel, draw, stacked
+from hfc_design.report.plots import SMALLEST, draw_path
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
@@ -43,6 +44,10 @@ THIN = {"lw": 1.0}
 AROUND = 360
 #: Share of the radius that a division takes on the plot of a ball bar.
 BAR = 0.14
+#: A ratio that is further from 1 stands at the edge.
+FURTHEST = 1000.0
+#: Letters [pt].
+SIZE = 8.0
 
 
 def machines(comparison: Comparison) -> Figure:
@@ -52,46 +57,58 @@ def machines(comparison: Comparison) -> Figure:
     are stands at its right.
     """
     bouts = [bout for bout in comparison.bouts if bout.scenario is not None]
-    names, rows = list(comparison.designs), len(comparison.designs) + 1
+    names = list(comparison.designs)
     spans = [[side.span(bout.compared()[0]) for side in bout.sides.values()] for bout in bouts]
     known = [x for row in spans for span in row for x in span if x is not None and x > 0.0]
-    label, factor = named(bouts[0], bouts[0].compared()[0], known)
+    main = bouts[0].compared()[0]
+    label, factor = titled(main, bouts[0].meanings[main], known)
     low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
     edge = high * (high / low) ** 0.1
-    top = 0.15 + legend_room(len(names), 2)
-    height = 0.85 + top + 0.15 * rows * len(bouts)
     heads = {bout.name.rpartition(".")[0] for bout in bouts}
     alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
-    lines = [motion_label(x) for x in alone]
-    left = beside(lines, 8.0)
-    figure = framed(height, top=top, left=left, right=0.6, bottom=0.55)
+    labels = [motion_label(x) for x in alone]
+    top = 0.15 + legend_room(len(names), 2)
+    height = 0.85 + top + 0.15 * (len(names) + 1) * len(bouts)
+    figure = framed(height, top=top, left=label_margin(labels, SIZE), right=0.6, bottom=0.55)
     axes = figure.subplots()
     for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
         for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
-            where, ends = k * rows + j, [edge if x is None else factor * x for x in span]
-            axes.plot([ends[0], ends[2]], [where] * 2, color=colour(j), lw=2)
+            where = k * (len(names) + 1) + j
+            least, median, most = (edge if x is None else factor * x for x in span)
+            axes.plot([least, most], [where] * 2, color=colour(j), lw=2)
             if span[1] is not None:
-                axes.plot(ends[1], where, "o", ms=4.5, mew=0, color=colour(j))
+                axes.plot(median, where, "o", ms=4.5, mew=0, color=colour(j))
             if span[2] is None:
                 axes.plot(edge, where, ">", ms=4.5, mew=0, color=colour(j), clip_on=False)
-            told: dict[str, Any] = {"fontsize": 7.5, "va": "center", "color": colour(j)}
-            told |= {"xytext": (6, 0), "textcoords": "offset points"}  # a triangle stands there
-            share, place = f"{100 * side.stable.mean():.3g} %", ("axes fraction", "data")
-            axes.annotate(share, (1.0, where), xycoords=place, **told)
-    middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
-    over: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    axes.annotate("stable", (1.0, 1.0), xytext=(4, 3), fontsize=7.5, color="0.25", **over)
-    axes.set_yticks(middle, lines, fontsize=8, parse_math=False)
-    axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
+            share = f"{100 * side.stable.mean():.3g} %"
+            _right_of(axes, share, (1.0, where), (6, 0), "data", color=colour(j), va="center")
+    _right_of(axes, "stable", (1.0, 1.0), (4, 3), "axes fraction", color="0.25")
     axes.set_xscale("log")
     axes.set_xlim(low / 1.2, edge)
     _few_decades(axes)
-    axes.tick_params(axis="y", length=0)
     gridded(axes, label)
-    for j, label in enumerate(distinct(names, 30).values()):
-        axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=label)
+    _rows(axes, labels, dict(enumerate(names)), 4.5)
     above(figure, axes, 8)
     return figure
+
+
+def _right_of(
+    axes: Axes, text: str, at: tuple[float, float], off: tuple[int, int], y: str, **look: Any
+) -> None:
+    """A small text right of the axes, ``off`` [pt] a place whose height counts in ``y``."""
+    places: Any = {"xycoords": ("axes fraction", y), "textcoords": "offset points"}
+    axes.annotate(text, at, xytext=off, fontsize=7.5, **places, **look)
+
+
+def _rows(axes: Axes, motions: Sequence[str], designs: dict[int, str], size: float) -> None:
+    """Name rows: of each motion one for each design, by the number of its colour, and a gap."""
+    count = len(designs)
+    middle = np.arange(len(motions)) * (count + 1) + 0.5 * (count - 1)
+    axes.set_yticks(middle, motions, fontsize=SIZE, parse_math=False)
+    axes.set_ylim(len(motions) * (count + 1) - 1.3, -0.7)
+    axes.tick_params(axis="y", length=0)
+    for k, label in zip(designs, distinct(designs.values(), 30).values(), strict=True):
+        axes.plot([], [], "o-", ms=size, mew=0, lw=2, color=colour(k), label=label)
 
 
 def motion_label(name: str) -> str:
@@ -115,30 +132,23 @@ def _few_decades(axes: Axes) -> None:
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     """The panels below each other."""
     time = next(iter(bout.found.values())).motion.time
-    top = legend_room(len(bout.found) + 1, 3)
-    figure = framed(1.3 * len(shown) + 0.5 + top, top=top)
-    space = {"hspace": 0.12}
-    grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw=space)[:, 0]
-    for axes, panel in zip(grid, shown, strict=True):
+    figure, places = stacked(shown, legend_room(len(bout.found) + 1, 3))
+    for axes, panel in zip(places, shown, strict=True):
         labels = distinct(panel.curves, 24)
-        for k, (name, values) in enumerate(panel.curves.items()):
-            axes.plot(*_drawn(time, values), label=labels[name], **stroke(k))
-        if panel.reference is not None:
-            drawn = _drawn(time, panel.reference)
-            axes.plot(*drawn, color="black", ls=":", lw=0.8, label="reference")
+        styles = (stroke(k) | {"label": labels[name]} for k, name in enumerate(panel.curves))
+        draw(axes, time, panel, styles, _drawn)
         finish(axes, panel.label)
-        axes.margins(x=0)
-    grid[-1].set_xlabel("time [s]")
-    above(figure, grid[-1], 8, 3)
+    places[-1].set_xlabel("time [s]")
+    above(figure, places[-1], 8, 3)
     return figure
 
 
 def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Two points of each slice of time, at its beginning and in its middle."""
-    kept, size = extremes(values, SLICES)
+    drawn, size = extremes(values, SLICES)
     if size == 1:
-        return time, kept
-    return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(kept)), kept
+        return time, drawn
+    return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(drawn)), drawn
 
 
 def legend_room(names: int, columns: int) -> float:
@@ -153,28 +163,28 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     diverged is left out.
     """
     labels = distinct(bout.found, 24)
-    each = enumerate((labels[name], one.motion.contour) for name, one in bout.found.items())
-    known = {
-        (k, label): found
-        for k, (label, found) in each
-        if found and not found.any_axes and np.isfinite(found.error).all()
-    }
+    paths = ((k, name, one.motion.contour) for k, (name, one) in enumerate(bout.found.items()))
+    known = [
+        (stroke(k) | THIN | {"label": labels[name]}, path)
+        for k, name, path in paths
+        if path and not path.any_axes and np.isfinite(path.error).all()
+    ]
     if not known:
         return None
-    first = next(iter(known.values()))
-    largest = max(float(np.abs(found.error).max()) for found in known.values())
+    first = known[0][1]
+    largest = max(float(np.abs(path.error).max()) for _, path in known)
     division = round_above(max(largest / 2, SMALLEST))
     around = isinstance(first.trajectory, Circle)
     side = 0.45 if around else 0.9
     top = 0.4 + legend_room(len(known), 3)
     figure = framed(4.65 + top, top=top, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
-    axes, told = (_ball_bar if around else _across)(figure, known, division)
+    axes, scale = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
-    return figure, f"A division, from one grey line to the next, is {length}; {told}."
+    return figure, f"A division, from one grey line to the next, is {length}; {scale}."
 
 
-Known = dict[tuple[int, str], Contour]  # by number and label of the design
+Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and its path
 
 
 def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
@@ -182,42 +192,35 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     axes = figure.add_subplot(projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.plot(np.linspace(0.0, 2 * np.pi, AROUND), np.ones(AROUND), color="black", lw=0.9)
-    for (k, label), found in known.items():
-        points = _kept(found.error)
-        x, y = found.actual[:, points]
-        radius = 1.0 + BAR * found.error[points] / division
-        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **stroke(k) | THIN, label=label)
+    for style, path in known:
+        points = _rough(path.error)
+        x, y = path.actual[:, points]
+        radius = 1.0 + BAR * path.error[points] / division
+        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **style)
     axes.set_rticks([1.0 + BAR * k for k in (-2, -1, 1, 2)], [""] * 4)
     axes.set_rlim(0.0, 1.0 + 3.2 * BAR)
     axes.tick_params(labelsize=8)
     axes.grid(color="0.8")
-    found = next(iter(known.values()))
-    assert isinstance(found.trajectory, Circle)
-    enlarged = BAR * found.trajectory.radius_mm / (division * found.millimetres)
+    path = known[0][1]
+    assert isinstance(path.trajectory, Circle)
+    enlarged = BAR * path.trajectory.radius_mm / (division * path.millimetres)
     return axes, f"deviations from the black circle are {enlarged:.0f} times enlarged, outside is +"
 
 
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     """The path with the deviations across it."""
-    first = next(iter(known.values()))
-    trajectory, length = first.planar, first.millimetres
-    outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
-    enlarged = SHARE * float(np.ptp(outline.position, axis=1).max()) / (division * length)
+    path = known[0][1]
+    trajectory = path.planar
     axes = figure.subplots()
-    axes.plot(*outline.position, color="black", lw=0.8, label="path")
-    for offset in (-division, division):
-        line = parallel(outline, enlarged * length * offset)
-        axes.plot(*line, color="0.75", lw=0.8, zorder=1)
-    for (k, label), found in known.items():
-        base = nearest(trajectory, found.samples, found.actual).point
-        drawn = base + enlarged * (found.actual - base)
-        axes.plot(*drawn[:, _kept(found.error)], **stroke(k) | THIN, label=label)
-    axes.set_aspect("equal", adjustable="datalim")
-    gridded(axes, "X [mm]", "Y [mm]", color="0.95")
+    enlarged = draw_path(axes, trajectory, division * path.millimetres)
+    for style, path in known:
+        base = nearest(trajectory, path.samples, path.actual).point
+        drawn = base + enlarged * (path.actual - base)
+        axes.plot(*drawn[:, _rough(path.error)], **style)
     return axes, f"deviations from the black path are {enlarged:.0f} times enlarged"
 
 
-def _kept(error: Floats) -> Indices:
+def _rough(error: Floats) -> Indices:
     """Samples that a picture needs, those with the largest errors among them."""
     size = max(len(error) // AROUND, 1)
     starts = np.arange(0, len(error), size)
@@ -226,52 +229,40 @@ def _kept(error: Floats) -> Indices:
     return np.unique(np.concatenate([starts, ends, [len(error) - 1]]))
 
 
-#: A ratio that is further from 1 stands at the edge.
-FURTHEST = 1000.0
-#: Letters [pt].
-SIZE = 8.0
-
-
 def ratios(comparison: Comparison) -> Figure:
     """Median ratio and its interval, of the first design over every other, a row each motion.
 
     A column for the first metric of each motion, and one for the change of the command.
     """
     first, *others = comparison.designs
-    bouts = comparison.bouts
-    each = {
-        "error, rms": [bout.compared()[:1] for bout in bouts],
-        "change of the\ncommand, rms": [
-            [key for key in bout.compared() if "_change" in key] for bout in bouts
-        ],
+    keys = {bout.name: bout.compared() for bout in comparison.bouts}
+    columns = {
+        "error, rms": {motion: own[:1] for motion, own in keys.items()},
+        "change of the\ncommand, rms": {
+            motion: [key for key in own if "_change" in key] for motion, own in keys.items()
+        },
     }
-    drawn = {title: keys for title, keys in each.items() if any(keys)}
-    rows = len(bouts) * (len(others) + 1) - 1
+    drawn = {title: own for title, own in columns.items() if any(own.values())}
+    labels = [motion_label(motion) for motion in keys]
     top = 0.28 + legend_room(len(others), 2)
-    labels = [motion_label(bout.name) for bout in bouts]
-    figure = framed(0.55 + top + 0.2 * rows, top=top, left=beside(labels, SIZE))
-    space = {"wspace": 0.1}
-    columns = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw=space)[0]
-    for axes, (title, keys) in zip(columns, drawn.items(), strict=True):
+    rows = len(keys) * (len(others) + 1) - 1
+    figure = framed(0.55 + top + 0.2 * rows, top=top, left=label_margin(labels, SIZE))
+    shape: Any = {"sharey": True, "squeeze": False, "gridspec_kw": {"wspace": 0.1}}
+    places = figure.subplots(1, len(drawn), **shape)[0]
+    for axes, (title, metrics) in zip(places, drawn.items(), strict=True):
         points = [
-            (k * (len(others) + 1) + j, j + 1, one)
-            for k, (bout, own) in enumerate(zip(bouts, keys, strict=True))
+            (k * (len(others) + 1) + others.index(one.second), others.index(one.second) + 1, one)
+            for k, (motion, own) in enumerate(metrics.items())
             for key in own
-            for j, other in enumerate(others)
-            for one in comparison.of(bout.name, key)
-            if (one.first, one.second) == (first, other) and not isnan(one.ratio)
+            for one in comparison.of(motion, key)
+            if one.first == first and not isnan(one.ratio)
         ]
         _forest(axes, points)
         axes.set_title(title, fontsize=9)
-    middle = np.arange(len(bouts)) * (len(others) + 1) + 0.5 * (len(others) - 1)
-    columns[0].set_yticks(middle, labels, fontsize=SIZE, parse_math=False)
-    columns[0].set_ylim(rows - 0.3, -0.7)
     over = "the other design" if others[1:] else plain(others[0], 24)
-    told = f"{plain(first, 24)} / {over} [1]"
-    figure.supxlabel(told, fontsize=SIZE, parse_math=False)
-    for j, label in enumerate(distinct(others, 30).values(), 1):
-        columns[0].plot([], [], "o-", ms=5, mew=0, lw=2, color=colour(j), label=label)
-    above(figure, columns[0], SIZE)
+    figure.supxlabel(f"{plain(first, 24)} / {over} [1]", fontsize=SIZE, parse_math=False)
+    _rows(places[0], labels, dict(enumerate(others, 1)), 5)
+    above(figure, places[0], SIZE)
     return figure
 
 

@@ -50,16 +50,14 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     """
     sides = list(bout.sides.values())
     shares = [float(side.stable.mean()) for side in sides]
-    intervals = [side.interval for side in sides]
-    percent = [short(100 * share) for share in shares]
+    ends = (side.interval for side in sides)
+    intervals = [between(100 * low, 100 * high) for low, high in ends]
     found = [
-        Line("stable machines [%]", "all", percent, best(shares, -1)),
-        Line("", "interval", [between(100 * low, 100 * high) for low, high in intervals], []),
+        Line("stable machines [%]", "all", [short(100 * x) for x in shares], best(shares, -1)),
+        Line("", "interval", intervals, []),
     ]
-    keys = bout.compared()
-    if every:
-        keys += [key for key in bout.meanings if key not in keys]
-    for key in keys:
+    compared = bout.compared()
+    for key in dict.fromkeys([*compared, *(bout.meanings if every else ())]):
         of = {
             "nominal": [side.of_nominal(key) for side in sides],
             "median": [side.quantile(key, HALF) for side in sides],
@@ -67,8 +65,8 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
         }
         if all(value is None for values in of.values() for value in values):
             continue  # nobody has settled, say
-        name, factor = named(bout, key, of["nominal"] + of["median"])
-        for what in of if every or key == keys[0] else ("median",):
+        name, factor = titled(key, bout.meanings[key], of["nominal"] + of["median"])
+        for what in of if every or key == compared[0] else ("median",):
             each = zip(of[what], sides, strict=True)
             cells = [_cell(value, factor, side, what, key) for value, side in each]
             found.append(Line(name, what, cells, best(of[what], -1 if key in SCORES else 1)))
@@ -76,13 +74,11 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     return found
 
 
-def named(bout: Bout, key: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """What a metric is called, with a unit for numbers of this size, and the factor to that."""
-    return titled(key, bout.meanings[key], values)
-
-
 def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """The same of a metric with a ``meaning``, which of a score is its title."""
+    """What a metric is called, with a unit for numbers of this size, and the factor to that.
+
+    Its ``meaning`` ends with its unit, and is the title of a score.
+    """
     if key in SCORES:
         return meaning, 1.0
     sizes = [abs(x) for x in values if x and isfinite(x)]
@@ -92,7 +88,7 @@ def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str,
 
 
 def called(bout: Bout, key: str) -> str:
-    """The same without a unit."""
+    """What a metric of a motion is called, without a unit."""
     return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
 
@@ -154,14 +150,15 @@ def p_text(p: float) -> str:
 def failures(comparison: Comparison) -> Iterator[str]:
     """Which designs are not stable on every machine, a line a motion."""
     for bout in comparison.bouts:
-        told = []
-        for name, side in bout.sides.items():
-            lost = int((~side.stable).sum())
-            if lost or not side.nominal_stable:
-                told.append(f"{name} on {lost}{'' if side.nominal_stable else ' and the nominal'}")
-        if told and bout.scenario:
+        lost = {name: int((~side.stable).sum()) for name, side in bout.sides.items()}
+        unstable = [
+            f"{name} on {lost[name]}{'' if side.nominal_stable else ' and the nominal'}"
+            for name, side in bout.sides.items()
+            if lost[name] or not side.nominal_stable
+        ]
+        if unstable and bout.scenario:
             count = comparison.machines
-            yield f"not stable in {bout.name}: {', '.join(told)} of {count} machines"
+            yield f"not stable in {bout.name}: {', '.join(unstable)} of {count} machines"
 
 
 def rows(comparison: Comparison) -> list[list[object]]:

@@ -1,29 +1,19 @@
 """Motions as curves that a page can show and zoom into: few numbers, no peak of them lost."""
 
 import base64
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.pictures.figure import drawable
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.plots import drawn_samples
+from hfc_design.report.panels import Evaluations, Panel, drawn_samples
 from hfc_design.simulation.comparison import Bout
-from hfc_design.simulation.evaluating import Evaluation
+from hfc_design.simulation.evaluating import AxisMotion
 
 #: A curve has the lowest and the highest value of each of at most so many slices of time.
 SLICES = 600
-Curves = dict[str, Floats]  # (samples,) each
-
-
-class Panel(NamedTuple):
-    """Curves of one quantity over the samples of a motion."""
-
-    label: str  # with the unit
-    curves: Curves  # by design; nan where one has run away
-    reference: Floats | None = None  # (samples,) of a position
 
 
 def panels(bout: Bout) -> list[Panel]:
@@ -32,36 +22,38 @@ def panels(bout: Bout) -> list[Panel]:
     Of the nominal machine. A diverged motion ends where it runs away.
     """
     each = {name: found.motion for name, found in bout.found.items()}
-    first = next(iter(each.values()))
+    paths = {name: one.contour for name, one in each.items() if one.contour}
     found = []
-    if first.contour is not None:
-        off = {name: one.contour.error for name, one in each.items() if one.contour}
-        found.append(_panel("contour error", first.contour.unit, each, off))
-        paths = {name: one.contour for name, one in each.items()}
-        turned = {x: own.turned for x, own in paths.items() if own and own.turned is not None}
-        if turned:
-            found.append(_panel("orientation error", "deg", each, turned))
+    if paths:
+        unit, errors = next(iter(paths.values())).unit, {x: own.error for x, own in paths.items()}
+        found.append(_panel("contour error", unit, each, errors))
+    if turned := {x: own.turned for x, own in paths.items() if own.turned is not None}:
+        found.append(_panel("orientation error", "deg", each, turned))
+    first = next(iter(each.values()))
     for k, axis in enumerate(first.axes):
-        own = {name: one.axes[k] for name, one in each.items()}
-        units, several = axis.drive.units, len(first.axes) > 1
-        drawn: list[tuple[str, str, Curves]] = [
-            ("error", "error", {name: one.motion.error for name, one in own.items()}),
-            (axis.drive.command_name, "command", {x: one.motion.command for x, one in own.items()}),
-            ("velocity", "error_rate", {name: one.velocity for name, one in own.items()}),
-        ]
-        head = f"{axis.name} " if several else ""
-        for name, unit, curves in drawn:
-            found.append(_panel(head + name, units[unit], each, curves))
-        places = {name: one.reference - one.motion.error for name, one in own.items()}
-        found.append(_panel(f"{head}position", units["error"], each, places, axis.reference))
+        head = f"{axis.name} " if len(first.axes) > 1 else ""
+        for what, (signal, values) in _curves(axis).items():
+            curves = {name: values(one.axes[k]) for name, one in each.items()}
+            reference = axis.reference if what == "position" else None
+            found.append(_panel(head + what, axis.drive.units[signal], each, curves, reference))
     return found
+
+
+def _curves(axis: AxisMotion) -> dict[str, tuple[str, Callable[[AxisMotion], Floats]]]:
+    """What is drawn of an axis -> the signal that its unit is that of, and its values."""
+    return {
+        "error": ("error", lambda own: own.motion.error),
+        axis.drive.command_name: ("command", lambda own: own.motion.command),
+        "velocity": ("error_rate", lambda own: own.velocity),
+        "position": ("error", lambda own: own.reference - own.motion.error),
+    }
 
 
 def _panel(
     label: str,
     unit: str,
-    each: Mapping[str, Evaluation],
-    curves: Curves,
+    each: Evaluations,
+    curves: dict[str, Floats],
     reference: Floats | None = None,
 ) -> Panel:
     """The curves in a unit that suits the largest of them that did not diverge."""
@@ -69,8 +61,8 @@ def _panel(
     for name, values in curves.items():
         end = drawn_samples(each[name])
         cut[name] = np.where(np.arange(len(values)) < end, drawable(values), np.nan)
-    kept = [values for name, values in cut.items() if not each[name].diverged]
-    known = kept if reference is None else [*kept, drawable(reference)]
+    steady = [values for name, values in cut.items() if not each[name].diverged]
+    known = steady if reference is None else [*steady, drawable(reference)]
     factor, named = readable(unit, max((float(np.abs(x).max()) for x in known), default=1.0))
     scaled = {name: factor * values for name, values in cut.items()}
     return Panel(f"{label} [{named}]", scaled, None if reference is None else factor * reference)

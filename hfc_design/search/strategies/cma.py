@@ -98,18 +98,20 @@ class Cma(NamedTuple):
             about = taken(state.population, np.array([best])) if good else state.about
             state = self._begun(place, about, rng, state)
         elif place.room < len(state.score):
-            kept = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
-            islands = Distribution(*(leaf[kept] for leaf in state.islands))
+            survivors = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
+            islands = Distribution(*(leaf[survivors] for leaf in state.islands))
             state = state._replace(
-                population=taken(state.population, kept), score=state.score[kept], islands=islands
+                population=taken(state.population, survivors),
+                score=state.score[survivors],
+                islands=islands,
             )
         return self._asked(state, place, rng)
 
-    def tell(self, state: CmaState, asked: Asked, score: Floats) -> CmaState:
+    def tell(self, state: CmaState, candidates: Asked, score: Floats) -> CmaState:
         """The island after its samples have been scored."""
-        k, stage = asked.island, self._stage(state.about, asked.stage)
+        k, stage = candidates.island, self._stage(state.about, candidates.stage)
         before = Distribution(*(leaf[k] for leaf in state.islands))
-        after = learnt(before, asked.points[:-1], score[:-1])
+        after = learnt(before, candidates.points[:-1], score[:-1])
         islands = Distribution(
             *(_put(leaf, k, x) for leaf, x in zip(state.islands, after, strict=True))
         )
@@ -138,8 +140,8 @@ class Cma(NamedTuple):
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):
             return state
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
-        found = hardest(best, 0.0)
-        return state._replace(hard=found[found > 0])
+        machines = hardest(best, 0.0)
+        return state._replace(hard=machines[machines > 0])
 
     def _place(self, generation: int) -> Place:
         stages = self.task.genome.stages
@@ -211,24 +213,24 @@ class Cma(NamedTuple):
         self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)
-        own = Distribution(*(leaf[island] for leaf in state.islands))
+        distribution = Distribution(*(leaf[island] for leaf in state.islands))
         tree = state.population.tree[island : island + 1]
         stage = self._stage(state.about, place.stage)
-        points, off = self._drawn(own, stage, tree, rng)
+        points, off = self._drawn(distribution, stage, tree, rng)
         members = stage.members(points, np.repeat(tree, len(points)))
         hard = state.hard if len(state.hard) else None
         competing = len(np.unique(state.population.tree))
         return state, Asked(members, points, island, place.stage, hard, off, competing)
 
     def _drawn(
-        self, own: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator
+        self, distribution: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator
     ) -> tuple[Floats, Floats | None]:
         """(n, size) samples that are not broken, or those that are least, and the mean.
 
         And by how much each of them is, if that is known.
         """
         count, broken = self.settings.population - 1, self.task.broken
-        points, mean = drawn(own, count, rng), own.mean[None]
+        points, mean = drawn(distribution, count, rng), distribution.mean[None]
         if broken is None:
             return np.concatenate([points, mean]), None
         off = broken(stage.members(np.concatenate([points, mean]), np.repeat(tree, count + 1)))
@@ -236,7 +238,7 @@ class Cma(NamedTuple):
         for _ in range(AGAIN):
             if not off.any():
                 break
-            more = drawn(own, count, rng)
+            more = drawn(distribution, count, rng)
             off = np.append(off, broken(stage.members(more, np.repeat(tree, count))))
             best = np.argsort(off, kind="stable")[:count]
             points, off = np.concatenate([points, more])[best], off[best]
@@ -254,8 +256,8 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
         return None
     if "linear" in type(controller).model_fields:
         return "searches hierarchies on a linear part: add [controller.linear], or use race"
-    for axis, own in getattr(controller, "axes", {}).items():
-        if fault := _fault(settings, own):
+    for axis, axis_controller in getattr(controller, "axes", {}).items():
+        if fault := _fault(settings, axis_controller):
             return f"axis {axis}: {fault}"
     return f"does not search controllers of kind {controller.kind}; use race"
 
@@ -263,8 +265,8 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
 def _sound(settings: CmaSettings, state: CmaState) -> bool:
     mean, step, covariance, path, steady, age, average = state.islands
     islands, size = mean.shape
-    told = flat((state.islands, state.about, state.trail))
-    finite = all(np.isfinite(numbers).all() for _, numbers in told)
+    leaves = flat((state.islands, state.about, state.trail))
+    finite = all(np.isfinite(numbers).all() for _, numbers in leaves)
     return (
         state.population.tree.shape == state.score.shape == (islands,)
         and 0 < islands <= settings.trees

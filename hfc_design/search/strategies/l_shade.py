@@ -67,24 +67,24 @@ class LShade(NamedTuple):
         self, state: LShadeState, generation: int, rng: np.random.Generator
     ) -> tuple[LShadeState, Asked]:
         """A cloud about the best of the first, then trials of fewer and fewer individuals."""
-        own = self._coordinates(state.about)
+        chart = self._coordinates(state.about)
         if not len(state.points.places):
-            cloud = rng.standard_normal((self.settings.population, own.size))
+            cloud = rng.standard_normal((self.settings.population, chart.size))
             cloud[0] = 0.0
-            trials = _trials(np.clip(self.settings.step * own.step * cloud, *own.room))
-            return state, Asked(own.members(trials.places), trials, None)
-        kept = np.sort(np.argsort(-state.score, kind="stable")[: self._room(generation)])
+            trials = _trials(np.clip(self.settings.step * chart.step * cloud, *chart.room))
+            return state, Asked(chart.members(trials.places), trials, None)
+        survivors = np.sort(np.argsort(-state.score, kind="stable")[: self._room(generation)])
         state = state._replace(
-            population=taken(state.population, kept),
-            score=state.score[kept],
-            points=fewer(state.points, kept),
+            population=taken(state.population, survivors),
+            score=state.score[survivors],
+            points=fewer(state.points, survivors),
         )
-        trials = tried(state.points, state.score, own.room, rng)
-        return state, Asked(own.members(trials.places), trials, state.score)
+        trials = tried(state.points, state.score, chart.room, rng)
+        return state, Asked(chart.members(trials.places), trials, state.score)
 
-    def tell(self, state: LShadeState | None, asked: Asked, score: Floats) -> LShadeState:
+    def tell(self, state: LShadeState | None, candidates: Asked, score: Floats) -> LShadeState:
         """Every individual gives way to a trial that is no worse."""
-        population, trials, _ = asked
+        population, trials, _ = candidates
         if state is None:
             best = np.array([int(np.argmax(score))])
             about = taken(population, best)
@@ -103,10 +103,10 @@ class LShade(NamedTuple):
         )
 
     def _coordinates(self, about: Population) -> Coordinates:
-        found = coordinates(self.task.genome, about)
-        if found is None:
+        chart = coordinates(self.task.genome, about)
+        if chart is None:
             raise TypeError("the genome has no coordinates: give it around(about), or use race")
-        return found
+        return chart
 
     def _room(self, generation: int) -> int:
         """Individuals in a generation, from ``population`` down to ``last``."""

@@ -86,10 +86,12 @@ class LinLee(NamedTuple):
         genes = np.concatenate([part.genes for part in parts])
         return state, Asked(genes, joined(*(part.population for part in parts)))
 
-    def tell(self, state: LinLeeState | None, asked: Asked, score: Floats) -> LinLeeState:
+    def tell(self, state: LinLeeState | None, candidates: Asked, score: Floats) -> LinLeeState:
         """The new population replaces the old one (step 6)."""
         order = np.argsort(-score, kind="stable")
-        return LinLeeState(asked.genes[order], taken(asked.population, order), score[order])
+        return LinLeeState(
+            candidates.genes[order], taken(candidates.population, order), score[order]
+        )
 
     def _fresh(self, genes: Integers, rng: np.random.Generator) -> Hierarchies:
         s, genome = self.settings, self._genome
@@ -142,10 +144,10 @@ class LinLee(NamedTuple):
         chosen = rng.choice(len(state.genes), count, replace=False)
         bits, share = _bits(state.genes[chosen]), s.structure_mutation
 
-        def flipped(own: Mask) -> Integers:
-            return _genes((own ^ (rng.random(own.shape) < share))[None], state.genes.shape[1])
+        def flipped(row: Mask) -> Integers:
+            return _genes((row ^ (rng.random(row.shape) < share))[None], state.genes.shape[1])
 
-        genes = np.concatenate([_valid(partial(flipped, own), 1) for own in bits])
+        genes = np.concatenate([_valid(partial(flipped, row), 1) for row in bits])
         parents = taken(state.population, chosen)
 
         def moved(array: Floats, largest: float) -> Floats:
@@ -176,10 +178,10 @@ def _tree_index(gene: tuple[int, ...]) -> int | None:
 
 def _valid(draw: Callable[[], Iterable[Integers]], count: int) -> Integers:
     """The first ``count`` genes that decode to a hierarchy, drawn again and again."""
-    found: list[Integers] = []
-    while len(found) < count:
-        found += [gene for gene in draw() if _tree_index(tuple(gene.tolist())) is not None]
-    return np.array(found[:count])
+    genes: list[Integers] = []
+    while len(genes) < count:
+        genes += [gene for gene in draw() if _tree_index(tuple(gene.tolist())) is not None]
+    return np.array(genes[:count])
 
 
 def _trees(genes: Integers) -> Integers:

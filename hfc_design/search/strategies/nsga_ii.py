@@ -34,8 +34,8 @@ FINE = 0.01
 
 
 def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
-    check_names(found := tuple(named(name) for name in names))
-    return found
+    check_names(objectives := tuple(named(name) for name in names))
+    return objectives
 
 
 class Nsga2Settings(Ordered, Bounds, StrategySettings):
@@ -95,8 +95,8 @@ class Nsga2(NamedTuple):
         """The first individuals, structures as even as they can be; or samples of what leads."""
         s, structures = self.settings, self.task.genome.structures
         if s.lead:
-            led, asked = self._leader.start(rng)
-            return _only(led, s), _sampled(asked, s)
+            led, samples = self._leader.start(rng)
+            return _only(led, s), _sampled(samples, s)
         tree = rng.permutation(structures)[np.arange(s.population) % structures]
         steps = np.full(s.population, s.step)
         return None, Asked(self.task.genome.fresh(np.sort(tree), rng), steps)
@@ -110,14 +110,14 @@ class Nsga2(NamedTuple):
             led, samples = self._leader.ask(state.led, generation, rng)
             return state._replace(led=led), _sampled(samples, s)
         if generation > s.lead or not s.lead:
-            asked = self._children(state, rng)
+            candidates = self._children(state, rng)
         else:  # everybody meets the same machines now, those that are hard
             best = joined(state.led.population, state.population)
-            found = joined(best, state.led.trail)
-            asked = Asked(found, np.geomspace(FINE, s.step, len(found.tree)))
+            population = joined(best, state.led.trail)
+            candidates = Asked(population, np.geomspace(FINE, s.step, len(population.tree)))
             hard = self.task.hardest(best, KEEPING) if self.task.hardest else state.machines
             state = _only(state.led, s)._replace(machines=hard)
-        return state, asked._replace(machines=state.machines if len(state.machines) else None)
+        return state, candidates._replace(machines=state.machines if len(state.machines) else None)
 
     def _children(self, state: Nsga2State, rng: np.random.Generator) -> Asked:
         s, genome = self.settings, self.task.genome
@@ -136,13 +136,13 @@ class Nsga2(NamedTuple):
             step[:new] = s.step
         return Asked(children, step)
 
-    def tell(self, state: Nsga2State | None, asked: Asked, scored: Scored) -> Nsga2State:
+    def tell(self, state: Nsga2State | None, candidates: Asked, scored: Scored) -> Nsga2State:
         """The best of parents and children remain, and the front takes in what belongs there."""
         s, genome = self.settings, self.task.genome
-        children = Judged(asked.population, *scored, asked.step)
+        children = Judged(candidates.population, *scored, candidates.step)
         state = state or _only(_nothing(genome), s)
-        if asked.sampled is not None:  # each time on other machines
-            led = self._leader.tell(state.led, asked.sampled, scored.score)
+        if candidates.sampled is not None:  # each time on other machines
+            led = self._leader.tell(state.led, candidates.sampled, scored.score)
             return Nsga2State(*children, state.front, led, state.machines)
         everybody = both(Judged(*state[:5]), children)
         units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
@@ -172,9 +172,9 @@ def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
     return cma.CmaSettings(generations=settings.lead)
 
 
-def _sampled(asked: cma.Asked, settings: Nsga2Settings) -> Asked:
-    steps = np.full(len(asked.points), settings.step)
-    return Asked(asked.population, steps, asked.machines, asked, asked.structures)
+def _sampled(samples: cma.Asked, settings: Nsga2Settings) -> Asked:
+    steps = np.full(len(samples.points), settings.step)
+    return Asked(samples.population, steps, samples.machines, samples, samples.structures)
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
@@ -204,7 +204,7 @@ def _fault(settings: Nsga2Settings, controller: ControllerSettings) -> str | Non
 def _sound(settings: Nsga2Settings, state: Nsga2State) -> bool:
     front, several = state.front, len(settings.objectives)
     each = state.score, state.violation, state.step, state.population.tree
-    own = front.score, front.step, front.population.tree
+    front_arrays = front.score, front.step, front.population.tree
     points = len(front.costs)
     led = settings.lead == 0 or cma.STRATEGY.sound(_leading(settings), state.led)
     count = len(state.step)
@@ -216,7 +216,7 @@ def _sound(settings: Nsga2Settings, state: Nsga2State) -> bool:
         and state.costs.shape == (count, several)
         and front.costs.shape == (points, several)
         and points <= settings.front
-        and all(array.shape == (points,) for array in own)
+        and all(array.shape == (points,) for array in front_arrays)
         and bool((state.violation >= 0.0).all())
         and bool(np.isfinite(state.costs[state.violation == 0.0]).all())
         and all(bool(((step > 0.0) & (step < np.inf)).all()) for step in (state.step, front.step))

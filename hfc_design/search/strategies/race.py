@@ -90,45 +90,47 @@ class SuccessiveHalving(NamedTuple):
         """Children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
-        asked = self._bred(state, rng)
+        candidates = self._bred(state, rng)
         # The last child of each island becomes a double of its best, a millionth off: a loop that
         # is nearly chaotic may score well by luck; its double then does not.
         best, place = doubled(state)
         double = self.task.genome.nudged(taken(state.population, best), rng)
-        asked = asked._replace(
-            population=replaced(asked.population, place, double),
-            needed=changed(asked.needed, place, -np.inf),
+        candidates = candidates._replace(
+            population=replaced(candidates.population, place, double),
+            needed=changed(candidates.needed, place, -np.inf),
         )
         islands = len(state.damping)
         if self.task.linearised is None or islands > s.newton_islands:
-            return state, asked
+            return state, candidates
         # In turn; where there are fewer islands than steps, some get several.
         turns = (np.arange(s.newton_steps) + generation * s.newton_steps) % islands
         for k in np.unique(turns):
-            asked = self._stepped(state, asked, int(k), int(np.count_nonzero(turns == k)), rng)
-        return state, asked
+            candidates = self._stepped(
+                state, candidates, int(k), int(np.count_nonzero(turns == k)), rng
+            )
+        return state, candidates
 
-    def tell(self, state: RaceState | None, asked: Asked, score: Floats) -> RaceState:
+    def tell(self, state: RaceState | None, candidates: Asked, score: Floats) -> RaceState:
         """Parents and children compete inside their island."""
         if state is None:
-            island = np.unique(asked.population.tree, return_inverse=True)[1]
+            island = np.unique(candidates.population.tree, return_inverse=True)[1]
             damping = np.full(island.max() + 1, FIRST_DAMPING)
-            return ranked(RaceState(asked.population, score, asked.step, island, damping))
-        state, score = with_kin(state, humbled(state, score), asked.population, score)
+            return ranked(RaceState(candidates.population, score, candidates.step, island, damping))
+        state, score = with_kin(state, humbled(state, score), candidates.population, score)
         damping = state.damping.copy()
         for k in range(len(damping)):
             home = np.flatnonzero(state.island == k)
             best = home[score[home].argmax()]
             improved = score[best] > state.score[home[0]]
-            tried = np.isfinite(asked.damping[home]).any()
+            tried = np.isfinite(candidates.damping[home]).any()
             if improved:
-                stepped = np.isfinite(asked.damping[best])
-                damping[k] = asked.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
+                stepped = np.isfinite(candidates.damping[best])
+                damping[k] = candidates.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
             elif tried:
                 damping[k] = min(damping[k] * FAILURE, LARGEST)
-        population = joined(state.population, asked.population)
+        population = joined(state.population, candidates.population)
         scores = np.concatenate([state.score, score])
-        steps = np.concatenate([state.step, asked.step])
+        steps = np.concatenate([state.step, candidates.step])
         islands = np.concatenate([state.island, state.island])
         both = ranked(RaceState(population, scores, steps, islands, damping))
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
@@ -143,12 +145,12 @@ class SuccessiveHalving(NamedTuple):
         if len(state.damping) <= places:
             return state
         first = np.searchsorted(state.island, np.arange(len(state.damping)))
-        kept = np.sort(np.argsort(-state.score[first], kind="stable")[:places])
+        survivors = np.sort(np.argsort(-state.score[first], kind="stable")[:places])
         island = shares(len(state.island), places)
         rank = np.arange(len(island)) - np.searchsorted(island, island)
-        lived = np.bincount(state.island)[kept][island]
-        chosen = chosen_of(state, first[kept][island] + rank % lived)
-        return ranked(chosen._replace(island=island, damping=state.damping[kept]))
+        lived = np.bincount(state.island)[survivors][island]
+        chosen = chosen_of(state, first[survivors][island] + rank % lived)
+        return ranked(chosen._replace(island=island, damping=state.damping[survivors]))
 
     def _bred(self, state: RaceState, rng: np.random.Generator) -> Asked:
         """One child for every individual, with parents from its island."""
@@ -170,22 +172,22 @@ class SuccessiveHalving(NamedTuple):
         return Asked(genome.mutated(mixed, step, rng), step, np.full(count, np.nan), worst)
 
     def _stepped(
-        self, state: RaceState, asked: Asked, k: int, steps: int, rng: np.random.Generator
+        self, state: RaceState, candidates: Asked, k: int, steps: int, rng: np.random.Generator
     ) -> Asked:
         """The children of island k, half of them replaced by steps from its best."""
         home = np.flatnonzero(state.island == k)
         best = taken(state.population, home[:1])
         assert self.task.linearised is not None
-        population, damping = asked.population, asked.damping.copy()
+        population, damping = candidates.population, candidates.damping.copy()
         for places in np.array_split(home[: (len(home) + 1) // 2], steps):
             numbers = some_numbers(self.task.genome, best, self.settings.newton_numbers, rng)
             linear = self.task.linearised(best, numbers)
             if linear is None or not len(places):
                 continue
             at = (best, linear, state.damping[k], len(places))
-            found, damping[places] = individuals(self.task.genome, *at)
-            population = replaced(population, places, found)
-        return asked._replace(population=population, damping=damping)
+            replacements, damping[places] = individuals(self.task.genome, *at)
+            population = replaced(population, places, replacements)
+        return candidates._replace(population=population, damping=damping)
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:
@@ -199,8 +201,8 @@ def doubled(state: RaceState) -> tuple[Integers, Integers]:
 def humbled(state: RaceState, score: Floats) -> RaceState:
     """The best of an island is worth no more than its double."""
     best, place = doubled(state)
-    own = state.score[best]
-    worse = score[place] < np.where(own < 0.0, own / LUCK, LUCK * own)
+    best_score = state.score[best]
+    worse = score[place] < np.where(best_score < 0.0, best_score / LUCK, LUCK * best_score)
     return state._replace(score=changed(state.score, best[worse], score[place][worse]))
 
 
@@ -212,30 +214,30 @@ def with_kin(
     Parents and children of its island: small steps make many of them, and one or the other among
     so many is lucky in every generation. ``score`` is that of the children.
     """
-    own, score = humble.score.copy(), score.copy()
+    parent_scores, score = humble.score.copy(), score.copy()
     for k in np.flatnonzero(humble.score < state.score):
         home = np.flatnonzero(state.island == state.island[k])
         best = taken(state.population, np.array([k]))
-        for scores, population in ((own, state.population), (score, children)):
+        for scores, population in ((parent_scores, state.population), (score, children)):
             alike = home[kin(best, taken(population, home))]
             scores[alike] = np.minimum(scores[alike], humble.score[k])
-    return humble._replace(score=own), score
+    return humble._replace(score=parent_scores), score
 
 
 def kin(one: Population, others: Population) -> Mask:
     """(n,) who differs from ``one`` by less than ``KIN``, in no number by more."""
-    found = np.ones(len(others.tree), bool)
-    for (_, own), (_, each) in zip(flat(one), flat(others), strict=True):
-        away = np.abs(each - own).reshape(len(found), -1).max(axis=1)
-        found &= away <= KIN * np.abs(own).max()
-    return found
+    similar = np.ones(len(others.tree), bool)
+    for (_, reference), (_, each) in zip(flat(one), flat(others), strict=True):
+        away = np.abs(each - reference).reshape(len(similar), -1).max(axis=1)
+        similar &= away <= KIN * np.abs(reference).max()
+    return similar
 
 
 def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:
     """The array with other values at some places."""
-    found = array.copy()
-    found[places] = values
-    return found
+    updated = array.copy()
+    updated[places] = values
+    return updated
 
 
 def chosen_of(state: RaceState, chosen: Integers | Mask) -> RaceState:

@@ -15,7 +15,7 @@ def test_the_page_on_a_phone(large, tmp_path):
 
 
 ACTIONS = """<script>
-const buttons = [...document.querySelectorAll("#all button")];
+const buttons = [...document.querySelectorAll(".runs button")];
 const button = buttons.find((one) => one.textContent == "fitness");
 const rows = () => [...body.rows].filter((row) => !row.hidden);
 const shown = () => rows().map((row) => row.cells[0].textContent);

@@ -7,7 +7,7 @@ import pytest
 from wording import refused
 
 from hfc_design import api as hfc
-from hfc_design.batch.summary import Findings
+from hfc_design.batch.findings import Findings
 
 KINDS = ["Scenario", "Design", "Evaluation", "Comparison", "Result", "Robustness", "Findings"]
 

@@ -13,7 +13,7 @@ import pytest
 from run_folders import hfc
 from wording import refused_command
 
-from hfc_design.cli import shown
+from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -79,7 +79,7 @@ def _interrupted(self, search):
 
 
 def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(shown.Watch, "generation", _interrupted)
+    monkeypatch.setattr(search_progress.Watch, "generation", _interrupted)
     done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert f"hfc design --resume --out {tmp_path / 'run'}" in done.stderr
@@ -96,7 +96,7 @@ def test_an_interrupt_that_a_library_has_ignored_is_heard_after_the_generation(
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(shown.Watch, "generation", ignored)
+    monkeypatch.setattr(search_progress.Watch, "generation", ignored)
     done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert "interrupted" in done.stderr

@@ -25,6 +25,7 @@ SHORT = ("--set", "simulation.duration_s=0.1")
         (("simulate", PD, *SHORT), "--plot", ".png"),
         (("score", PD, "--spread", "0.1", "--samples", "4", *SHORT), "--plot", ".svg"),
         (("stability",), "--plot", ".pdf"),
+        (("init",), "--out", ".toml"),
         (("export", PD, "--to", "json"), "--out", ".json"),
         (("import", PYFUZZYLITE, "--name", "mine"), "--out", ".json"),
     ],

@@ -52,13 +52,13 @@ def test_what_is_inside_is_drawn_and_explained(monkeypatch, tmp_path):
     x, y, values, labels, title, said = drawn(monkeypatch, path, None, "y")
     assert (labels, said) == (("change of error in a sample [µm]", "error [µm]"), "rules [1]")
     assert title == "rules"
-    expected = 2e-3 * (record.gains().ge * y[:, None] - record.gains().gc * x)
+    expected = 2e-3 * (record.law_gains().ge * y[:, None] - record.law_gains().gc * x)
     np.testing.assert_allclose(values, expected, atol=1e-12)
     at = ("--at", "error=0.1,error_change=0.01", "--axis", "y", "--json")
     told = json.loads(ran("explain", path, *at))
-    by_hand = 2.0 * (0.1 * record.gains().ge - 0.01 * record.gains().gc)
+    by_hand = 2.0 * (0.1 * record.law_gains().ge - 0.01 * record.law_gains().gc)
     assert told["units"][0]["output"] == pytest.approx(by_hand)
-    assert told["parts"] == pytest.approx({"rules": record.gains().gu * by_hand})
+    assert told["parts"] == pytest.approx({"rules": record.law_gains().gu * by_hand})
     assert told["inside"] == "cross-coupled"
     text = ran("explain", path, *at[:-1])
     assert "what cross-coupled adds depends on the whole machine" in text

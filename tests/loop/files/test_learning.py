@@ -1,6 +1,7 @@
 """What a motion has taught a controller: a design that starts the next one."""
 
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -30,9 +31,19 @@ def stepped(design, evaluation):
 class Level(hfc.ControllerRecord):
     """A gain, and a level that it learns."""
 
-    kind: str = "level"
+    kind: Literal["level"] = "level"
     gain: float
     level: float = 0.0
+
+    def law_gains(self):
+        return self.gain
+
+    def law(self, limit):
+        start = lambda law, zero: zero + law.structure  # noqa: E731
+        return hfc.AxisLaw(levelling, start, 0.01, limit, self.level)
+
+    def reads(self):
+        return ["error"]
 
     def adapted(self, memory):
         return self.model_copy(update={"level": memory})
@@ -46,19 +57,7 @@ def levelling(xp, law, gains, memory, signals):
 @pytest.fixture
 def level(own_plugins):
     """A design of a kind that learns little."""
-    kind = hfc.Kind(
-        name="level",
-        summary="for a test",
-        record=Level,
-        settings=None,
-        gains=lambda record: record.gain,
-        law=lambda record, limit: hfc.AxisLaw(
-            levelling, lambda law, zero: zero + law.structure, 0.01, limit, record.level
-        ),
-        reads=lambda record: ["error"],
-        adapted=Level.adapted,
-    )
-    hfc.register(kind)
+    hfc.register(Level)
     data = hfc.load_design("jee-koren-2004-pid").model_dump(mode="json")
     own = {"kind": "level", "sample_time_s": 0.01, "gain": 3.0}
     return Design.model_validate(data | {"name": "level", "controller": own})

@@ -24,7 +24,7 @@ class Stepped:
 
     def __init__(self):
         design = connect(hfc.load_design("jee-koren-2004-pid"))
-        self.gains = design.kind.gains(design.controller)
+        self.gains = design.controller.law_gains()
         self.law = design.connected.around(design.kind.law(design.controller, None))
         self.memory = self.law.begun(SCALARS, 0.0, self.gains)
         self.fresh = True
@@ -42,7 +42,7 @@ class Stepped:
 
 def commands(design, rows):
     """What the law of a connected design commands in samples of its inputs."""
-    gains = design.kind.gains(design.controller)
+    gains = design.controller.law_gains()
     law = design.connected.around(design.kind.law(design.controller, None))
     memory, found = law.begun(SCALARS, 0.0, gains), []
     for row in rows:

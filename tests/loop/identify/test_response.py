@@ -5,11 +5,10 @@ import pytest
 from carts import CART, EVERY, Cart, driven, noisy, recorded
 from scipy.signal import butter, cont2discrete, dlsim, sosfilt, sosfreqz
 
-from hfc_design.identify.certainty import certainty, halved
 from hfc_design.identify.fit import by_command
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty, widened_by_halves
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.response import KNOWN, response
-from hfc_design.identify.result import response_lines
 
 STEPS, NOISE = 4000, 1e-8  # [m]
 NAMES = ("mass", "viscous_friction", "pull")
@@ -43,8 +42,8 @@ def swinging(force, hz, damping=0.02, share=0.25):
 
 def fitted(place, force, names=NAMES, **changes):
     told = recorded(place, force)
-    wanted = free(CART, changes, names)
-    return by_command(wanted, told, 1, [20.0], 0, lambda line: None, near=True)
+    wanted = free_parameters(CART, changes, names)
+    return by_command(wanted, told, 1, [20.0], 0, near=True)
 
 
 @pytest.mark.parametrize(("hz", "far"), [(60.0, 0.06), (130.0, 0.15)])
@@ -61,7 +60,7 @@ def test_no_mode_is_told_of_what_was_not_excited(hz):
     force = shaken_to(80.0)
     own = response(fitted(noisy(swinging(force, hz), NOISE, 0), force))
     assert (own.mode, own.top < hz) == (None, True)
-    assert not any("there is a mode" in line for line in response_lines(own))
+    assert not any("there is a mode" in line for line in own.lines())
 
 
 @pytest.mark.parametrize("top", [30.0, 90.0])
@@ -88,10 +87,10 @@ def test_a_lag_is_told_from_a_delay_where_there_is_one():
     rates = np.array([[0.0, 1.0, 0.0], [0.0, -8.0 / mass, 1.0 / mass], [0.0, 0.0, -1.0 / 3e-3]])
     later = np.r_[0.0, force[:-1]]
     lagged = held(rates, np.array([[0.0], [0.0], [1.0 / 3e-3]]), later)
-    one = fitted(noisy(lagged, NOISE, 0), force, pull=-1e-9).fit
+    one = fitted(noisy(lagged, NOISE, 0), force, pull=-1e-9)
     assert (one.lag, one.late) == pytest.approx((3.0, 4.0), abs=0.05)
     late = driven(Cart(pull=0.0), np.r_[[0.0] * 4, force[:-4]])
-    other = fitted(noisy(late, NOISE, 0), force, pull=-1e-9).fit
+    other = fitted(noisy(late, NOISE, 0), force, pull=-1e-9)
     assert (other.lag, other.late) == pytest.approx((0.0, 4.0), abs=0.02)
 
 
@@ -99,7 +98,7 @@ def test_a_load_is_found_in_its_unit():
     force = shaken_to(30.0)
     place = noisy(driven(Cart(pull=0.5 + 7.3), force), NOISE, 0)
     found = fitted(place, force, ("mass", "viscous_friction", "load"))
-    assert found.fit.free.values(found.fit.numbers)[2] == pytest.approx(7.3, rel=1e-3)
+    assert found.values[2] == pytest.approx(7.3, rel=1e-3)
 
 
 def test_halves_that_differ_widen_the_intervals():
@@ -115,8 +114,8 @@ def test_halves_that_differ_widen_the_intervals():
         second.append(state[0])
     for place, wider in ((first, False), (np.r_[first[:half], second], True)):
         found = fitted(noisy(place, 1e-6, 0), force)
-        known = certainty(found.fit)
-        own, told = halved(found, known, ("yes",) * 3)
+        known = certainty(found)
+        own, told = widened_by_halves(found, known._replace(state=("yes",) * 3))
         assert bool(told) == wider
         if wider:
             assert "viscous_friction" in told
@@ -131,5 +130,5 @@ def test_a_log_without_excitation_is_told_in_a_line():
     place = noisy(0.1 * EVERY * np.arange(STEPS), 1e-5, 0)
     own = response(fitted(place, force, ("pull",)))
     assert own.top is None
-    (line,) = response_lines(own)
+    (line,) = own.lines()
     assert line.startswith("DOUBTFUL: the log has no excitation")

@@ -5,7 +5,7 @@ import re
 import numpy as np
 from wording import refused
 
-from hfc_design.logs.columns import Log, asked
+from hfc_design.logs.columns import Log, parse_columns
 from hfc_design.logs.signals import signals
 from plants import PLANTS
 
@@ -16,7 +16,7 @@ VOLTS = np.sin(20 * TIME + 1)
 
 
 def found(columns, *told):
-    return signals(Log(columns), STAGE, asked(told, STAGE), None)
+    return signals(Log(columns), STAGE, parse_columns(told, STAGE), None)
 
 
 def test_all_gaps_are_told_at_once_with_the_options_that_fill_them():

@@ -40,7 +40,7 @@ def test_finalists_rank_by_their_lower_end(each, chosen, monkeypatch):
 
     monkeypatch.setattr(champion, "evaluate", judged)
     searched = SimpleNamespace(archive=Archive(found, np.array([2.0, 1.0])), state=None)
-    design, evaluation = champion.champion(searched, scenario)
+    _, design, evaluation = next(champion.best_of(searched, scenario))
     assert design.controller == designs[chosen].controller
     assert evaluation.merit == each[chosen][0]
     assert design.score.get("chaotic", False) == evaluation.chaotic

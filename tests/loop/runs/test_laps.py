@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hfc_design import api
+from hfc_design.runs import champion
 from hfc_design.runs import run as runs
-from hfc_design.runs.laps import TRIAL, lap_of
+from hfc_design.runs.champion import TRIAL, lap_of
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
 from hfc_design.simulation.in_use import NO, YES
 
@@ -37,9 +38,14 @@ class Use(NamedTuple):
         return dict.fromkeys(KEPT) | {"verdict": self.verdict, "answer": "not quite"}
 
 
+def answered_by(monkeypatch, use):
+    for module in (champion, runs):
+        monkeypatch.setattr(module, "usable", use)
+
+
 def test_three_laps_and_one_that_was_stopped_in_between(tmp_path, monkeypatch):
     """Each starts elsewhere, as often as it may; stopped before the third the same comes out."""
-    monkeypatch.setattr(runs, "usable", lambda design, scenario, seed=None: Use())
+    answered_by(monkeypatch, lambda design, scenario, seed=None: Use())
     scenario, told = api.load_scenario("c-axis-ramp", SCENARIO), []
     whole, part = tmp_path / "whole", tmp_path / "part"
 
@@ -73,7 +79,7 @@ def asked_by(monkeypatch, good):
         mine.append((design, yes))
         return Use(yes=yes, verdict=YES if yes else NO)
 
-    monkeypatch.setattr(runs, "usable", use)
+    answered_by(monkeypatch, use)
     return trial, answer
 
 

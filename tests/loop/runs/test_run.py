@@ -86,7 +86,7 @@ def test_folder_that_holds_a_run_is_refused(whole):
 def test_disk_that_fills_during_a_run_leaves_a_resumable_run(whole, tmp_path, monkeypatch):
     part = tmp_path / "part"
     scenario = started(part)
-    monkeypatch.setattr(design, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(stored, "CHECKPOINT_EVERY", 0.0)
     real, calls = os.fsync, []
 
     def full_after_a_while(descriptor):

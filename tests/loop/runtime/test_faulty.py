@@ -4,7 +4,7 @@ Every kind, in C and Structured Text too: tests/attack/test_nan.py.
 """
 
 from math import inf, isnan, nan
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -97,18 +97,18 @@ def test_a_controller_of_the_whole_machine_is_faulty_as_a_whole(own_plugins, mon
     class Record(hfc.ControllerRecord):
         """No gains."""
 
-        kind: str = "coupled"
+        kind: Literal["coupled"] = "coupled"
 
-    kind = hfc.Kind(
-        name="coupled",
-        summary="for a test",
-        record=Record,
-        settings=None,
-        gains=lambda record: (),
-        controller=lambda record, limits: Coupled(),
-        reads=lambda record: ["error", "gap"],
-    )
-    monkeypatch.setitem(KINDS.known, "coupled", kind)
+        def law_gains(self):
+            return ()
+
+        def controller(self, limits):
+            return Coupled()
+
+        def reads(self):
+            return ["error", "gap"]
+
+    monkeypatch.setitem(KINDS.known, "coupled", Record)
     machine = Machine(on_two_axes(kind="coupled", sample_time_s=0.01))
 
     def step(x, y, path=None, gap=2.0):

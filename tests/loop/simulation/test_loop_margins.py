@@ -12,7 +12,7 @@ from hfc_design import api
 from hfc_design.files.pairing import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.judging import drawn_for
+from hfc_design.runs.machines import drawn_for
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.linearised import _errors, controlled

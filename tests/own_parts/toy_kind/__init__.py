@@ -64,25 +64,6 @@ def sample(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, memory: Memory, signals: 
 Heights = Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)]
 
 
-class Design(hfc.ControllerRecord):
-    """A controller of this kind in a design file."""
-
-    kind: Literal["toy"] = "toy"
-    heights: Heights
-    width: Annotated[float, Field(gt=0)]
-    integral: float = 0.0
-    rate: float = 0.0
-
-    def gains(self) -> Gains:
-        """The numbers."""
-        return Gains(self.heights, self.width, self.integral, self.rate)
-
-    def adapted(self, memory: Memory) -> "Design":
-        """With the table that it has learnt."""
-        table = tuple(h + move for h, move in zip(self.heights, memory.moves, strict=True))
-        return self.model_copy(update={"heights": table})
-
-
 class Settings(hfc.ControllerSettings):
     """What a search varies."""
 
@@ -145,12 +126,7 @@ class Genome(hfc.Genome):
         }
 
 
-def law(sample_time: float, limit: float | None) -> hfc.AxisLaw:
-    """The law of one axis."""
-    return hfc.AxisLaw(sample, start, sample_time, limit)
-
-
-def shown(record: Design, parts: Parts) -> dict[str, Any]:
+def shown(record: Any, parts: Parts) -> dict[str, Any]:
     """Which points of the table act."""
     rules = [
         {"row": str(k - 2), "column": "-", "strength": w, "share": w, "consequent": height}
@@ -162,24 +138,42 @@ def shown(record: Design, parts: Parts) -> dict[str, Any]:
     return {"units": [unit], "parts": {"fuzzy": parts.inferred, "integral": parts.integral}}
 
 
-def sections(record: Design, shown: hfc.Shown) -> list[Any]:
-    """Its table."""
-    unit = shown.units["command"]
-    rows = [[f"{k - 2}", f"{height:.4g}", unit] for k, height in enumerate(record.heights)]
-    listing = hfc.Listing("The learnt table.", ["place", "command", "unit"], rows)
-    return [hfc.Section("A table of its own", "", listing, [])]
+class Design(hfc.ControllerRecord):
+    """A controller of this kind in a design file."""
+
+    kind: Literal["toy"] = "toy"
+    summary = "a table over the error that learns"
+    settings = Settings
+    genome = Genome
+    explain = hfc.Explain(lambda record: (["error"], []), lambda memory, readings: memory, shown)
+    heights: Heights
+    width: Annotated[float, Field(gt=0)]
+    integral: float = 0.0
+    rate: float = 0.0
+
+    def law_gains(self) -> Gains:
+        """The numbers."""
+        return Gains(self.heights, self.width, self.integral, self.rate)
+
+    def law(self, limit: float | None) -> hfc.AxisLaw:
+        """The law of one axis."""
+        return hfc.AxisLaw(sample, start, self.sample_time_s, limit)
+
+    def reads(self) -> list[str]:
+        """Nothing else."""
+        return ["error"]
+
+    def adapted(self, memory: Memory) -> "Design":
+        """With the table that it has learnt."""
+        table = tuple(h + move for h, move in zip(self.heights, memory.moves, strict=True))
+        return self.model_copy(update={"heights": table})
+
+    def sections(self, shown: hfc.Shown) -> list[Any]:
+        """Its table."""
+        unit = shown.units["command"]
+        rows = [[f"{k - 2}", f"{height:.4g}", unit] for k, height in enumerate(self.heights)]
+        listing = hfc.Listing("The learnt table.", ["place", "command", "unit"], rows)
+        return [hfc.Section("A table of its own", "", listing, [])]
 
 
-KIND = hfc.Kind(
-    name="toy",
-    summary="a table over the error that learns",
-    record=Design,
-    settings=Settings,
-    gains=Design.gains,
-    law=lambda record, limit: law(record.sample_time_s, limit),
-    genome=Genome,
-    reads=lambda record: ["error"],
-    adapted=Design.adapted,
-    explain=hfc.Explain(lambda record: (["error"], []), lambda memory, readings: memory, shown),
-    sections=sections,
-)
+KIND = Design

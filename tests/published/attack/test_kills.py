@@ -27,9 +27,9 @@ import sys
 import hfc_design.batch.session, hfc_design.report.page
 from hfc_design.cli import main
 from hfc_design.report import parts
-from hfc_design.runs import run
+from hfc_design.runs import stored
 parts.BASELINES.clear()
-run.CHECKPOINT_EVERY = 0.0
+stored.CHECKPOINT_EVERY = 0.0
 print("begun", flush=True)
 main(sys.argv[1:])
 """

@@ -15,7 +15,7 @@ from checkpoint_files import npy, zipped
 from scipy.io import savemat
 
 from hfc_design.core.records import UserError
-from hfc_design.logs.columns import checked
+from hfc_design.logs.columns import check_log
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(40) / 1000
@@ -41,7 +41,7 @@ def outcome(file, content):
         assert "unsafe" not in str(error), error
         assert "pickle" not in str(error), error
         return "refused"
-    assert checked(log).rows >= 20
+    assert check_log(log).rows >= 20
     return "read"
 
 

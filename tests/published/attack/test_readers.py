@@ -19,7 +19,7 @@ from mutants import mutant
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
-from hfc_design.batch.runs import runs_below
+from hfc_design.batch.results import runs_below
 from hfc_design.core import plugins
 from hfc_design.core.dotted import set_keys
 from hfc_design.core.faults import MOST
@@ -71,7 +71,7 @@ def design(place, text):
 
 def plan(place, text):
     (place / "batch.json").write_bytes(text)
-    found = [told.description for told in folder.told(place)]
+    found = [told.description for told in folder.batch_notes(place)]
     assert found == [x.get("description", "") for x in json.loads(text).get("files", {}).values()]
 
 

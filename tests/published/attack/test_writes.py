@@ -23,7 +23,7 @@ from hfc_design.core.checkpoint import tidy, write_whole
 from hfc_design.core.lock import HALF, LOCK
 from hfc_design.formats.writing import write
 from hfc_design.report import page
-from hfc_design.runs import run
+from hfc_design.runs import run, stored
 
 SCENARIO = """
 reference = {kind = "csv", file = "way.csv"}
@@ -132,7 +132,7 @@ def scenario(tmp_path, monkeypatch):
         return {}
 
     monkeypatch.setattr(page, "write_page", written)
-    monkeypatch.setattr(run, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(stored, "CHECKPOINT_EVERY", 0.0)
     (tmp_path / "way.csv").write_text("time_s,reference_rad\n0,0\n0.05,0.001\n0.1,0.0015\n")
     (tmp_path / "mine.toml").write_text(SCENARIO)
     return tmp_path / "mine.toml"

@@ -82,7 +82,10 @@ def test_results_are_not_unpickled(tmp_path, place):
         found = outcome(place, text)
         assert (found.state, found.reason[:11]) == ("failed", "on a worker")
     assert list(tmp_path.iterdir()) == []
-    assert outcome(place, repr(FINE))._asdict() == FINE
+    others = ("usable.json", "front.csv", "polish.npz", "checkpoint-2.npz", "history.csv")
+    for sent in (FINE["files"], dict.fromkeys(others, b"x")):
+        fine = FINE | {"files": sent}
+        assert outcome(place, repr(fine)).model_dump() == fine
 
 
 @pytest.mark.parametrize(
@@ -97,6 +100,8 @@ def test_results_are_not_unpickled(tmp_path, place):
         {"files": {"../evil": b""}},
         {"files": {"/tmp/evil": b""}},
         {"files": {"config.toml": b""}},
+        {"files": {"design.json\n": b""}},
+        {"files": {"x/design.json": b""}},
         {"files": {".in-use": b""}},
         {"files": {"design.json": 3}},
         {"files": [b""]},

@@ -5,7 +5,7 @@ import sys
 
 from run_folders import hfc
 
-from hfc_design.cli import shown
+from hfc_design.cli import search_progress
 from hfc_design.core.plugins import know
 
 SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.1"]
@@ -49,7 +49,7 @@ def _interrupted(self, search):
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines, known_use):
     know([])  # nothing of other tests
     with monkeypatch.context() as patched:
-        patched.setattr(shown.Watch, "generation", _interrupted)
+        patched.setattr(search_progress.Watch, "generation", _interrupted)
         stopped = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", "--out", "run")
     wanted = "hfc design --resume --out run --use mine:SLEDGE"
     assert stopped.stderr.rstrip().endswith(wanted)

@@ -15,7 +15,7 @@ from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller
 
 
-@pytest.mark.parametrize("name", [name for name, design in ALL.items() if not design.kind.axes])
+@pytest.mark.parametrize("name", [x for x, own in ALL.items() if not own.kind.axis_records])
 def test_a_plc_runs_all_vectors(name):
     runs_in_a_plc(ALL[name])
 

@@ -3,15 +3,15 @@
 import jax
 import numpy as np
 import pytest
-from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
+from carts import CART, Cart, cart_fit, driven, fit_with, forced, noisy, recorded
 
 from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
-from hfc_design.identify.certainty import certainty, kept
-from hfc_design.identify.fit import Fit, Problem, fitted
-from hfc_design.identify.free import free
+from hfc_design.identify.fit import Problem, fitted
+from hfc_design.identify.identifiability import certainty, hold_untold
+from hfc_design.identify.outcome import NOTHING
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.replay import replay
-from hfc_design.identify.result import NOTHING, _untold
 from plants import PLANTS
 
 
@@ -27,11 +27,11 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     true = Cart(2.4, 7.0, 1.2, 0.6)
     names = ["mass", "viscous_friction", "force_gain", "pull"]
     found, told = cart_found(names, true)
-    known = certainty(found.fit)
+    known = certainty(found)
     assert not any(known.told)
     worst = known.untold[0]
     assert worst.shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
-    assert "may change by" in _untold(worst)
+    assert "may change by" in worst.line()
     assert len(known.untold) == 1
     assert advice(found, known, told, 1) is None
     assert "measure other signals" in NOTHING
@@ -43,7 +43,7 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
 def test_one_that_is_known_tells_the_others():
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found(["mass", "viscous_friction", "force_gain"], true, {"pull": 0.6})
-    known = certainty(found.fit)
+    known = certainty(found)
     assert all(known.told)
     assert known.untold == ()
     assert (known.low < [2.4, 7.0, 1.2]).all()
@@ -54,7 +54,7 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
     """The same of a built-in machine, by its slopes alone."""
     stage = PLANTS["positioning-stage"]
     names = ["mass", "viscous_friction", "coulomb_friction", "offset", "amplifier_gain"]
-    wanted = free(stage, {}, names)
+    wanted = free_parameters(stage, {}, names)
     steps = 1000
     command = 2.0 * np.sin(2.0 * np.pi * 2.0 * 1e-3 * np.arange(steps))
     blank = recorded(np.zeros(steps), command)
@@ -62,9 +62,9 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
         place = -np.asarray(replay(wanted, blank, 0.0, 1)(wanted.start, 0.0))[:, 0]
         place += np.random.default_rng(2).normal(0.0, 1e-3, steps)
         residual = replay(wanted, recorded(place, command), 20.0, 1)
-        held = np.append(np.ones(len(names) + 1), 0.0)
-        problem = Problem(wanted, residual, np.array([1e-3]), held)
-        known = certainty(fitted(problem, wanted.begun, 1))
+        moves = np.append(np.ones(len(names) + 1), 0.0)
+        problem = Problem(wanted, residual, np.array([1e-3]), moves, 20.0)
+        known = certainty(fitted(problem, wanted.begun))
     assert not any(known.told)
     assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
 
@@ -74,19 +74,19 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
     names = ["mass", "viscous_friction", "force_gain"]
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found([*names, "pull"], true)
-    result = kept(found, certainty(found.fit))
-    assert result.state == ("given", "given", "given", "held")
+    _, known, note = hold_untold(found, certainty(found))
+    assert known.state == ("given", "given", "given", "held")
     alone, _ = cart_found(names, true)
-    known = certainty(alone.fit)
-    np.testing.assert_allclose(result.known.value[:3], known.value, rtol=1e-5)
-    np.testing.assert_allclose(known.value, [2.0, 7.0 / 1.2, 1.0], rtol=5e-3)
+    sure = certainty(alone)
+    np.testing.assert_allclose(known.value[:3], sure.value, rtol=1e-5)
+    np.testing.assert_allclose(sure.value, [2.0, 7.0 / 1.2, 1.0], rtol=5e-3)
     for end in ("low", "high"):
         np.testing.assert_allclose(
-            getattr(result.known, end)[:3] / known.value - 1.0,
-            getattr(known, end) / known.value - 1.0,
+            getattr(known, end)[:3] / sure.value - 1.0,
+            getattr(sure, end) / sure.value - 1.0,
             rtol=0.01,
         )
-    assert result.note == "held where it began: pull; the log tells others only beside it"
+    assert note == "held where it began: pull; the log tells others only beside it"
 
 
 def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
@@ -94,25 +94,25 @@ def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_beg
     names = ["mass", "viscous_friction", "force_gain", "pull"]
     start = {"viscous_friction": 40.0}
     found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2)
-    result = kept(found, certainty(found.fit))
-    assert result.state == ("given", "no", "held", "held")
-    assert result.known.low[0] < 2.4 / 1.2 < result.known.high[0]
-    assert result.known.value[1] < 10.0
-    assert result.known.value[2:].tolist() == [1.0, 0.5]
-    assert "does not tell viscous_friction: as it was found, for where it" in result.note
+    _, known, note = hold_untold(found, certainty(found))
+    assert known.state == ("given", "no", "held", "held")
+    assert known.low[0] < 2.4 / 1.2 < known.high[0]
+    assert known.value[1] < 10.0
+    assert known.value[2:].tolist() == [1.0, 0.5]
+    assert "does not tell viscous_friction: as it was found, for where it" in note
 
 
 def test_no_last_bit_decides_which_of_two_is_named_first():
     """Of a log without noise that tells only what a cart's numbers are beside one another."""
     names = ("force_gain", "mass", "viscous_friction")
-    wanted, rng = free(CART, {}, names), np.random.default_rng(4)
-    rows, residual = rng.standard_normal((500, 1, 2)), 1e-9 * rng.standard_normal((500, 1))
-    slopes = np.concatenate([rows, -rows.sum(axis=2, keepdims=True), 0.0 * rows], axis=2)
+    wanted, rng = free_parameters(CART, {}, names), np.random.default_rng(4)
+    rows, residual = rng.standard_normal((500, 2)), 1e-9 * rng.standard_normal(500)
+    slopes = np.concatenate([rows, -rows.sum(axis=1, keepdims=True), 0.0 * rows], axis=1)
     told = set()
     for _ in range(6):
         off = slopes * (1.0 + 1e-12 * rng.uniform(-1.0, 1.0, slopes.shape))
-        known = certainty(Fit(wanted, wanted.begun, residual, off, np.array([1e-9]), 1))
+        known = certainty(fit_with(wanted, residual, off, scale=1e-9))
         (one,) = known.untold
         assert one.shares == pytest.approx(dict.fromkeys(names, 1.0))
-        told.add((_untold(one), *np.argsort(-digits(known.error), kind="stable").tolist()))
+        told.add((one.line(), *np.argsort(-digits(known.error), kind="stable").tolist()))
     assert len(told) == 1

@@ -7,7 +7,7 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy
 from scipy.optimize import minimize_scalar
 
-from hfc_design.identify.certainty import BOUND, bounded, certainty, kept
+from hfc_design.identify.identifiability import BOUND, at_bound, certainty, hold_untold
 
 STEPS = 800
 NOISE = 2e-4  # [m]
@@ -28,12 +28,12 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
         columns.T, place - driven(true._replace(pull=0.0), force)
     )
     error = np.sqrt(np.linalg.inv(columns @ columns.T)[0, 0] * squares / (STEPS - 2))
-    known = certainty(one.fit)
+    known = certainty(one)
     assert known.value[0] == pytest.approx(value, abs=0.01 * error)
     half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
     assert half == pytest.approx(1.96 * error, rel=0.02)
-    assert known.told == (True,)
-    assert kept(one, known).state == ("yes",)
+    assert known.told.all()
+    assert hold_untold(one, known)[1].state == ("yes",)
 
 
 def test_a_machine_that_cannot_be_is_not_found():
@@ -50,22 +50,22 @@ def test_a_machine_that_cannot_be_is_not_found():
     one = cart_fit(
         ["mass", "viscous_friction"], place, force, start, drive=replace(CART, fault=fault)
     )
-    assert fault(dict(zip(one.fit.free.names, one.fit.free.values(one.fit.numbers), strict=True)))
-    known = certainty(one.fit)
-    inside, edge = bounded(one, known)
-    values = inside.fit.free.values(inside.fit.numbers)
+    assert fault(dict(zip(one.free.names, one.values, strict=True)))
+    known = certainty(one)
+    inside, edge = at_bound(one, known)
+    values = inside.values
     assert edge.sum() == 1
     assert values[1] / values[0] == pytest.approx(2.5, rel=0.01)
-    assert fault(dict(zip(one.fit.free.names, values, strict=True))) is None
+    assert fault(dict(zip(one.free.names, values, strict=True))) is None
 
     def off(mass):  # the best cart along the bound, by SciPy
         left = place - driven(Cart(mass, 2.5 * mass), force)
         return np.std(left)
 
     best = minimize_scalar(off, bounds=(1.0, 5.0), method="bounded").fun
-    assert inside.fit.rms[0] < 1.5 * best
-    told = kept(one, known)
+    assert inside.rms[0] < 1.5 * best
+    _, known, note = hold_untold(one, known)
     k = int(np.argmax(edge))
-    assert told.state[k] == BOUND
-    assert np.isnan([told.known.low[k], told.known.high[k]]).all()
-    assert told.note.startswith(f"{one.fit.free.names[k]}: at the least or most")
+    assert known.state[k] == BOUND
+    assert np.isnan([known.low[k], known.high[k]]).all()
+    assert note.startswith(f"{one.free.names[k]}: at the least or most")

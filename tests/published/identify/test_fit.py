@@ -6,9 +6,9 @@ from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 from scipy.optimize import minimize_scalar
 
 from hfc_design.identify.advice import LIMIT, profiles
-from hfc_design.identify.certainty import certainty
 from hfc_design.identify.fit import by_command
-from hfc_design.identify.free import free
+from hfc_design.identify.identifiability import certainty
+from hfc_design.identify.parameters import free_parameters
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NOISE = 2e-4  # [m]
@@ -23,9 +23,8 @@ def ends_of(profile):
     return [np.interp(np.sqrt(LIMIT), root[side], profile.values[side]) for side in (left, right)]
 
 
-def white(fit_found):
+def white(fit):
     """Standard errors of the values under white noise, the delay looked for too."""
-    fit = fit_found.fit
     return deviations(fit) / np.sqrt(certainty(fit).inflated[:-2])
 
 
@@ -48,13 +47,13 @@ def test_where_the_position_is_linear_it_is_linear_least_squares():
     errors = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) * squares / (STEPS - 4))
     held = {name: getattr(TRUE, name) for name in ("mass", "viscous_friction")}
     one = cart_fit(["force_gain", "pull"], place, force, held, late=True)
-    np.testing.assert_allclose(one.fit.free.values(one.fit.numbers), values[:2], rtol=2e-4)
-    assert one.fit.late == pytest.approx(values[2], abs=0.1 * errors[2])
+    np.testing.assert_allclose(one.values, values[:2], rtol=2e-4)
+    assert one.late == pytest.approx(values[2], abs=0.1 * errors[2])
     np.testing.assert_allclose(white(one), errors[:2], rtol=0.02)
-    assert one.fit.rms[0] == pytest.approx(np.sqrt(squares / STEPS), rel=1e-4)
-    for profile in profiles(one, certainty(one.fit)):  # a parabola, as every linear one
-        k = one.fit.free.names.index(profile.name)
-        error = deviations(one.fit)[k]
+    assert one.rms[0] == pytest.approx(np.sqrt(squares / STEPS), rel=1e-4)
+    for profile in profiles(one, certainty(one)):  # a parabola, as every linear one
+        k = one.free.names.index(profile.name)
+        error = deviations(one)[k]
         middle = profile.values[len(profile.values) // 2]
         distance = (profile.values - middle) / error
         np.testing.assert_allclose(profile.worse, distance**2, rtol=0.03, atol=1e-3)
@@ -65,10 +64,10 @@ def test_where_the_position_is_linear_it_is_linear_least_squares():
 def test_bad_starts_end_at_the_same_place():
     """A mass that is begun with at a twentieth."""
     force = forced(FEW)
-    wanted = free(CART, TRUE._asdict() | {"mass": 0.13}, ["mass", "viscous_friction"])
+    wanted = free_parameters(CART, TRUE._asdict() | {"mass": 0.13}, ["mass", "viscous_friction"])
     told = recorded(noisy(driven(TRUE, force), 0.1 * NOISE, 3), force)
-    one = by_command(wanted, told, 1, [0.0], 0, lambda line: None)
-    assert wanted.values(one.fit.numbers)[0] == pytest.approx(2.6, rel=1e-3)
+    one = by_command(wanted, told, 1, [0.0], 0)
+    assert one.values[0] == pytest.approx(2.6, rel=1e-3)
 
 
 def test_a_profile_is_that_of_a_grid():
@@ -76,7 +75,7 @@ def test_a_profile_is_that_of_a_grid():
     force = forced(FEW)
     place = noisy(driven(true, force), MUCH, 8)
     one = cart_fit(["mass", "viscous_friction"], place, force)
-    known = certainty(one.fit)
+    known = certainty(one)
 
     def squares(mass, friction):
         return FEW * np.var(place - driven(Cart(mass, friction), force))  # its zero is unknown
@@ -95,7 +94,7 @@ def test_a_profile_is_that_of_a_grid():
     grid = np.array([FEW * (least(x) - floor) / floor for x in profile.values])
     grid /= known.inflated[0]
     np.testing.assert_allclose(profile.worse, grid, rtol=0.01, atol=1e-3)
-    k = one.fit.free.names.index("mass")
+    k = one.free.names.index("mass")
     ends = np.interp([known.low[k], known.high[k]], *profile.supposed)
     assert ends == pytest.approx(LIMIT, rel=2e-3)  # straight lines between 61 points
     sides = profile.worse[[0, -1]]

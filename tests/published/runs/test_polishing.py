@@ -12,7 +12,7 @@ from hfc_design.controllers.genome import taken
 from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import polishing, run
-from hfc_design.runs.polish_task import PolishTask
+from hfc_design.runs.polishing import PolishTask
 from hfc_design.runs.problem import Problem
 from hfc_design.search.polish import polish
 from hfc_design.simulation import population as simulate

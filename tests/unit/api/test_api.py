@@ -5,7 +5,6 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.objectives.judge import OBJECTIVES
 from plants.feed_drive import FEED_DRIVE
 
@@ -79,6 +78,6 @@ def test_only_public_names_are_listed():
 def test_a_registered_part_is_shown_in_a_few_words():
     """A cell of a notebook ends with ``hfc.register(...)``, and shows what it gives."""
     machine = hfc.side_by_side(x=FEED_DRIVE, y=FEED_DRIVE)
-    for thing in (FEED_DRIVE, machine, KINDS.get("pd"), hfc.strategies["race"], CONTOUR):
+    for thing in (FEED_DRIVE, machine, hfc.strategies["race"], CONTOUR):
         assert repr(thing).startswith(f"{type(thing).__name__}({thing.name!r}")
         assert len(repr(thing)) < 80

@@ -6,7 +6,7 @@ from run_folders import PRESETS, batch_folder, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped, quartiles
-from hfc_design.batch.runs import runs_below
+from hfc_design.batch.results import runs_below
 
 HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"
 

@@ -10,7 +10,7 @@ from shaken import shaken
 
 from hfc_design.batch.comparisons import compared, runs_needed, smallest_p
 from hfc_design.batch.groups import Group, grouped
-from hfc_design.batch.runs import runs_below
+from hfc_design.batch.results import runs_below
 
 
 def test_groups_by_hand(tmp_path):

@@ -9,7 +9,7 @@ from run_folders import PRESETS, batch_folder, hfc, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped
-from hfc_design.batch.runs import runs_below
+from hfc_design.batch.results import runs_below
 
 
 def of_two(out, first, second):

@@ -42,7 +42,7 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     assert found.where == "--scheduler here:there"
     refused_command("batch", path, "--workers", 1, "--scheduler", "tcp://127.0.0.1:1")
     refused_command("batch", path, "--shared")
-    assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print).reason
+    assert "has no such folder" in worker.run_in(tmp_path / "elsewhere", "a", print).reason
 
 
 def test_keys_that_cannot_be_had(tmp_path, monkeypatch):

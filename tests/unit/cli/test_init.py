@@ -1,11 +1,9 @@
 """``hfc init``: what it writes loads, runs and explains every key."""
 
 import re
-import tomllib
 
 import pytest
 from run_folders import hfc
-from wording import refused_command
 
 from hfc_design.files.named_scenario import load_scenario
 
@@ -44,15 +42,6 @@ def test_every_key_has_a_meaning_before_it(tmp_path):
     inside = [k for k in keys if lines[k].startswith(("rms_error", "settled_rms_error"))]
     assert [lines[k] for k in keys if k not in inside and not lines[k - 1].startswith("# ")] == []
     assert max(map(len, lines)) <= 120
-
-
-def test_it_overwrites_nothing(tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text("mine")
-    assert refused_command("init", "--out", file).where == f"--out {file}"
-    assert file.read_text() == "mine"
-    assert hfc("init", "--out", file, "--force").exit_code == 0
-    assert tomllib.loads(file.read_text())["plant"]["name"] == "c-axis"
 
 
 @pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])

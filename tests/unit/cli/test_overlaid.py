@@ -7,7 +7,7 @@ import pytest
 from run_folders import batch_folder, searched
 from wording import refused
 
-from hfc_design.batch.summary import convergence
+from hfc_design.batch.findings import convergence
 
 
 def test_searches_of_runs_have_distinct_names(tmp_path):

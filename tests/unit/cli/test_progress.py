@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hfc_design.cli.shown import Watch
-from hfc_design.cli.usable_table import _refused
+from hfc_design.cli.scoring import _refused
+from hfc_design.cli.search_progress import Watch
 from hfc_design.files.named_scenario import load_scenario
 
 
@@ -20,7 +20,7 @@ def searched(done):
 def test_no_line_says_that_nothing_is_left_when_much_is(monkeypatch, capsys):
     """Right after the compilation a generation seems to take no time."""
     now = [0.0]
-    monkeypatch.setattr("hfc_design.cli.shown.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("hfc_design.cli.search_progress.time.monotonic", lambda: now[0])
     watch = Watch(load_scenario("c-axis-ramp", {"search.generations": 100}))
     for done, moment in ((1, 30.0), (2, 30.001), (3, 40.0), (4, 50.0), (5, 50.5), (50, 60.0)):
         now[0] = moment

@@ -1,6 +1,6 @@
 """What the terminal says of whether a design can be used: the table, the picture, one motion."""
 
-from hfc_design.cli.usable_table import WARNING, again_told, show_usable
+from hfc_design.cli.scoring import WARNING, again_told, show_usable
 
 
 def of_motion(share, factor, limited):

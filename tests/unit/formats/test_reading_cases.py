@@ -278,9 +278,11 @@ def test_one_output_of_several_is_taken(tmp_path):
         out = tmp_path / file.suffix[1:]
         named = ["--signal", "e=error,de=error_change", "--out", out]
         assert refused_command("import", file, *named, "--output", "v").where == "--output v"
-        words = ["import", str(file), *map(str, named), "--output", "u"]
+        words = ["import", str(file), *map(str, named), "--output", "u", "--name", "mine"]
         assert CliRunner().invoke(main, words).exit_code == 0
-        assert json.loads(out.read_text())["controller"]["names"]["output"] == "u"
+        design = json.loads(out.read_text())
+        assert design["controller"]["names"]["output"] == "u"
+        assert design["name"] == "mine"
     odd = fll.replace("then w is a and", "then w is very a and")
     with refused():
         taken(written(tmp_path, odd), output="u")

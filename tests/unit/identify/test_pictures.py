@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from hfc_design.identify import page
 from hfc_design.identify.advice import Profile
-from hfc_design.identify.result import Check
+from hfc_design.identify.outcome import Check
 from hfc_design.pictures.files import image
 
 STEPS, BEGUN, WORST = 1000, 100, 700
@@ -28,13 +28,13 @@ def found():
     off[:BEGUN] = 0.0
     checks = [Check(name, "open loop", 1.0, 1.0, off) for name in ("one.csv", "two.csv")]
     free = SimpleNamespace(drive=CART)
-    return SimpleNamespace(told=told, checks=tuple(checks), free=free, position_unit="m")
+    return SimpleNamespace(recording=told, checks=tuple(checks), free=free, position_unit="m")
 
 
 def test_the_replay_lies_beside_the_log(found):
     first, command, off = page.replayed(found).axes
     lines = lines_of(first)
-    np.testing.assert_array_equal(lines["recorded"][1], found.told.place)
+    np.testing.assert_array_equal(lines["recorded"][1], found.recording.place)
     assert np.isnan(lines["replayed"][1][:BEGUN]).all()
     np.testing.assert_allclose(lines["replayed"][1][BEGUN:], REPLAY[BEGUN:], rtol=0, atol=1e-12)
     labels = [axes.get_ylabel() for axes in (first, command, off)]

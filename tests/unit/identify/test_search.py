@@ -10,10 +10,11 @@ from wording import refused
 
 from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.fit import bandwidths
-from hfc_design.identify.identified import strangers
-from hfc_design.identify.replay import recording
-from hfc_design.identify.result import Check
-from hfc_design.logs.signals import Even
+from hfc_design.identify.identified import mismatched_logs
+from hfc_design.identify.outcome import Check
+from hfc_design.identify.recording import recording
+from hfc_design.identify.replay import load_between
+from hfc_design.logs.signals import EvenLog
 from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))
@@ -47,11 +48,11 @@ def test_a_log_that_is_replayed_far_worse_is_of_another_machine():
     logs = {name: recorded(WAVE, WAVE) for name in ("own", "like", "unlike")}
     off = {"own": 1e-3, "like": 3e-3, "unlike": 5e-3}
     checks = [Check(name, "open loop", 1.0, x, WAVE) for name, x in off.items()]
-    (line,) = strangers(checks, logs)
+    (line,) = mismatched_logs(checks, logs)
     assert line.startswith("DOUBTFUL: unlike is replayed 5 times worse than own (open loop)")
-    assert not strangers([one._replace(how=one.log) for one in checks], logs)
+    assert not mismatched_logs([one._replace(how=one.log) for one in checks], logs)
     lost = [checks[0], checks[1]._replace(after=float("nan"))]
-    assert len(strangers(lost, logs)) == 1
+    assert len(mismatched_logs(lost, logs)) == 1
 
 
 def test_an_observer_that_is_just_slow_enough_is_tried():
@@ -75,6 +76,21 @@ def test_a_sine_that_is_just_slow_or_fast_enough_is_proposed():
 def test_an_axis_that_stands_begins_at_rest(place):
     """Of a log without noise the slope of a straight line is a few last bits, and is none."""
     values = place + np.where(WAVE * 0.0 + np.arange(4000) > 100, WAVE, 0.0)
-    found = Even(0.001, {"place": values}, WAVE < 2.0, [])
+    found = EvenLog(0.001, {"place": values}, WAVE < 2.0, [])
     drive = replace(POSITIONING_STAGE, feedback=("place", "velocity"))
     assert recording(found, drive).rate == 0.0
+
+
+def test_a_load_that_swings_is_not_cut_short():
+    """Four points know its middle to the fourth order; straight lines are off by (w T)^2 / 8."""
+    every, w = 1e-3, 50.0
+    time = every * np.arange(200)
+    load = np.sin(w * time)
+    start, middle, end = load_between(load, 1).T
+    exact = np.sin(w * (time + 0.5 * every))[1:-2]
+    straight = 0.5 * (load[:-1] + load[1:])[1:-1]
+    middle = middle[1:-2]
+    assert np.abs(straight - exact).max() == pytest.approx((w * every) ** 2 / 8, rel=0.01)
+    assert np.abs(middle - exact).max() < 1e-3 * (w * every) ** 2
+    np.testing.assert_array_equal(start, load)
+    np.testing.assert_allclose(end[:-1], load[1:], atol=1e-15)

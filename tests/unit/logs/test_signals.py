@@ -6,8 +6,8 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.logs import signals as limits
-from hfc_design.logs.columns import Log, asked
-from hfc_design.logs.signals import at_an_end, signals
+from hfc_design.logs.columns import Log, parse_columns
+from hfc_design.logs.signals import saturated, signals
 from plants import PLANTS
 
 STAGE = PLANTS["positioning-stage"]
@@ -18,7 +18,7 @@ VOLTS = np.sin(20 * TIME + 1)
 
 def found(columns, *told, breaks=None, sample_time=None, drive=STAGE):
     log = Log(columns, None, breaks)
-    return signals(log, drive, asked(told, drive), sample_time)
+    return signals(log, drive, parse_columns(told, drive), sample_time)
 
 
 def test_units_of_people_and_of_encoders():
@@ -221,7 +221,7 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
     one = found({"time_s": TIME, "position": cut, "command": VOLTS})
     np.testing.assert_array_equal(one.usable, PLACE > -2.0)
     rests = np.clip(TIME, 0.0, 0.2)  # a ramp that ends: it may well rest there
-    assert at_an_end(rests * (0.4 - rests)).sum() == 0
+    assert saturated(rests * (0.4 - rests)).sum() == 0
 
 
 #: Columns and what is told of them.
@@ -297,7 +297,7 @@ def test_a_last_step_of_an_encoder_before_a_rest_is_not_an_end_of_a_scale():
     for numbers in shaken(0.001, 0.1):
         step, start = numbers
         counts = np.concatenate([4 * np.arange(40), 157 + np.minimum(np.arange(30), 1)])
-        assert not at_an_end(start + step * counts).any()
+        assert not saturated(start + step * counts).any()
 
 
 @pytest.mark.parametrize("bent", [0.02, 0.05, 0.1, 0.2, 0.3])
@@ -306,9 +306,9 @@ def test_a_peak_that_is_flat_by_the_steps_of_its_encoder_is_not_an_end_of_a_scal
     peak, slow = -0.5 * bent * (np.arange(41) - 20.3) ** 2, np.arange(-400.0, -100.0)
     turned = np.round(np.concatenate([slow, peak + 0.3]))
     assert (turned == turned.max()).sum() >= 4
-    assert not at_an_end(turned).any()
+    assert not saturated(turned).any()
     fast = np.minimum(np.arange(-300.0, 60.0, 4.0), 21.0)
-    assert at_an_end(fast).sum() == (fast == 21.0).sum()
+    assert saturated(fast).sum() == (fast == 21.0).sum()
 
 
 @pytest.mark.parametrize("off", [60.0, -0.5])

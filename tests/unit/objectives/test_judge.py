@@ -45,7 +45,7 @@ def test_the_final_choice_is_by_merit(monkeypatch):
     monkeypatch.setattr(champion, "evaluate", evaluated)
     archive = Archive(population(0.1), np.array([5.0]))
     search = Search(3, Archive(population(0.3, 0.2), np.array([7.0, 6.0])), archive, None)
-    design, found = champion.champion(search, scenario)
+    _, design, found = next(champion.best_of(search, scenario))
     assert (found.fitness, found.merit) == (20.0, 20.0)
     assert design.score == {
         "scenario": "c-axis-ramp",

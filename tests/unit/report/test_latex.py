@@ -7,9 +7,8 @@ import tex
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hfc_design.pictures.latex import escaped
+from hfc_design.pictures.latex import escaped, table
 from hfc_design.pictures.section import Listing
-from hfc_design.report.latex import table
 
 #: Letters that TeX takes for something else, and others.
 LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.éλφγΩ≤∞")
@@ -83,7 +82,7 @@ def test_numbers_have_few_digits(cell, told):
 def test_the_best_are_bold_and_a_table_says_whose_it_is():
     rows = [["a", "1.5", "2"], ["b", "3", "4"]]
     listing = Listing("Medians.", ["metric", "x", "y"], rows, [[1], []])
-    text = table("groups", listing, "100 %_of runs", "100 %_of runs")
+    text = table("groups", listing, "100 %_of runs", "100-of-runs")
     assert [line for line in text.splitlines() if "textbf" in line] == [r"a & \textbf{1.5} & 2 \\"]
     assert r"\label{tab:100-of-runs-groups}" in text
     assert tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1]) == "100 %_of runs: Medians."

@@ -3,7 +3,7 @@
 from report_pages import USED, told
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.report.parts import baselines, everything, in_use
+from hfc_design.report.parts import baselines, in_use, pass_conditions
 
 
 def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
@@ -28,7 +28,7 @@ def test_an_error_in_metres_has_a_unit_that_needs_no_power_of_ten():
 def test_it_says_what_everything_is():
     units = {"late_error": "2 mrad", "stick_slip": 0.0}
     asked = load_scenario("c-axis-ramp", {f"constraints.{key}": x for key, x in units.items()})
-    assert everything(asked) == (
+    assert pass_conditions(asked) == (
         "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
     )
-    assert "sets no limits" in everything(load_scenario("feed-drive-circle"))
+    assert "sets no limits" in pass_conditions(load_scenario("feed-drive-circle"))

@@ -28,7 +28,7 @@ def test_an_individual_is_the_design_that_it_writes():
     many = own.gains(population)
     for k in (0, 5):
         written = individuals.design_of(taken(population, slice(k, k + 1)), scenario)
-        alone = population_of_one(written.kind.gains(written.controller))
+        alone = population_of_one(written.controller.law_gains())
         for key in ("k_p", "dead_zone", "speed"):
             one, each = np.array(getattr(alone, key)), np.array(getattr(many, key))
             np.testing.assert_allclose(one[..., 0], each[..., k], rtol=1e-12)

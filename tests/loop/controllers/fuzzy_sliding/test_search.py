@@ -67,12 +67,12 @@ def test_an_individual_is_the_design_that_it_writes(name):
     many = own.gains(population)
     for k in (0, 7):
         record = record_of(own, taken(population, slice(k, k + 1)))
-        alone = population_of_one(record.gains())
+        alone = population_of_one(record.law_gains())
         for one, each in zip(leaves(alone), (x for x in many if x is not None), strict=True):
             np.testing.assert_allclose(np.asarray(each, float)[..., k].ravel(), one, rtol=1e-12)
 
     found = record_of(own, own.empty())
-    for one, other in zip(leaves(found.gains()), leaves(own.start.gains()), strict=True):
+    for one, other in zip(leaves(found.law_gains()), leaves(own.start.law_gains()), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
 
 

@@ -155,7 +155,9 @@ def test_a_turned_hierarchy_commands_the_same(design, canonical):
     other = turned(record)
     assert layout_of(record).canonical is canonical
     assert not layout_of(other).canonical
-    exact = command(SCALARS, record, record.gains())
-    assert command(SCALARS, other, other.gains()) == pytest.approx(exact, rel=1e-12)
-    found = jax.jit(lambda own: command(LANES, other, own))(jax.tree.map(np.asarray, other.gains()))
+    exact = command(SCALARS, record, record.law_gains())
+    assert command(SCALARS, other, other.law_gains()) == pytest.approx(exact, rel=1e-12)
+    found = jax.jit(lambda own: command(LANES, other, own))(
+        jax.tree.map(np.asarray, other.law_gains())
+    )
     assert found == pytest.approx(exact, rel=1e-12)

@@ -147,7 +147,7 @@ def test_what_the_population_does_the_design_file_does():
                 "controller": {**record, "sample_time_s": 0.001},
             }
         ).controller
-        for name, value in own.linear_part.gains()._asdict().items():
+        for name, value in own.linear_part.law_gains()._asdict().items():
             np.testing.assert_allclose(
                 np.ravel(value), np.ravel(np.asarray(getattr(gains, name))[..., k]), rtol=1e-12
             )

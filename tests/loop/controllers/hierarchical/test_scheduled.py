@@ -184,7 +184,7 @@ def test_units_matter_by_what_they_do_to_the_whole_command():
             unit["consequents"] = table.tolist()
         design = changed(made_up.scheduling(7, 3), **data)
         counts.append(matter_by_hand(design))
-        gains = design.controller.gains()
+        gains = design.controller.law_gains()
         assert units_that_matter(design.controller, population_of(gains)).tolist() == [counts[-1]]
     assert len(set(counts)) > 1
 

@@ -173,7 +173,7 @@ def test_what_the_population_does_the_design_file_does(genome):
         own = design_of(genome, taken(found, slice(k, k + 1))).controller
         parts = ((own.linear_part, gains.linear), (own.scheduled_part, gains.scheduled))
         for part, wanted in parts:
-            for name, value in part.gains()._asdict().items():
+            for name, value in part.law_gains()._asdict().items():
                 each = np.ravel(np.asarray(getattr(wanted, name))[..., k])
                 np.testing.assert_allclose(
                     np.ravel(value), each, rtol=1e-12 if name == "load" else 0.0, err_msg=name

@@ -48,7 +48,7 @@ def test_the_record_holds_what_the_law_does():
     one = taken(fresh(made), slice(5, 6))
     record = made.record(one)
     design = api.with_gains(scenario, "lqi", {k: x for k, x in record.items() if k != "kind"})
-    law, found = design.controller.gains(), made.gains(one)
+    law, found = design.controller.law_gains(), made.gains(one)
     for name, value in law._asdict().items():
         np.testing.assert_allclose(np.ravel(value), np.ravel(getattr(found, name)), rtol=1e-12)
 

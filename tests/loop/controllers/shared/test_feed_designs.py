@@ -43,5 +43,8 @@ def test_a_population_equals_its_individuals(rough):
 def test_a_soflc_may_have_a_stable_range():
     limits = {"k1_max": 4.0, "k2_max": 6.79}
     rates = {"k_a": 0.5, "k_b": 0.2, "k_c": 1.0, "stable_range": limits}
-    assert changed("jee-koren-1995-soflc", adaptation=rates).controller.gains().sectors == (4, 6.79)
-    assert DESIGNS["jee-koren-1995-soflc"].controller.gains().sectors is None
+    assert changed("jee-koren-1995-soflc", adaptation=rates).controller.law_gains().sectors == (
+        4,
+        6.79,
+    )
+    assert DESIGNS["jee-koren-1995-soflc"].controller.law_gains().sectors is None

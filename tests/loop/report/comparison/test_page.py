@@ -8,8 +8,8 @@ import re
 import pytest
 from html_page import Page
 
+from hfc_design.pictures.latex import table
 from hfc_design.report.comparison.page import page
-from hfc_design.report.latex import table
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ def told(design, error, rate, memory=None, limit=None):
     law = lg.sliding(record.sample_time_s, limit)
     memory = memory or law.initial_memory(0.0)
     signals = {"error": error, "error_rate": rate}
-    return law.sample(SCALARS, law, record.gains(), memory, signals)
+    return law.sample(SCALARS, law, record.law_gains(), memory, signals)
 
 
 def test_table_2_is_odd():

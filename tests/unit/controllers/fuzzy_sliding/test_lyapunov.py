@@ -27,7 +27,7 @@ class Loop:
     def __init__(self, starts, wanted, limit=np.inf, every=1e-4, gamma=GAMMA):
         adaptation = {"rate": gamma, "largest_move": MOST}
         design = sliding(sample_time_s=every, adaptation=adaptation)
-        self.law, self.gains = lg.sliding(every, limit), design.controller.gains()
+        self.law, self.gains = lg.sliding(every, limit), design.controller.law_gains()
         self.memory = self.law.initial_memory(np.zeros(len(starts)))
         self.error, self.rate = np.array(starts, float).T
         self.wanted, self.gamma, self.limit = wanted, gamma, limit

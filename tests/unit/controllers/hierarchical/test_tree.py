@@ -243,7 +243,7 @@ def commands(record):
         pairs = zip(record.inputs, point, strict=True)
         signals = {item.name: u / item.scale for item, u in pairs}
         memory = law.initial_memory(0.0)
-        found.append(law.step(SCALARS, record.gains(), memory, signals)[0])
+        found.append(law.step(SCALARS, record.law_gains(), memory, signals)[0])
     return np.array(found)
 
 
@@ -280,7 +280,7 @@ def test_a_design_has_the_inputs_that_its_tree_reads():
         own = hierarchical(layout_of(record), 0.001)
         told, wanted = (
             law.step(SCALARS, x, law.initial_memory(0.0), signals)[0]
-            for law, x in ((own, record.gains()), (whole, gains))
+            for law, x in ((own, record.law_gains()), (whole, gains))
         )
         assert told == pytest.approx(float(wanted), rel=1e-12)
 

@@ -133,14 +133,14 @@ def test_searched_gains_are_those_of_the_design():
     for k in range(6):
         one = type(population)(*(leaf[k : k + 1] for leaf in population))
         record = SocDesign(sample_time_s=0.005, **genome.record(one))
-        assert record.gains() == pytest.approx([leaf[k] for leaf in gains])
+        assert record.law_gains() == pytest.approx([leaf[k] for leaf in gains])
         assert record.table == EMPTY
 
 
 def test_printed_gains_count_in_their_units():
     """1, 3 and 0.5 of tenths of a mm and of 10 V."""
     record = hfc.load_design("huang-soc").controller
-    assert record.gains() == pytest.approx((10.0, 30.0, 5.0, 0.5, 0.5))
+    assert record.law_gains() == pytest.approx((10.0, 30.0, 5.0, 0.5, 0.5))
 
 
 def test_the_report_shows_the_rules_as_the_runtime_learns_them():

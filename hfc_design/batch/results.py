@@ -1,7 +1,7 @@
-"""The runs below a folder, as far as they have come: settings, scores, histories.
+"""Results of the runs below a folder, as far as they have come: settings, scores, histories.
 
-Only what a summary needs is read; whatever is damaged is told beside the run and stops nothing.
-Raw: a design is not read as one, since that of a run made with another version counts as well.
+Only what a summary needs is read; whatever is damaged is told with the run and stops nothing.
+Designs are read as plain JSON, so that runs made with another version count as well.
 """
 
 import json
@@ -22,7 +22,7 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, toml_of
-from hfc_design.files.cells import PLAN, SEED, names
+from hfc_design.files.labels import PLAN, SEED, run_labels
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY, USABLE
 from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES
@@ -32,9 +32,9 @@ JUDGED_BY = "judged_by"
 VERDICTS = (YES, ON_THIS_MODEL, NO)
 #: Margins of a loop, of each of which ``usable.json`` has the worst.
 MARGINS = ("sensitivity", "gain_margin", "phase_margin_deg", "delay_margin_samples")
-State = folder.State | Literal["unreadable"]
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
+State = folder.State | Literal["unreadable"]
 
 
 class Use(NamedTuple):
@@ -45,9 +45,9 @@ class Use(NamedTuple):
     margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
     answer: str = ""
 
-    def told(self, margins: Iterable[str]) -> list[str]:
+    def row(self, margins: Iterable[str]) -> list[str]:
         """Verdict, share [%] and these margins as tables show them."""
-        numbers = [self.share and 100 * self.share, *(self.margins.get(key) for key in margins)]
+        numbers = [self.share and 100 * self.share, *map(self.margins.get, margins)]
         return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
 
 
@@ -85,8 +85,13 @@ class Run(NamedTuple):
 
 def is_run(path: Path) -> bool:
     """Whether a folder is that of a run, and not of many."""
-    own = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
-    return own and not (path / PLAN).exists()
+    files = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
+    return files and not (path / PLAN).exists()
+
+
+def batches_below(path: Path) -> list[Path]:
+    """The folders of batches below a folder, or itself."""
+    return [place for place in _folders(path) if (place / PLAN).exists()]
 
 
 def runs_below(path: Path) -> list[Run]:
@@ -100,19 +105,19 @@ def runs_below(path: Path) -> list[Run]:
     planned: list[Run] = []
     alone: list[Run] = []
     for place in _folders(path):
-        if (place / PLAN).exists():
-            cells = folder.entries(place)
-            told = names({cell.name: cell.settings for cell in cells})
-            for cell in cells:
-                settings = {SCENARIO: "c-axis-ramp", SEED: 0} | cell.settings
-                own = _read(place / cell.name, path, settings, cell.state, cell.reason)
-                planned.append(own._replace(called=told[cell.name]))
-        else:
+        if not (place / PLAN).exists():
             alone.append(_alone(place, path))
-    found = planned + _told_apart(alone, {key for run in planned for key in run.settings})
-    if not found:
+            continue
+        cells = folder.entries(place)
+        called = run_labels({cell.name: cell.settings for cell in cells})
+        for cell in cells:
+            settings = {SCENARIO: "c-axis-ramp", SEED: 0} | cell.settings
+            run = _read(place / cell.name, path, settings, cell.state, cell.reason)
+            planned.append(run._replace(called=called[cell.name]))
+    runs = planned + _told_apart(alone, {key for run in planned for key in run.settings})
+    if not runs:
         raise UserError(f"{path}: holds no runs ({PLAN}, or folders with a {CONFIG})")
-    return sorted(found, key=Run.place) if any(run.use.verdict for run in found) else found
+    return sorted(runs, key=Run.place) if any(run.use.verdict for run in runs) else runs
 
 
 def best_usable(path: Path) -> Run:
@@ -122,17 +127,12 @@ def best_usable(path: Path) -> Run:
         UserError: there is none, or no run says whether its design can be used.
     """
     first = runs_below(path)[0]
-    if first.use.verdict == VERDICTS[0]:
+    if first.use.verdict == YES:
         return first
     near = f"nearest is {first.title}: {first.use.answer}"
     none = "none says whether, as those of a scenario with [robust] do"
-    told = near if first.use.verdict else none
-    raise UserError(f"{path}: no run has a design that can be used; {told}")
-
-
-def batches_below(path: Path) -> list[Path]:
-    """The folders of batches below a folder, or itself."""
-    return [place for place in _folders(path) if (place / PLAN).exists()]
+    reason = near if first.use.verdict else none
+    raise UserError(f"{path}: no run has a design that can be used; {reason}")
 
 
 def _folders(path: Path) -> Iterator[Path]:
@@ -155,7 +155,7 @@ def _alone(path: Path, top: Path) -> Run:
     try:
         config = toml_of(decoded(content(path / CONFIG)))
     except ValueError as error:
-        return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error))
+        return Run(_below(path, top), {}, "unreadable", in_a_line(f"{CONFIG}: {error}"))
     said = {key: value for key, value in flat(config).items() if key not in SAID}
     settings = {SCENARIO: config.get("name", "")} | said
     return _read(path, top, settings, "finished" if (path / DESIGN).exists() else "broken off")
@@ -171,78 +171,61 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
         for key, value in run.settings.items():
             values[run.setting(SCENARIO), key].add(text(value))
     differing = {key for (_, key), found in values.items() if len(found) > 1}
-    kept = differing | known | {SCENARIO, SEED}
+    keys = differing | known | {SCENARIO, SEED}
     return [
-        run._replace(settings={key: v for key, v in run.settings.items() if key in kept})
+        run._replace(settings={key: x for key, x in run.settings.items() if key in keys})
         for run in runs
     ]
 
 
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
-    run = Run(_below(path, top), settings, state, reason, page=(path / REPORT).exists())
-    run = run._replace(searched=not (path / GIVEN).exists())
+    searched, page = not (path / GIVEN).exists(), (path / REPORT).exists()
+    run = Run(_below(path, top), settings, state, reason, searched=searched, page=page)
     if state == "finished":
-        run = _with(_with(run, path, DESIGN, _ended), path, USABLE, _use)
-    if (path / HISTORY).exists() or (run.state == "finished" and run.searched):
-        run = _with(run, path, HISTORY, _history)
+        run = _with(_with(run, path / DESIGN, _ended), path / USABLE, _use)
+    if (path / HISTORY).exists() or (run.state == "finished" and searched):
+        run = _with(run, path / HISTORY, _history)
     if state in ("running", "broken off") and not run.reason:
         done = f"after {len(run.best)} generations" if len(run.best) else ""
         run = run._replace(reason=done or "before the first checkpoint")
     return run
 
 
-def _with(run: Run, path: Path, file: str, read: Callable[[Path], Json]) -> Run:
-    """With what a file in its folder says, or what is wrong with that."""
+def _with(run: Run, file: Path, fields: Callable[[Path], Json]) -> Run:
+    """With the fields that a file in its folder has, or what is wrong with that."""
     try:
-        return run._replace(**read(path))
+        return run._replace(**fields(file))
     except ValueError as error:
-        told = _told(file, error)
-    if file == DESIGN:
-        return run._replace(state="unreadable", reason=told)
-    return run._replace(reason=f"{run.reason}; {told}".removeprefix("; "))
+        fault = in_a_line(f"{file.name}: {error}")  # which does not depend on where it lies
+    if file.name == DESIGN:
+        return run._replace(state="unreadable", reason=fault)
+    return run._replace(reason=f"{run.reason}; {fault}".removeprefix("; "))
 
 
-def _ended(path: Path) -> Json:
-    """How the run in a folder ended: fields of ``Run``.
-
-    Raises:
-        ValueError: the file is no design with a score.
-    """
-    design = json_of(decoded(content(path / DESIGN)))
+def _ended(file: Path) -> Json:
+    """How a run ended, by its design; ValueError: the file is no design with a score."""
+    design = json_of(decoded(content(file)))
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
         raise ValueError("has no score")
-    judged_by, ranges = score.pop(JUDGED_BY, ""), _ranges(score)
-    score.pop("usable", None)  # ``_use`` has more of it
-    found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
+    judged_by, ranges = score.get(JUDGED_BY, ""), _ranges(score.get("repeats"))
+    others = (SCENARIO, JUDGED_BY, "usable", "chaotic", "repeats")  # ``_use`` has more of the use
+    found = {key: _number(value) for key, value in score.items() if key not in others}
     if found.get("fitness") is None and score.get("fitness", "") is not None:
         raise ValueError("has no fitness that is a number")  # null: the design diverged
-    lowest = {key: one["lowest"] for key, one in ranges.items()}
+    lowest = {key: ends["lowest"] for key, ends in ranges.items()}
     structure = _structure(design.get("controller"))
-    own = {"judged_by": text(judged_by), "ranges": ranges, "structure": structure}
-    return {"score": {"fitness": None} | found | lowest} | own
+    fields = {"judged_by": text(judged_by), "ranges": ranges, "structure": structure}
+    return {"score": {"fitness": None} | found | lowest} | fields
 
 
-def _use(path: Path) -> Json:
-    """What it says of whether its design can be used.
-
-    Raises:
-        ValueError: the file is damaged.
-    """
-    if not (path / USABLE).exists():
-        return {}
-    found = json_of(decoded(content(path / USABLE)))
-    if not isinstance(found, dict) or not isinstance(found.get("usable"), bool):
-        raise ValueError("has no answer")
-    verdict = found.get("verdict", YES if found["usable"] else NO)
-    if verdict not in VERDICTS:
-        raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
-    margins = {}
-    for key in MARGINS:
-        with suppress(KeyError, TypeError):  # an earlier version has none
-            margins[key] = float(found["margins"]["worst"][key]["value"])  # null: without an end
-    told = verdict, _number(found.get("share")), margins, text(found.get("answer", ""))
-    return {"use": Use(*told)}
+def _ranges(repeats: object) -> dict[str, Json]:
+    """The ends of the range of a fitness or merit that is chaotic."""
+    return {
+        key: {end: _number(ends.get(end)) for end in ("lowest", "highest")}
+        for key, ends in (repeats.items() if isinstance(repeats, dict) else ())
+        if key in ("fitness", "merit") and isinstance(ends, dict)
+    }
 
 
 def _structure(controller: object) -> str:
@@ -255,45 +238,46 @@ def _structure(controller: object) -> str:
     return ""
 
 
-def _ranges(score: Json) -> dict[str, Json]:
-    """Takes what it says of chaos out of a score: key -> the ends of its range."""
-    score.pop("chaotic", None)
-    told = score.pop("repeats", None)
-    each = told.items() if isinstance(told, dict) else ()
+def _use(file: Path) -> Json:
+    """Whether its design can be used, if the file is there; ValueError: it is damaged."""
+    if not file.exists():
+        return {}
+    found = json_of(decoded(content(file)))
+    if not isinstance(found, dict) or not isinstance(found.get("usable"), bool):
+        raise ValueError("has no answer")
+    verdict = found.get("verdict", YES if found["usable"] else NO)
+    if verdict not in VERDICTS:
+        raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
+    margins = {}
+    for key in MARGINS:
+        with suppress(KeyError, TypeError):  # an earlier version has none
+            margins[key] = float(found["margins"]["worst"][key]["value"])  # null: without an end
     return {
-        key: {end: _number(one.get(end)) for end in ("lowest", "highest")}
-        for key, one in each
-        if key in ("fitness", "merit") and isinstance(one, dict)
+        "use": Use(verdict, _number(found.get("share")), margins, text(found.get("answer", "")))
     }
+
+
+def _history(file: Path) -> Json:
+    """Best merit so far; ValueError: a row is damaged or missing."""
+    lines = decoded(content(file, LARGEST_TABLE)).splitlines()
+    names, *rows = (line.split(",") for line in lines or [""])
+    if not rows or "best" not in names:
+        raise ValueError("has no column best or no generation")
+    for k, row in enumerate(rows):
+        if len(row) != len(names) or row[0] != str(k):
+            raise ValueError(f"row {k + 2} is damaged")
+    best = np.array([float(row[names.index("best")]) for row in rows])
+    if np.isinf(best).any():
+        raise ValueError("a score is no number")
+    return {"best": best}
 
 
 def _number(value: object) -> float | None:
     return float(value) if isinstance(value, (int, float)) and isfinite(value) else None
 
 
-def _history(path: Path) -> Json:
-    """Best merit so far.
-
-    Raises:
-        ValueError: a row is damaged or missing.
-    """
-    lines = decoded(content(path / HISTORY, LARGEST_TABLE)).splitlines()
-    names, *rows = (line.split(",") for line in lines or [""])
-    if not rows or "best" not in names:
-        raise ValueError("has no column best or no generation")
-    numbers = np.empty(len(rows))
-    for k, row in enumerate(rows):
-        if len(row) != len(names) or row[0] != str(k):
-            raise ValueError(f"row {k + 2} is damaged")
-        numbers[k] = float(row[names.index("best")])
-    if np.isinf(numbers).any():
-        raise ValueError("a score is no number")
-    return {"best": numbers}
-
-
-def _told(file: str, error: ValueError) -> str:
-    """What is wrong with a file, in a line that does not depend on where it lies."""
-    return in_a_line(f"{file}: {error}")
+def _below(path: Path, top: Path) -> str:
+    return text(path.relative_to(top).as_posix())
 
 
 def listed(counts: Mapping[Any, int]) -> str:
@@ -301,11 +285,7 @@ def listed(counts: Mapping[Any, int]) -> str:
     return ", ".join(f"{count} {state}" for state, count in counts.items())
 
 
-def _below(path: Path, top: Path) -> str:
-    return text(path.relative_to(top).as_posix())
-
-
 def text(value: object) -> str:
     """A setting as a reader sees it."""
-    told = value if isinstance(value, str) else json.dumps(value, default=str)
-    return told.encode(errors="replace").decode()
+    said = value if isinstance(value, str) else json.dumps(value, default=str)
+    return said.encode(errors="replace").decode()

@@ -29,32 +29,37 @@ class Value(NamedTuple):
     meaning: str = ""
 
 
-def values(data: Json, known: Sequence[Entry], own: Sequence[Entry] = ()) -> list[Value]:
+def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> list[Value]:
     """The keys that a file sets, as they stand there, then those that it leaves at a default.
 
-    ``known`` are the keys that there are, ``own`` the entries of own parts.
+    ``known`` are the keys that there are, ``others`` the entries of a user's own parts.
     """
     named = reference.chosen(data)
-    plant, followed = named[reference.PLANT], named[reference.REFERENCE]
-    units = reference.units_of(plant, None) or reference.units_of(plant, own)
-    found = [_said(key, value, known, units) for key, value in reference.leaves(data)]
-    unset = [x.key for x in known if "left out:" in x.meaning and x.type == "table"]
-    unset = [key for key in unset if not any(f"{one.key}.".startswith(f"{key}.") for one in found)]
+    units = reference.units_of(named[reference.PLANT], others)
+    found = [_set(key, value, known, units) for key, value in reference.leaves(data)]
+    keys = [one.key for one in found]
+    # Of tables that mean nothing where they are left out no default holds.
+    absent = [
+        f"{one.key}."
+        for one in known
+        if "left out:" in one.meaning
+        and one.type == "table"
+        and not any(f"{key}.".startswith(f"{one.key}.") for key in keys)
+    ]
     for one in known:
-        if one.kind == reference.REFERENCE and one.name != followed:
-            continue  # of a motion
-        if one.key.startswith(tuple(f"{key}." for key in unset)):
-            continue  # nothing of it holds
-        passed = one.required or one.type == "table" or one.default in (None, {}, [])
-        free = {"N", "AXIS", "NAME"} & set(one.key.split("."))
-        set_here = any(key == one.key or key.startswith(f"{one.key}.") for key, *_ in found)
-        if not (passed or free or set_here):
+        of_motion = one.kind == reference.REFERENCE and one.name != named[reference.REFERENCE]
+        without = one.required or one.type == "table" or one.default in (None, {}, [])
+        places = reference.PLACES.keys() & {*one.key.split(".")}
+        # Motions of one kind have its keys once.
+        is_told = any(f"{x.key}.".startswith(f"{one.key}.") for x in found)
+        if not (of_motion or one.key.startswith(tuple(absent)) or without or places or is_told):
             unit = reference.in_units(one.unit, units)
             found.append(Value(one.key, one.default, one.default, DEFAULT, unit, one.meaning))
     return found
 
 
-def _said(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str]) -> Value:
+def _set(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str]) -> Value:
+    """A key that a file sets."""
     entry = reference.entry_of(key, known)
     if entry is None:
         return Value(key, value, None, FILE)
@@ -67,15 +72,16 @@ def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:
     """Name of each motion, and what holds in it: said there, or by the scenario, or nowhere."""
     listed = data.get("motions", [])
     for k, motion in enumerate(listed if isinstance(listed, list) else ()):
-        if not isinstance(motion, Mapping):
-            continue
-        rows = []
-        for key, above in OF_MOTION.items():
-            here, there = motion.get(key), _at(data, above)
-            where = FILE if here is not None else SCENARIO if there is not None else DEFAULT
-            if here is not None or there is not None:
-                rows.append(Value(key, there if here is None else here, None, where))
-        yield str(motion.get("name", k)), rows
+        if isinstance(motion, Mapping):
+            pairs = ((key, motion.get(key), _at(data, above)) for key, above in OF_MOTION.items())
+            rows = [
+                Value(
+                    key, there if here is None else here, None, SCENARIO if here is None else FILE
+                )
+                for key, here, there in pairs
+                if here is not None or there is not None
+            ]
+            yield str(motion.get("name", k)), rows
 
 
 def _at(data: Any, key: str) -> Plain:

@@ -1,4 +1,4 @@
-"""Numbers that a run's folder has beside its design, as they are read back: checked."""
+"""Files of numbers that a run keeps with its design, checked when they are read back."""
 
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -14,49 +14,44 @@ Item = TypeVar("Item")
 Named = Annotated[dict[str, Item], Field(min_length=1)]
 
 
-class Beside(Record):
+class Numbers(Record):
     """What a page needs of a file; it may have more. No number stands where one is not finite."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
-class _Reached(Beside):
+class _Reached(Numbers):
     bound: NotNegative
     reached: NotNegative
     sum_error: NotNegative | None = None
 
 
-class AttainableFile(Beside):
+class AttainableFile(Numbers):
     """``attainable.json``."""
 
     motions: Named[_Reached]
     left_out: str = ""
 
 
-class _Measure(Beside):
+class _Measure(Numbers):
     median: Finite | None
     q95: Finite | None = None  # a share has none
     largest: Finite | None
 
 
-class _InMotion(Beside):
+class _InMotion(Numbers):
     share: Finite
     reasons: dict[str, int]
     asked_of: Literal["all", "nominal"] = "all"
     measures: Annotated[dict[str, _Measure], Field(min_length=4, max_length=4)]
 
 
-class _Missed(Beside):
+class _Missed(Numbers):
     times: Finite
     motion: str
 
 
-class _Ends(Beside):
-    lowest: Finite | None = None
-    highest: Finite | None = None
-
-
-class _Stress(Beside):
+class _Stress(Numbers):
     name: str
     holds: bool
     share: Finite
@@ -66,7 +61,7 @@ class _Stress(Beside):
     why: str
 
 
-class _Change(Beside):
+class _Change(Numbers):
     key: str
     now: str
     needed: str | None
@@ -74,12 +69,12 @@ class _Change(Beside):
     without: Finite
 
 
-class _WhyNot(Beside):
+class _WhyNot(Numbers):
     changes: list[_Change]
     lines: list[str]
 
 
-class UsableFile(Beside):
+class UsableFile(Numbers):
     """``usable.json``."""
 
     usable: bool
@@ -95,14 +90,14 @@ class UsableFile(Beside):
     gain: tuple[Finite, Finite] | None
     precision: Finite | None
     substeps: Finite | None
-    repeats: _Ends = _Ends()
+    repeats: dict[str, Finite | None] = {}
     chaotic: bool = False
     units: Annotated[dict[str, str], Field(min_length=3, max_length=3)]
     motions: Named[_InMotion]
 
 
-def beside(path: Path, model: type[Beside]) -> Json | None:
-    """What a file beside a run's design says; None if there is none. RunError: it is damaged."""
+def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
+    """What such a file of a run says; None if there is none. RunError: it is damaged."""
     if not path.exists():
         return None
     try:
@@ -110,6 +105,6 @@ def beside(path: Path, model: type[Beside]) -> Json | None:
             found: Json = json_of(decoded(content(path)))
         checked(model, found, path, path.parent)
     except UserError as error:
-        told = str(error.args[0]).removeprefix(f"{path}: ")[:100]
-        raise RunError(f"{path}: {told}; remove the damaged file") from None
+        fault = str(error.args[0]).removeprefix(f"{path}: ")[:100]
+        raise RunError(f"{path}: {fault}; remove the damaged file") from None
     return found

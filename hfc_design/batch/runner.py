@@ -2,32 +2,39 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Collection, Iterable
+from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell, Plan
+from hfc_design.core import lock
 from hfc_design.core.checkpoint import tidy, write_whole
-from hfc_design.core.lock import Overtaken
-from hfc_design.core.records import RunError, UserError, in_a_line
+from hfc_design.core.records import LONGEST, NotNegative, Record, RunError, UserError, in_a_line
 from hfc_design.runs import run as design
 from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
 #: Seconds between looks at cells that other batches are at.
 PATIENCE = 0.5
+#: Names of the files that a run writes.
+WRITTEN = r"^((checkpoint(-\d{1,3})?|polish)\.npz|(history|front)\.csv|(design|usable)\.json)$"
 
 
-class Outcome(NamedTuple):
+class Outcome(Record):
     """What became of a cell just now; "again" is one that somebody else is at, or had to leave."""
 
     state: Literal["finished", "failed", "again"]
-    reason: str = ""  # why it is not finished
-    seconds: float = 0.0  # that it took; 0 if another batch has finished it
-    files: Mapping[str, bytes] = {}  # of its run folder, by their names, that came from afar
+    reason: Annotated[str, Field(max_length=LONGEST)] = ""  # why it is not finished
+    seconds: NotNegative = 0.0  # that it took; 0 if another batch has finished it
+    #: Files of its run folder that came from afar.
+    files: dict[
+        Annotated[str, Field(pattern=WRITTEN)], Annotated[bytes, Field(max_length=2**30)]
+    ] = {}
 
 
 class Left(Exception):
@@ -56,24 +63,46 @@ class Place:
     def start(self, cell: Cell, path: Path) -> Any:
         """A task that runs the cell in its folder; here it does when its outcome is asked for."""
         on_generation = partial(self._on_generation, cell)
-        work = partial(design.run, cell.scenario, path, on_generation, self.anyway)
-        return partial(attempt, work)
+        return partial(
+            attempt, partial(design.run, cell.scenario, path, on_generation, self.anyway)
+        )
 
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
         """Tasks that are done and what became of their cells; waits a little for the first."""
         return [(task, task()) for task in tasks]
 
 
-def begin(plan: Plan, out: Path, at_once: int) -> None:
-    """Note the cells in the folder, of which so many will run at once here; 0: none will.
+def run_batch(
+    plan: Plan,
+    out: Path,
+    at_once: int,
+    places: AbstractContextManager[Place],
+    anyway: bool,
+    on_outcome: Callable[[Cell, Outcome], None],
+) -> dict[str, str]:
+    """Run every cell of a plan that is not finished; returns why cells failed, by their names.
+
+    ``at_once`` of them run on this machine, 0: none; ``anyway`` resumes cells that other versions
+    began.
 
     Raises:
         UserError: a cell needs more memory than there is.
-        RunError: the folder cannot be written.
+        RunError: the folder cannot be written, or the place is lost.
     """
     for cell in plan.cells if at_once else ():
         check_memory(cell.scenario, cell.design, min(at_once, len(plan.cells)))
     folder.note_plan(out, plan)
+    failed: dict[str, str] = {}
+
+    def outcome(cell: Cell, found: Outcome) -> None:
+        if found.state == "failed":
+            failed[cell.name] = found.reason
+        on_outcome(cell, found)
+
+    with places as place:
+        place.anyway = anyway
+        run_cells(out, plan.cells, place, outcome)
+    return failed
 
 
 def run_cells(
@@ -81,7 +110,9 @@ def run_cells(
 ) -> None:
     """Finish every cell that is not, those that another batch is at last of all.
 
-    A cell that fails does not stop the others. Raises:
+    A cell that fails does not stop the others.
+
+    Raises:
         RunError: the folder of the batch cannot be written, or the place is lost.
     """
     waiting = deque(cells)
@@ -92,11 +123,11 @@ def run_cells(
             room = place.room()
             while waiting and len(running) < room:
                 cell = waiting.popleft()
-                found = _started(out, cell, place)
-                if isinstance(found, Outcome):
-                    ended.append((cell, found))
+                started = _started(out, cell, place)
+                if isinstance(started, Outcome):
+                    ended.append((cell, started))
                 else:
-                    task, claim = found
+                    task, claim = started
                     running[task] = cell, claim
             for task, outcome in place.done(running):
                 cell, claim = running.pop(task)
@@ -107,7 +138,7 @@ def run_cells(
                     waiting.append(cell)
                 else:
                     on_outcome(cell, outcome)
-            if waiting and not running and all(found.state == "again" for _, found in ended):
+            if waiting and not running and all(outcome.state == "again" for _, outcome in ended):
                 time.sleep(PATIENCE)
     finally:
         for _, claim in running.values():
@@ -120,28 +151,26 @@ def attempt(work: Callable[[], object]) -> Outcome:
     try:
         work()
     except Exception as error:  # whatever it is, the other cells may still be fine
-        return _unfinished(error)
-    return Outcome("finished", seconds=time.monotonic() - start)
+        return unfinished(error)
+    return Outcome(state="finished", seconds=time.monotonic() - start)
 
 
-def _unfinished(error: Exception) -> Outcome:
-    return Outcome("again" if isinstance(error, Left | Overtaken) else "failed", told(error))
-
-
-def told(error: Exception) -> str:
-    """Why a cell failed, in one line."""
+def unfinished(error: Exception, where: str = "") -> Outcome:
+    """The outcome of a cell that an error ended."""
+    state = "again" if isinstance(error, Left | lock.Overtaken) else "failed"
     fault = error.typed if isinstance(error, UserError) else error
-    return in_a_line(f"{type(error).__name__}: {fault}")
+    reason = in_a_line(f"{type(error).__name__}: {fault}")
+    return Outcome(state=state, reason=in_a_line(where + reason))
 
 
 def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:
     """The task of a cell and our claim of it, or what became of the cell without one."""
     path = out / cell.name
     with ExitStack() as claim:
-        if not claim.enter_context(folder.claimed(out, cell.name)):
-            return Outcome("again")
+        if not claim.enter_context(lock.claimed(path)):
+            return Outcome(state="again")
         if folder.state(out, cell.name) == "finished":
-            return Outcome("finished")
+            return Outcome(state="finished")
         folder.forget_failure(out, cell.name)
         tidy(path)
         try:
@@ -155,20 +184,19 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
         except Lost:
             raise
         except Exception as error:  # whatever it is, the other cells may still be fine
-            return _noted(out, cell, _unfinished(error))
+            return _noted(out, cell, unfinished(error))
 
 
-def _noted(out: Path, cell: Cell, found: Outcome) -> Outcome:
+def _noted(out: Path, cell: Cell, outcome: Outcome) -> Outcome:
     """Keep what has come from afar, and note why a cell failed or how long it took."""
     try:
-        order = sorted(found.files, key=lambda name: name == design.DESIGN)  # that finishes it
-        for name in order:
-            write_whole(out / cell.name / name, found.files[name])
+        for name in sorted(outcome.files, key=lambda name: name == design.DESIGN):  # finishes it
+            write_whole(out / cell.name / name, outcome.files[name])
     except RunError as error:
-        found = _unfinished(error)
-    if found.state == "failed":
+        outcome = unfinished(error)
+    if outcome.state == "failed":
         with suppress(RunError):  # a full disk takes no notes either
-            folder.note(out, cell.name, "failed", found.reason)
-    elif found.state == "finished" and found.seconds:
-        folder.note(out, cell.name, "seconds", f"{found.seconds:.3f}")
-    return found
+            folder.note(out, cell.name, "failed", outcome.reason)
+    elif outcome.state == "finished" and outcome.seconds:
+        folder.note(out, cell.name, "seconds", f"{outcome.seconds:.3f}")
+    return outcome

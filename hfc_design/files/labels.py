@@ -15,36 +15,36 @@ PLAN = "batch.json"
 LABEL, SEED = "label", "run.seed"
 
 
-def names(cells: Mapping[str, Json]) -> dict[str, str]:
+def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
     """What each cell is called: by its label, and by what sets it apart from others that have it.
 
     As in "spread=0.1, seed=2": a setting by the last part of its key where that is enough, the
     seed last. Without a label it is set apart from all.
     """
     alike: dict[str, list[Json]] = defaultdict(list)
-    for own in cells.values():
-        alike[str(own.get(LABEL, ""))].append(own)
+    for cell in cells.values():
+        alike[str(cell.get(LABEL, ""))].append(cell)
     alike[""] = [*cells.values()]
     same = {label: shared(inside) for label, inside in alike.items()}
-    return {name: _name(own, same[str(own.get(LABEL, ""))]) for name, own in cells.items()}
+    return {name: _name(cell, same[str(cell.get(LABEL, ""))]) for name, cell in cells.items()}
 
 
 def shared(cells: Iterable[Json]) -> Json:
     """The settings that every cell has."""
     first, *others = cells
-    return {k: x for k, x in first.items() if all(k in own and own[k] == x for own in others)}
+    return {k: x for k, x in first.items() if all(k in cell and cell[k] == x for cell in others)}
 
 
-def _name(own: Json, same: Json) -> str:
-    last = {key: key.rpartition(".")[2] for key in own if key not in same and key != LABEL}
+def _name(cell: Json, same: Json) -> str:
+    last = {key: key.rpartition(".")[2] for key in cell if key not in same and key != LABEL}
     short = Counter(last.values())
-    told = [str(own[LABEL])] if LABEL in own else []
+    parts = [str(cell[LABEL])] if LABEL in cell else []
     for key, end in sorted(last.items(), key=lambda item: item[0] == SEED):
-        told.append(f"{end if short[end] == 1 else key}={own[key]}")
-    return harmless(", ".join(told))
+        parts.append(f"{end if short[end] == 1 else key}={cell[key]}")
+    return harmless(", ".join(parts))
 
 
-def called(path: str | Path) -> str:
+def run_label(path: str | Path) -> str:
     """What the cell of a batch is called that a path lies in; "" outside a batch.
 
     ``path`` is that of its folder, or of a file in it.
@@ -53,6 +53,6 @@ def called(path: str | Path) -> str:
     folder = folder.parent if folder.is_file() else folder
     try:
         cells: Any = json_of(decoded(content(folder.parent / PLAN, LARGEST_TABLE)))["cells"]
-        return names(cells)[folder.name]
+        return run_labels(cells)[folder.name]
     except (ValueError, KeyError, TypeError, AttributeError):  # its own reader says what is wrong
         return ""

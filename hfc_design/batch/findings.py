@@ -1,0 +1,137 @@
+"""What the runs below a folder give: groups, comparisons, structures, and how searches converge."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from hfc_design.batch.comparisons import Comparison, compared
+from hfc_design.batch.groups import Group, grouped
+from hfc_design.batch.reproduction import Reproduced, reproduced
+from hfc_design.batch.results import Run, runs_below
+from hfc_design.batch.structures import Winner, winners
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import UserError
+from hfc_design.core.shown import line, table
+from hfc_design.files.labels import run_label
+from hfc_design.files.together import apart
+from hfc_design.report import searches
+from hfc_design.runs.run import opened_run
+
+#: Of so many groups a notebook has the median.
+SHOWN = 12
+#: So many curves can be told apart.
+MOST = 10
+#: A group, its runs with a history, and what they were ranked by.
+Curves = tuple[Group, list[Run], str]
+
+
+class Findings(NamedTuple):
+    """What pages and tables tell of the runs below a folder."""
+
+    runs: list[Run]
+    groups: list[Group]  # runs that differ in nothing but the seed, the highest median first
+    comparisons: list[Comparison]  # of every two groups of a task, with p
+    figures: list[Reproduced]  # that a batch file names as published, beside what the runs give
+    winners: list[Winner]  # structures that searches of hierarchies ended with
+
+    def __repr__(self) -> str:
+        return line("Findings", self._counts())
+
+    def _repr_html_(self) -> str:
+        medians = {
+            f"{group.task}, {group.label}": f"{group.measure} {group.median:.4g} in the median of "
+            f"{len(group.finished)} finished runs"
+            for group in self.groups[:SHOWN]
+        }
+        return table("Findings", self._counts() | medians)
+
+    def _counts(self) -> dict[str, object]:
+        return {field: len(value) for field, value in self._asdict().items()}
+
+    @property
+    def tasks(self) -> list[str]:
+        """What scores are of that compare, each once."""
+        return list(dict.fromkeys(group.task for group in self.groups))
+
+    def of_task(self, task: str) -> list[Group]:
+        """Its groups."""
+        return [group for group in self.groups if group.task == task]
+
+    def number_of(self) -> dict[str, int]:
+        """Path of each run in a group -> the group's number."""
+        return {run.path: group.number for group in self.groups for run in group.runs}
+
+
+def findings(path: Path, runs: list[Run]) -> Findings:
+    """What the runs below ``path`` give."""
+    groups = grouped(runs)
+    return Findings(runs, groups, compared(groups), reproduced(path, runs), winners(groups))
+
+
+def convergence(folders: Sequence[Path]) -> Figure:
+    """Best merit so far against generation: a curve of each run folder, or of the groups below one.
+
+    That of a group is the median of its finished runs over a band between their quartiles.
+
+    Raises:
+        UserError: a folder has no run or no history, stands there twice, or there are too many
+            curves.
+    """
+    for k, path in enumerate(folders):
+        if any(path.resolve() == other.resolve() for other in folders[:k]):
+            raise UserError(f"{path}: stands there twice; it does what it does")
+    parts = [path.resolve().parts for path in folders]
+    labels = [run_label(path) or x[-1] for path, x in zip(folders, parts, strict=True)]
+    names = apart(labels, parts)
+    curves = {}
+    for path, name in zip(folders, names, strict=True):
+        curves[name] = _histories(grouped(runs_below(path)), path)
+        if not curves[name]:
+            raise UserError(f"{path}: has no history of a search")
+    return _drawn(curves)
+
+
+def of_findings(found: Mapping[str, Findings]) -> Figure:
+    """The same of what runs gave, by the names that they are to have.
+
+    Raises:
+        UserError: nothing was searched, or there are too many curves.
+    """
+    curves = {name: _histories(x.groups) for name, x in found.items()}
+    for name, groups in curves.items():
+        if not groups:
+            raise UserError(f"{name or 'findings'}: no run has a history of a search")
+    return _drawn(curves)
+
+
+def _histories(groups: Sequence[Group], path: Path | None = None) -> list[Curves]:
+    """The groups that have any histories; a run below ``path`` that goes on says what ranks it."""
+    curves = []
+    for group in groups:
+        if runs := group.with_history:
+            title = runs[0].judged_by
+            if not title:
+                place = path and path / runs[0].path
+                title = opened_run(place).judge().title if place else group.measure
+            curves.append((group, runs, title))
+    return curves
+
+
+def _drawn(curves: Mapping[str, list[Curves]]) -> Figure:
+    histories: dict[str, list[Floats]] = {}
+    titles = set()
+    for name, groups in curves.items():
+        tasks = {group.task for group, *_ in groups}
+        for group, runs, title in groups:
+            label = f"{group.label}, {group.task}" if len(tasks) > 1 else group.label
+            which = label if len(groups) > 1 else ""
+            source = name if len(curves) > 1 or not which else ""
+            histories[f"{source} {which}".strip() or group.label] = [run.best for run in runs]
+            titles.add(title)
+    if len(histories) > MOST:
+        raise UserError(f"{len(histories)} curves are more than the {MOST} that can be told apart")
+    measure = titles.pop() if len(titles) == 1 else "merit, each by its own,"
+    numbers = range(len(histories))
+    return searches.convergence(list(histories), list(histories.values()), numbers, measure)

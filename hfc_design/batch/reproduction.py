@@ -1,0 +1,82 @@
+"""Published figures beside what the runs of a batch give."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hfc_design.batch import folder
+from hfc_design.batch.plan import Published, matches
+from hfc_design.batch.results import Run, batches_below
+from hfc_design.pictures.figure import LARGEST
+from hfc_design.report import batch_plots
+
+#: So many ratios of published figures are drawn.
+RATIOS = 60
+
+
+class Reproduced(NamedTuple):
+    """A published figure with the simulated one."""
+
+    figure: str  # of the paper
+    quantity: str
+    published: float | None
+    simulated: float | None  # median over the finished runs; None without any
+    ratio: float | None  # simulated over published
+    runs: int
+    remark: str
+
+
+def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
+    """Every published figure of the batches below ``path`` beside the median of its runs."""
+    found = []
+    for batch in batches_below(path):
+        inside = (run for run in runs if (path / run.path).parent == batch)
+        finished = [run for run in inside if run.state == "finished"]
+        found += [
+            _figure(x, finished) for file in folder.batch_notes(batch) for x in file.published
+        ]
+    return found
+
+
+def _figure(item: Published, finished: list[Run]) -> Reproduced:
+    sides = []
+    for wanted, metric in item.sides:
+        values = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
+        sides.append([value for value in values if value is not None])
+    simulated: float | None = None
+    if all(sides):
+        simulated, *over = (float(np.median(values)) for values in sides)
+        simulated = _ratio(simulated, over[0]) if over else simulated
+    numbers = (item.value, simulated, _ratio(simulated, item.value), len(sides[0]))
+    return Reproduced(item.figure, item.quantity, *numbers, item.remark)
+
+
+def _ratio(value: float | None, over: float | None) -> float | None:
+    """None where there is no number."""
+    ratio = np.inf if value is None or not over else value / over
+    return ratio if np.isfinite(ratio) else None
+
+
+def ratios(figures: Sequence[Reproduced]) -> Figure | None:
+    """The ratios that there are and that a logarithm can show."""
+    shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
+    names = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
+    labels = [", ".join(filter(None, parts)) for parts in names]
+    return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
+
+
+def figure_row(item: Reproduced) -> list[str]:
+    """What a reader sees of a published figure."""
+    ratio = "–" if item.ratio is None else f"{item.ratio:.2f}"
+    numbers = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
+    return [item.figure, item.quantity, *numbers, item.remark]
+
+
+def _number(value: float | None) -> str:
+    """Three digits, or all that stand before the point."""
+    if value is None:
+        return "–"
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"

@@ -1,0 +1,157 @@
+"""Which structures the searches of each group ended with, as rows, as text and drawn."""
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from itertools import groupby
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from hfc_design.batch.groups import Group, quartiles
+from hfc_design.batch.results import Run
+from hfc_design.core.console import show_rows, terminal
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import UserError, harmless, in_a_line
+from hfc_design.core.shown import line
+from hfc_design.core.statistics import Interval, share_interval
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
+from hfc_design.pictures.numbers import score
+from hfc_design.pictures.section import Drawing
+from hfc_design.report.designs import picture
+
+STRUCTURES = "structures.csv"
+#: Of the page; at a terminal each group has a table of its own.
+WINNER_HEAD = ["structure", "group", "runs", "share [%]", "best", "median"]
+#: At a terminal so many structures of a group are told, and of so many groups.
+LISTED, TABLES = 3, 6
+#: Of so many groups the most frequent structure is drawn: of those that come first.
+DRAWN = 6
+
+
+class Winner(NamedTuple):
+    """A structure that searches of a group ended with."""
+
+    group: Group
+    structure: str  # as the genome tells it
+    runs: list[Run]  # that ended with it, the best first
+    scores: Floats  # (runs,) what the group is compared by; -inf where a design diverged
+    searches: int  # finished ones of the group, one a seed, whose structure is known
+
+    def __repr__(self) -> str:
+        shown = {"group": self.group.label, "structure": self.structure, "best": self.best}
+        return line("Winner", {**shown, "runs": len(self.runs), "searches": self.searches})
+
+    @property
+    def share(self) -> float:
+        """Of the searches."""
+        return len(self.runs) / self.searches
+
+    @property
+    def interval(self) -> Interval:
+        """Where the share of all seeds lies, of which these are a sample."""
+        return share_interval(len(self.runs), self.searches)
+
+    @property
+    def best(self) -> float:
+        """The highest of the scores."""
+        return float(self.scores[0])
+
+    @property
+    def median(self) -> float:
+        """Of the scores."""
+        return quartiles(self.scores)[1]
+
+    @property
+    def row(self) -> list[str]:
+        """What a reader sees of it, as in ``WINNER_HEAD``."""
+        low, high = (100 * end for end in self.interval)
+        share = f"{100 * self.share:.0f} ({low:.0f} to {high:.0f})"
+        which = [self.structure, str(self.group.number), f"{len(self.runs)} of {self.searches}"]
+        return [*which, share, score(self.best), score(self.median)]
+
+
+def winners(groups: Sequence[Group]) -> list[Winner]:
+    """The structures of each group, the most frequent first, of equally frequent ones the best.
+
+    A design that was given is no search's; a group whose kind has but one structure has none.
+    """
+    found: list[Winner] = []
+    for group in groups:
+        members: dict[str, list[tuple[float, Run]]] = defaultdict(list)
+        for run, value in zip(group.finished, group.scores.tolist(), strict=True):
+            if run.searched and run.structure:
+                members[run.structure].append((value, run))
+        searches = sum(map(len, members.values()))
+        of_group = []
+        for structure, inside in members.items():
+            scores, runs = zip(*sorted(inside, key=lambda pair: -pair[0]), strict=True)
+            of_group.append(Winner(group, structure, list(runs), np.array(scores), searches))
+        found += sorted(of_group, key=lambda x: (-len(x.runs), -x.best, x.structure))
+    return found
+
+
+def structure_rows(found: Iterable[Winner]) -> Iterable[list[object]]:
+    """All of it in full precision."""
+    counted = ["runs", "searches", "share", "share_low", "share_high"]
+    yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
+    for x in found:
+        which = [x.group.number, x.group.task, x.group.measure, x.structure]
+        shares = [len(x.runs), x.searches, x.share, *x.interval]
+        yield [*which, *shares, x.best, x.median, x.runs[0].path]
+
+
+def show_structures(found: Sequence[Winner]) -> None:
+    """Print the first structures of each group, if there are any."""
+    groups = [[*inside] for _, inside in groupby(found, key=lambda x: x.group.number)]
+    shown = [inside[:LISTED] for inside in groups][:TABLES]
+    columns = [k for k, name in enumerate(WINNER_HEAD) if name != "group"]
+    for inside in shown:
+        group = inside[0].group
+        label = f"structures that won in {group.task}, group {group.label}"
+        if group.broken:
+            label += f"; {group.broken} of {len(group.finished)} runs break constraints"
+        rows = ([Text(x.row[k]) for k in columns] for x in inside)
+        title = Text(harmless(label))
+        show_rows([WINNER_HEAD[k] for k in columns], rows, title=title, title_style="")
+        terminal().print()
+    if others := len(found) - sum(map(len, shown)):
+        terminal().print(f"{others} more structures are in {STRUCTURES}")
+
+
+def trees_of(path: Path, found: Sequence[Winner]) -> list[Drawing]:
+    """The most frequent structure of each of the first groups below ``path``.
+
+    Drawn as its best run has it; not of a kind without such a picture, nor, which is said, where
+    the design cannot be read here.
+    """
+    first = {x.group.number: x for x in reversed(found)}
+    drawings = []
+    for _, winner in sorted(first.items())[:DRAWN]:
+        place = winner.runs[0].path
+        try:
+            design = load_design(str(path / place))
+        except UserError as error:
+            warning = f"hfc: warning: the structure of {place} is not drawn"
+            print(in_a_line(f"{warning}: {error.lines[0]}"), file=sys.stderr)
+            continue
+        with suppress(UserError):
+            drawings += list(_trees(winner, design))
+    return drawings
+
+
+def _trees(winner: Winner, design: Design) -> Iterator[Drawing]:
+    """The tree of each axis that has one of its own."""
+    runs, searches = winner.runs, winner.searches
+    parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
+    for axis in (axis for structure, axis in parts.items() if structure):
+        which = f"group {winner.group.label}" + (f", axis {axis}" if axis else "")
+        count = f"{len(runs)} of {searches} searches ended with it, the best of them was"
+        if len(runs) == 1 < searches:
+            count = "no two searches ended with the same structure; this is that of the best,"
+        text = f"{which[0].upper()}{which[1:]}: {count} {runs[0].path}, whose scales it has."
+        yield Drawing(picture(design, "tree", axis=axis), f"Structure that won in {which}", text)

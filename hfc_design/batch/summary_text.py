@@ -1,0 +1,122 @@
+"""What came out of many runs, in words: sentences for pages, tables and sentences at a terminal."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.text import Text
+
+from hfc_design.batch.comparisons import Comparison, too_few
+from hfc_design.batch.findings import Findings
+from hfc_design.batch.groups import ANSWERS, FITNESS, Group
+from hfc_design.batch.structures import show_structures
+from hfc_design.core.console import show_rows, terminal
+from hfc_design.core.records import harmless
+from hfc_design.pictures.numbers import score
+
+#: Of so many tasks, and groups of each, the medians are told.
+TASKS, GROUPS = 6, 10
+HEAD = ["group", "runs", "median", "quartiles", "best"]
+#: So many groups are named in a caption; of more the table of the groups says what they are.
+NAMED = 12
+#: What keys begin with that make a task harder or easier, whoever controls.
+OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
+
+
+def show_findings(page: Path, found: Findings | None) -> None:
+    """Print what the runs gave, if it is more than one, and where the page is."""
+    if found is not None:
+        for task in found.tasks[:TASKS]:
+            groups = found.of_task(task)
+            _show_medians(groups)
+            for said in (sentence(groups, found.comparisons), broken(groups)):
+                if said:
+                    terminal().print(Text(harmless(said)))
+            terminal().print()
+        if len(found.tasks) > TASKS:
+            terminal().print(f"{len(found.tasks) - TASKS} more tasks are in groups.csv\n")
+        show_structures(found.winners)
+    print(page)
+
+
+def _show_medians(groups: Sequence[Group]) -> None:
+    """The medians of a task over the seeds, the highest first."""
+    title = Text(harmless(f"{groups[0].task}: {groups[0].measure}"))
+    heads = [*HEAD, *(ANSWERS if groups[0].answers else [])]
+    cells = ([harmless(group.label), *group.row()[1:]] for group in groups[:GROUPS])
+    show_rows(heads, (map(Text, row) for row in cells), title=title, title_style="")
+    if len(groups) > GROUPS:
+        terminal().print(f"{len(groups) - GROUPS} more groups are in groups.csv")
+
+
+def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
+    """What came out of a task, nothing of groups whose runs are too few to tell them apart.
+
+    Args:
+        groups: of the task, the best first.
+        comparisons: of all tasks, which p is corrected for.
+    """
+    highest = max(groups, key=lambda group: np.nan_to_num(group.median, nan=-np.inf))
+    if not highest.finished:
+        return "No run has finished."
+    usable = ""
+    if answers := groups[0].answers:
+        usable = f"{answers[0]} designs of group {groups[0].label} can be used; {answers[1]} % of "
+        usable += "the unseen machines pass in the median. "
+    return usable + _highest(highest, groups, comparisons)
+
+
+def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
+    against = [item for item in comparisons if item.first is highest]
+    if against and (needed := too_few(comparisons)):
+        several = f"{len(comparisons)} comparisons need" if len(comparisons) > 1 else "it takes"
+        return (
+            "Which group is better cannot be shown with so few runs, however much they differ: "
+            f"{several} at least {needed} runs in each group."
+        )
+    note, runs = _unlike(groups), len(highest.finished)
+    median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
+    best = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
+    best += f" ({runs} run{'s' if runs > 1 else ''})"
+    if not against:
+        searched = any(run.searched for group in groups for run in group.finished)
+        chance = ", which may be chance: a group needs several seeds"
+        return f"{best}{chance if searched and len(groups) > 1 else ''}.{note}"
+    shown = sum(item.shown for item in against)
+    if len(against) > 1:
+        return f"{best}; by more than chance higher than {shown} of {len(against)} others.{note}"
+    lower = "The other group is lower by more than chance"
+    return f"{best}. {lower if shown else 'That the other group is lower may be chance'}.{note}"
+
+
+def _unlike(groups: Sequence[Group]) -> str:
+    """That groups of a task differ in more than controller and search, and in what they rank by."""
+    keys = {key for group in groups for key in group.settings if key.startswith(OF_MACHINE)}
+    values = {key: {group.settings.get(key) for group in groups} for key in keys}
+    differ = ", ".join(sorted(key for key, some in values.items() if len(some) > 1))
+    note = f" They differ in {differ} too: a higher score may be that of an easier task."
+    merits = {run.judged_by for group in groups for run in group.finished if run.judged_by}
+    other = f" Their searches ranked by different merits ({'; '.join(sorted(merits))})."
+    return (note if differ else "") + (other if len(merits) > 1 else "")
+
+
+def broken(groups: Sequence[Group]) -> str:
+    """Which groups have runs that end with a design which breaks constraints; "" without any."""
+    with_broken = [group for group in groups if group.broken]
+    if not with_broken:
+        return ""
+    counts = [f"{x.broken} of {len(x.finished)} runs of group {x.number}" for x in with_broken]
+    others = f" and runs of {len(counts) - NAMED} more groups" if len(counts) > NAMED else ""
+    return (
+        f"{', '.join(counts[:NAMED])}{others} break constraints: no design that was tried there "
+        "keeps every one, and the one that breaks them least counts."
+    )
+
+
+def key_of(groups: Sequence[Group]) -> str:
+    """What the numbers of groups mean, for a caption that stands alone."""
+    if len(groups) > NAMED:
+        return "What the numbers of the groups mean is in the table of the groups."
+    several = len({group.task for group in groups}) > 1
+    labels = (f"{group.label} in {group.task}" if several else group.label for group in groups)
+    return f"Groups: {'; '.join(labels)}."

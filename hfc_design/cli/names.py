@@ -1,0 +1,93 @@
+"""Names of things on a command line: what the help lists and the completion of a shell offers."""
+
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from textwrap import shorten
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+#: Kinds of things that may be a user's own, and where installed packages name theirs.
+ENTRY_POINTS = {
+    "plant": "hfc_design.plants",
+    "controller": "hfc_design.controllers",
+    "strategy": "hfc_design.strategies",
+    "objective": "hfc_design.fitness",
+}
+
+
+#: Kinds of things that may be files as well.
+FILES = "scenario", "design"
+
+
+class Named(click.types.StringParamType):
+    """A name of one thing: built in, of an installed package, or what else its option takes.
+
+    The names are those of the reference that comes with the package, and of installed packages.
+    Nothing here starts JAX.
+    """
+
+    name = "name"
+
+    def __init__(self, kind: str = ""):
+        """``kind`` is one of the entries of the reference; "" for that of the argument before."""
+        self.kind = kind
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names that begin like this, and files."""
+        kind = self.kind or str(ctx.params.get("kind"))
+        items = completions(meanings(kind), incomplete)
+        # In front: Bash forgets what came before, and takes files where no name begins so.
+        return [CompletionItem(incomplete, type="file"), *items] if kind in FILES else items
+
+
+def meanings(kind: str) -> dict[str, str]:
+    """Every name of a kind, with what it is."""
+    from hfc_design.reference.entries import things
+
+    found = {one.name: one.meaning for one in things(kind)}
+    if kind in ENTRY_POINTS:
+        installed = metadata.entry_points(group=ENTRY_POINTS[kind]).names
+        found |= dict.fromkeys(sorted(installed), "of an installed package")
+    return found
+
+
+def completions(names: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
+    """The names that begin like this, each with its meaning."""
+    return [
+        CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
+        for name, meaning in names.items()
+        if name.startswith(incomplete)
+    ]
+
+
+SCENARIO, DESIGN, OF_KIND = Named("scenario"), Named("design"), Named()
+PLANT, FITNESS, CONTROLLER = Named("plant"), Named("objective"), Named("controller")
+STRATEGY, FORMAT = Named("strategy"), Named("format")
+
+
+class OrElse(click.Choice):  # type: ignore[type-arg]
+    """One of some names; each of ``others`` stands for one of them too, as plants for plant."""
+
+    def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
+        """Of both what the help has and what else is understood."""
+        super().__init__([*choices])
+        self.others = others
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The name that is meant."""
+        return super().convert(self.others.get(value, value), param, ctx)
+
+
+class NamedOption(click.Option):
+    """An option whose help has the names that there are in the place of NAMES."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Option and help, for a table."""
+        found = super().get_help_record(ctx)
+        if found is None or not isinstance(self.type, Named):
+            return found
+        return found[0], found[1].replace("NAMES", ", ".join(meanings(self.type.kind)))

@@ -1,0 +1,95 @@
+"""How far a search has got, on stderr; and the folder of a new run."""
+
+import time
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from typing import Self
+
+from hfc_design.core.console import ProgressBar
+from hfc_design.core.records import writing
+from hfc_design.files.scenario import Scenario
+from hfc_design.runs.champion import Lap
+from hfc_design.search.loop import Search
+from hfc_design.search.polish import Polished
+
+
+def free_folder(name: str) -> Path:
+    """Make the folder of a new run of a scenario; RunError: it cannot be made."""
+    for folder in (Path("runs") / f"{name}-{number}" for number in count(1)):
+        with writing(folder), suppress(FileExistsError):
+            folder.mkdir(parents=True)
+            break
+    return folder
+
+
+#: What is done when a search has ended.
+JUDGING = "judging what was found"
+
+
+class Watch(ProgressBar):
+    """The search of a scenario: its best and median, how fast it is."""
+
+    def __init__(self, scenario: Scenario):
+        super().__init__("compiling", scenario.search.generations)
+        self._steps = scenario.search.population * scenario.simulation.steps
+        self._polish, self._laps = scenario.run.polish, scenario.run.extend
+        self._title = scenario.judge().title
+        self._begun = self._said = time.monotonic()
+        self._first: tuple[int, float] | None = None
+        self._diverged = 0
+
+    def __enter__(self) -> Self:
+        if self.console.is_terminal:
+            self.console.print(self._title, markup=False)
+        self.say("compiling, and looking for first individuals")
+        return super().__enter__()
+
+    def generation(self, search: Search) -> None:
+        """Show one finished generation."""
+        now = time.monotonic()
+        done, history = search.generation, search.history
+        self._diverged = int(history.diverged.sum())
+        if self._first is None:
+            self._first = (done, now)  # the first one includes the compilation
+        begun, since = self._first
+        rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
+        line = (
+            f"best {history.best[-1]:.5g}  median {history.median[-1]:.5g}  "
+            f"diverged {history.diverged[-1]}  structures {history.structures[-1]}"
+        )
+        if done > begun:
+            line += f"  {rate:.2g} individual-steps/s"
+        ended = done == self.total
+        self.show(description=JUDGING if ended else "generation", completed=done, line=line)
+        if ended:
+            self.say(f"generation {done}/{self.total}  {self._title}: {line}\n{JUDGING}")
+        elif now - self._said > 5.0:
+            left = (self.total - done) * (now - since) / max(done - begun, 1)
+            if left >= 1.0:  # less is not known, right after the compilation
+                line += f"  {left:.0f} s left"
+            self.say(f"generation {done}/{self.total}  {self._title}: {line}")
+            self._said = now
+
+    def lap(self, lap: Lap) -> None:
+        """Say why there is another search."""
+        assert lap.use is not None
+        self.say(f"{lap.use.answer}\nanother start: {lap.number + 2} of {self._laps} at most")
+        self._first = None
+
+    def polished(self, done: Polished) -> None:
+        """Show one finished step of the polish."""
+        total, now = self._polish, time.monotonic()
+        line = f"from {done.first[0, 0]:.5g} to {done.worth[0, 0]:.5g}"
+        self.show(description="polish", completed=done.step, total=total, line=line)
+        if done.step == total or now - self._said > 5.0:
+            self.say(f"polish {done.step}/{total}  {self._title}: {line}")
+            self._said = now
+
+    def summary(self) -> str:
+        """Time and divergence of the whole run, until its design is judged."""
+        seconds = time.monotonic() - self._begun
+        polish = ", polish" if self._polish else ""
+        return (
+            f"{seconds:.1f} s of search{polish} and judging; {self._diverged} individuals diverged"
+        )

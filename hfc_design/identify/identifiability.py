@@ -1,0 +1,387 @@
+"""How well a log tells each parameter: intervals, combinations that it does not tell, what stays.
+
+The residual of a fit is coloured: what the model lacks lasts longer than a sample. So the
+covariance is the sandwich of White and of Newey and West (Econometrica 55, 1987) with the
+residual's own correlation in the middle, not the inverse of the normal matrix alone.
+
+What a log does not tell stays where it began, and what it tells then.
+
+Of parameters that only matter together, as a gain and everything that it drives, one is held: the
+others are told if that one is right. What is known badly stays where it began, all of it.
+
+What ended at a bound of what a machine can have stays there: a friction that is not there has a
+logarithm that runs away; a break-away torque below the Coulomb torque is no machine's. No interval
+that slopes tell is true there.
+
+Intervals by the residual say what chance does to a model that is right. One that is not finds other
+parameters in another motion: each half of a log is fitted for itself, and what differs is what the
+model lacks, or what changed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from hfc_design.core.numbers import Floats, Mask, digits
+from hfc_design.core.wording import percent
+from hfc_design.identify.fit import (
+    FEW,
+    TIGHT,
+    VAGUE,
+    Fit,
+    covariance_of,
+    fitted,
+    levenberg_marquardt,
+    refitted,
+    residuals,
+    rows_of,
+    side_by_side,
+)
+from hfc_design.identify.parameters import LOAD, FreeParameters
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import Replay, replay
+
+#: The share of repeats in which an interval holds the true value.
+CONFIDENCE = 0.95
+#: A parameter whose standard error is more than this share of it is not told by the log.
+KNOWN = 0.25
+#: What may change by this much, relative, is nothing that a log of this kind tells.
+TOGETHER = 1.0
+#: A parameter that takes at least this share of what one takes that changes most is named with it.
+NAMED = 0.2
+#: The way to a bound is halved so often, and the others fitted again each time.
+HALVED = 8
+#: A logarithm that is 0 to all digits.
+GONE = -60.0
+#: What is told of an interval that became wider by this share, and is this wide a share.
+WIDER, SEEN = 0.5, 1e-4
+#: Of parameters that are known nearly as badly as the worst one, the last is held.
+NEARLY = 0.8
+#: What is tried until it fits: of each combination that may change by so much, relative, one
+#: parameter is held; and whether what is left untold then is put where it began.
+TRIED = ((TOGETHER, True), (KNOWN, True), (TOGETHER, False))
+#: What is not told stays where it began, unless the fit grows worse than chance makes it but once
+#: in so many times.
+CHANCE = 1e-3
+#: Of a parameter: the log tells it, or does not; or what is said of it instead of an interval;
+#: its interval is right if what is held is.
+TOLD, NOT_TOLD = "yes", "no"
+BOUND, HELD, GIVEN = "at its bound", "held", "given"
+#: A parameter that only shows where flanks change, for longer than this share of a log on either.
+GAP, RARE = "backlash", 0.01
+HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
+#: Of so many others it is said how they change with one.
+OTHERS = 3
+
+
+class Combination(NamedTuple):
+    """A direction in which the parameters may change together."""
+
+    change: float  # relative, of the one that changes most, within which the log tells nothing
+    shares: dict[str, float]  # of each parameter, the largest is 1 or -1
+
+    def line(self) -> str:
+        """How parameters may change together without the log telling it."""
+        change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
+        (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
+        if not others:
+            return f"{first} is only known to {change}"
+        rest = f" and {len(others) - OTHERS} more" if len(others) > OTHERS else ""
+        shown = (f"{name} ({100 * self.change * x:+.3g} %)" for name, x in others[:OTHERS])
+        return f"{first} may change by {change} if others do too: {', '.join(shown)}{rest}"
+
+
+class Certainty(NamedTuple):
+    """Of each parameter of a fit, in the order of ``free``."""
+
+    value: Floats
+    low: Floats  # ends of the interval; nan: none, the parameter is at its bound
+    high: Floats
+    error: Floats  # standard error as a share of the value, see ``FreeParameters.shares``
+    state: tuple[str, ...]  # ``TOLD``, ``NOT_TOLD``, ``GIVEN``, ``HELD`` or ``BOUND``
+    untold: tuple[Combination, ...]  # combinations that the log does not tell, the worst first
+    late: tuple[float, float]  # ends of the interval of the delay [samples]
+    covariance: Floats  # (names + 2, names + 2) of the numbers
+    inflated: Floats  # (names + 2,) variance of each number over that under white noise
+
+    @property
+    def told(self) -> Mask:
+        """(names,) whether the log tells it."""
+        return np.isin(self.state, (TOLD, GIVEN))
+
+
+def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
+    """Intervals of the parameters, and what cannot be told.
+
+    ``free`` (names,) are those that are not taken for known; None: all of them.
+    """
+    free = np.ones(len(fit.free.names), bool) if free is None else free
+    counts = np.append(free, [True, True])
+    fit = fit._replace(jacobian=fit.jacobian * counts)
+    covariance, inflated = covariance_of(fit)
+    covariance = covariance * np.outer(counts, counts)
+    error = np.sqrt(np.diag(covariance))
+    far = norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
+    relative = error[:-2] * fit.free.shares(fit.numbers)
+    state = _yes_or_no((relative < KNOWN) & free)
+    far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # else not looked for
+    late = fit.late - far_off, fit.late + far_off
+    untold = _untold(fit, covariance[:-2, :-2])
+    return Certainty(fit.values, low, high, relative, state, untold, late, covariance, inflated)
+
+
+def _yes_or_no(told: Mask) -> tuple[str, ...]:
+    return tuple(np.where(told, TOLD, NOT_TOLD).tolist())
+
+
+def combined(one: Certainty, other: Certainty) -> Certainty:
+    """What is sure by both: where slopes change much, those of one place tell half the truth."""
+    low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
+    inside = (low <= other.value) & (other.value <= high)
+    return one._replace(
+        value=other.value,
+        low=np.minimum(low, other.value),
+        high=np.maximum(high, other.value),
+        error=np.maximum(one.error, other.error),
+        state=_yes_or_no(one.told & other.told & inside),
+    )
+
+
+def unseen(fit: Fit) -> Mask:
+    """(names,) what the log does not tell even if all others are known."""
+    rows = rows_of(fit.jacobian, fit.problem.scale)[:, :-2]
+    alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
+    return np.asarray(alone > TOGETHER)
+
+
+def root_of(slopes: Floats, scale: Floats) -> Floats:
+    """(numbers, numbers) root of the information in slopes (steps, outputs, numbers).
+
+    ``scale`` (outputs,) is the size of their residuals, which are white.
+    """
+    return np.asarray(np.linalg.qr(rows_of(slopes, scale), mode="r"))
+
+
+def errors_of(*roots: Floats) -> Floats:
+    """(numbers,) standard errors by all of these, and by ``VAGUE``, which is known beforehand."""
+    numbers = roots[0].shape[1]
+    _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
+    return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
+
+
+def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
+    """Principal directions of the relative errors that are too long."""
+    rising = (fit.free.positive > 0) | (fit.numbers[:-2] >= 0.0)
+    shares = fit.free.shares(fit.numbers) * np.where(rising, 1.0, -1.0)
+    lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
+    combinations = []
+    for length, direction in zip(np.sqrt(np.maximum(lengths, 0.0)), directions.T, strict=True):
+        most = digits(np.abs(direction)).argmax()  # of two that change alike the first
+        change = float(length * abs(direction[most]))
+        if change < KNOWN:
+            continue
+        relative = zip(fit.free.names, (direction / direction[most]).tolist(), strict=True)
+        combinations.append(Combination(change, {k: x for k, x in relative if abs(x) > NAMED}))
+    return tuple(sorted(combinations, key=lambda one: -one.change))
+
+
+def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
+    """The fit with what the log does not tell where it began, and what has a bound there.
+
+    Also how far each parameter is told then, and a note for the user: "" where the log tells all.
+    """
+    fit, edge = at_bound(fit, known)
+    fit, zero = at_zero(fit, known)
+    if (bound := edge | zero).any():
+        known = certainty(fit, ~bound)
+    if known.told.all():
+        return fit, known, ""
+    nowhere = unseen(fit) & ~bound
+    fits = dict[bytes, Fit]()  # by what moved: several ways meet
+    for limit, back in TRIED:
+        free = _one_of_each(fit, ~bound & ~nowhere, limit)
+        again, sure = _again(fit, known, free, bound, back, fits)
+        untold = int((free & ~sure.told).sum()) if back else 0
+        if same := _same(fit, again, known, untold):
+            break
+    else:
+        again, sure, free = fit, known, np.ones(len(bound), bool)
+    where = [bound, ~(free | nowhere), ~sure.told, known.told]
+    states = tuple(np.select(where, [BOUND, HELD, NOT_TOLD, TOLD], GIVEN).tolist())
+    ends = {
+        name: np.where(sure.told | free, getattr(sure, name), getattr(known, name))
+        for name in ("low", "high", "error")
+    }
+    for name in ("low", "high"):
+        ends[name] = np.where(bound, np.nan, ends[name])
+    value = np.where(zero, 0.0, again.values)
+    note = _note(fit.free.names, states, same and back)
+    return again, known._replace(value=value, state=states, **ends), note
+
+
+def _again(
+    fit: Fit, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Fit]
+) -> tuple[Fit, Certainty]:
+    """Fitted with what is not ``free`` where it began or at its bound.
+
+    ``back``: with what is not told where it began too, until that is no longer the same machine.
+    """
+
+    def only(moving: Mask) -> tuple[Fit, Certainty]:
+        here = np.append(moving | bound, [True, True])
+        numbers = np.where(here, fit.numbers, fit.free.begun)
+        again = fits.get(moving.tobytes()) or refitted(fit, numbers, moving)
+        fits[moving.tobytes()] = again
+        moves = np.append(np.ones(len(moving)), again.problem.moves[-2:])
+        return again, certainty(fitted(again.problem._replace(moves=moves), again.numbers), free)
+
+    again, sure = only(free)  # intervals if those that are held are right
+    while back and not sure.told[free].all() and _same(fit, again, known, int(free.sum())):
+        again, there = only(free & sure.told)
+        sure, before = combined(sure, there), sure
+        if sure.state == before.state:
+            break
+    return again, sure
+
+
+def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
+    """Whether it still is a machine, and the fit is not worse than by chance.
+
+    ``untold`` parameters are where they began, beside those that are held, which cost nothing.
+    """
+    if fault(again.free, again.numbers):
+        return False
+    least = np.maximum(fit.rms, fit.problem.scale)  # of a log without noise nothing is left
+    worse = np.sum((again.rms**2 - fit.rms**2) / least**2) * len(fit.residual)
+    limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
+    return bool(worse <= limit)
+
+
+def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
+    """(names,) what is not held: one is of each combination that may change by the ``limit``."""
+    free, now = free.copy(), certainty(fit, free)
+    while now.untold and now.untold[0].change > limit:
+        near = np.flatnonzero(now.error >= NEARLY * now.error.max())
+        free[near[-1]] = False
+        now = certainty(fit, free)
+    return free
+
+
+def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
+    where = "left where it began" if back else "as it was found, for where it began fits worse"
+    lines = {
+        HELD: "held where it began: {}; the log tells others only beside it",
+        NOT_TOLD: f"the log does not tell {{}}: {where}",
+        BOUND: "{}: at the least or most that a machine can have, no interval is told",
+    }
+    names_of = {
+        line: ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
+        for state, line in lines.items()
+    }
+    return "; ".join(line.format(some) for line, some in names_of.items() if some)
+
+
+def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
+    """A fit that is a machine, and (names,) which parameter is at a bound for that.
+
+    That is the one that is known least of those that can be blamed. A fit stays impossible if no
+    single parameter can.
+    """
+    bound = np.zeros(len(known.error), bool)
+
+    def placed(k: int, number: float) -> Floats:
+        return np.where(np.arange(len(fit.numbers)) == k, number, fit.numbers)
+
+    if fault(fit.free, fit.numbers) is None:
+        return fit, bound
+    order = np.argsort(-digits(known.error), kind="stable").tolist()
+    blamed = (k for k in order if fault(fit.free, placed(k, fit.free.begun[k])) is None)
+    if (k := next(blamed, None)) is None:
+        return fit, bound
+    inside, outside = float(fit.free.begun[k]), float(fit.numbers[k])
+    best: Fit | None = None
+    for _ in range(HALVED):
+        middle = 0.5 * (inside + outside)
+        again = refitted(fit, placed(k, middle), np.arange(len(bound)) != k)
+        if fault(again.free, again.numbers) is None:
+            inside, best = middle, again
+        else:
+            outside = middle
+    bound[k] = best is not None
+    return best or fit, bound
+
+
+def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
+    """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
+
+    So near that the logarithm tells no more: it would run away for ever.
+    """
+    free, numbers = fit.free, fit.numbers.copy()
+    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.told
+    may = [name != LOAD and not fault(free, numbers, **{name: 0.0}) for name in free.names]
+    if (zero := near & np.array(may)).any():
+        numbers[:-2][zero] = GONE
+        fit = refitted(fit, numbers, ~zero)
+    return fit, zero
+
+
+def fault(free: FreeParameters, numbers: Floats, **changes: float) -> str | None:
+    """Why no machine has these parameters; None: one may."""
+    fitted = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
+    values = free.starts | fitted | changes
+    return free.drive.fault({name: values[name] for name in free.start._fields})
+
+
+def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
+    """What is known, its intervals wide enough for what either half of the log tells; a note.
+
+    A half that does not tell a parameter says nothing of it.
+    """
+    replay, told = fit.problem.residual, known.told
+    if not isinstance(replay, Replay) or not told.any():
+        return known, ""
+    counted = np.flatnonzero(replay.rows.usable)
+    first = np.arange(len(replay.rows.usable)) < counted[len(counted) // 2]
+    moves = np.append(told, fit.problem.moves[-2:]).astype(float)
+
+    def half(part: Mask) -> Certainty:
+        rows = replay.rows._replace(usable=replay.rows.usable * part)
+        problem = fit.problem._replace(residual=replace(replay, rows=rows), moves=moves)
+        numbers, _ = levenberg_marquardt(problem, fit.numbers, TIGHT, FEW)
+        return certainty(fitted(problem, numbers), told)
+
+    low, high, late = known.low.copy(), known.high.copy(), known.late
+    for part in side_by_side(half, (first, ~first)):
+        tells = told & (part.error < KNOWN) & np.isfinite(part.value)
+        low[tells] = np.minimum(low, part.value)[tells]
+        high[tells] = np.maximum(high, part.value)[tells]
+        middle = 0.5 * (part.late[0] + part.late[1])
+        late = min(late[0], middle), max(late[1], middle)
+    least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
+    grown = (high - low) > (1.0 + WIDER) * least
+    names = ", ".join(np.array(fit.free.names)[grown & told])
+    note = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
+    return known._replace(low=low, high=high, late=late), note if names else ""
+
+
+def unseen_backlash(
+    fit: Fit, known: Certainty, log: Recording, substeps: int
+) -> tuple[Certainty, str]:
+    """What is known but a backlash from flank to flank of which the log never goes, and a line."""
+    position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
+    others = [name for name in fit.free.drive.encoders if name != position]
+    if not here.any() or fit.problem.bandwidth is None or not others:
+        return known, ""
+    pair = log._replace(outputs={position: log.place, others[0]: log.place})
+    residual = replay(fit.free, pair, fit.problem.bandwidth, substeps)
+    off = residuals(fit.problem._replace(residual=residual, scale=np.ones(2)), fit.numbers)
+    bent = np.quantile(off[:, 0] - off[:, 1], [RARE, 1.0 - RARE])
+    if np.ptp(bent) >= 0.5 * known.value[here]:
+        return known, ""
+    value, low = (np.where(here, 0.0, x) for x in (known.value, known.low))
+    state = tuple(np.where(here, NOT_TOLD, known.state).tolist())
+    return known._replace(value=value, low=low, state=state), HIDDEN

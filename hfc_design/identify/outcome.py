@@ -1,0 +1,141 @@
+"""Everything that a log tells of a machine, in tables and sentences."""
+
+from typing import NamedTuple
+
+from hfc_design.core.numbers import Floats
+from hfc_design.core.wording import percent
+from hfc_design.files.machine import Axis
+from hfc_design.identify.advice import Advice, Profile
+from hfc_design.identify.fit import Fit
+from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, HELD, Certainty
+from hfc_design.identify.parameters import FreeParameters
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.request import Task
+from hfc_design.identify.response import Response
+from hfc_design.pictures.numbers import readable
+from hfc_design.pictures.section import Rows
+
+HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
+CHECKED = ["log", "replayed in", "rms before", "rms after"]
+#: The end of an interval is shown if the standard error is a smaller share than this.
+WIDEST = 2.0
+#: So many combinations are told that the log does not tell.
+COMBINATIONS = 4
+ALIKE = (
+    "changed together like this the machine does the same under a command, if not under an outer "
+    "force: what is given is known beside what is held, and a design needs no wider tolerance"
+)
+NOTHING = (
+    "no sine of the command would tell much more; measure other signals too, as the current, or "
+    "look for fewer parameters"
+)
+
+
+class Check(NamedTuple):
+    """A log replayed with the parameters that were found, or with those of the start."""
+
+    log: str
+    how: str  # under the recorded command, or in closed loop
+    before: float  # rms residual with the parameters of the start [unit of the position]
+    after: float
+    residual: Floats  # (steps,) recorded less simulated
+
+
+class Outcome(NamedTuple):
+    """What was found, and what speaks against it."""
+
+    log: str  # its name
+    task: Task
+    fit: Fit
+    known: Certainty
+    profiles: tuple[Profile, ...]
+    checks: tuple[Check, ...]
+    advice: Advice | None
+    response: Response | None
+    recording: Recording
+    notes: tuple[str, ...]
+
+    @property
+    def axis(self) -> Axis:
+        """The one of the machine, as the fit began."""
+        return self.task.drive_axis
+
+    @property
+    def free(self) -> FreeParameters:
+        """The parameters that were looked for."""
+        return self.fit.free
+
+    @property
+    def position_unit(self) -> str:
+        """Of the residual."""
+        return self.free.drive.units["error"]
+
+    def readable(self, position: float) -> str:
+        """A position with a unit that it is easy to read in."""
+        factor, unit = readable(self.position_unit, position)
+        return f"{factor * position:.3g} {unit}"
+
+    def parameter_rows(self) -> Rows:
+        """Of each parameter its value and the ends of its interval."""
+        known, free = self.known, self.free
+        columns = known.value, known.low, known.high, known.error, known.state
+        return [
+            [name, free.unit(name), f"{free.starts[name]:.5g}", f"{value:.5g}"]
+            + [f"{x:.5g}" if error < WIDEST and state != HELD else "–" for x in (low, high)]
+            + [state]
+            for name, value, low, high, error, state in zip(free.names, *columns, strict=True)
+        ]
+
+    def interval_line(self) -> str:
+        """What the ends of the intervals mean."""
+        share = f"{100 * CONFIDENCE:g} %"
+        line = f"from and to are the ends of the {share} interval, if the model is right"
+        states = zip(self.free.names, self.known.state, strict=True)
+        held = ", ".join(name for name, state in states if state == HELD)
+        return f"{line}; where 'given', if what is held ({held}) is right" if held else line
+
+    def check_rows(self) -> Rows:
+        """Of each replay what it is off, before and after."""
+        return [
+            [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
+        ]
+
+    def untold_lines(self) -> list[str]:
+        """What the log does not tell, in words."""
+        lines = [one.line() for one in self.known.untold[:COMBINATIONS]]
+        if (more := len(self.known.untold) - COMBINATIONS) > 0:
+            lines.append(f"and {more} more such combinations: look for fewer parameters")
+        if lines and GIVEN in self.known.state:
+            lines.append(ALIKE)
+        return lines
+
+    def advice_line(self) -> str:
+        """What to record next; "" if there is nothing to say."""
+        one, units = self.advice, self.free.drive.units
+        if one is None:
+            return "" if self.known.told.all() else NOTHING
+        gains = ", ".join(
+            f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
+        )
+        return (
+            f"{one.duration:g} s of a sine of the command of {one.amplitude:.3g} "
+            f"{units['command']} at {one.frequency:g} Hz (the axis goes "
+            f"{self.readable(one.travel)} to and fro, at up to {one.speed:.3g} "
+            f"{units['error_rate']}) would tell {gains} (standard errors)"
+        )
+
+    def verdict(self) -> str:
+        """What came out, in a sentence."""
+        told, check = self.known.told, self.checks[0]
+        return (
+            f"the log tells {sum(told) or 'none'} of {len(told)} parameters that were looked for, "
+            f"and the replay is {self.readable(check.after)} off (rms); it was "
+            f"{self.readable(check.before)} with the values that it began with"
+        )
+
+    def agreeing_line(self) -> str:
+        """How far the starts agree."""
+        return (
+            f"{self.fit.agreeing} of the ten best of a hundred starts end at the same residual; "
+            f"replayed under: {self.fit.how}"
+        )

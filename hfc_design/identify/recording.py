@@ -1,0 +1,141 @@
+"""Motions of one axis that were recorded, in units of its drive."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import SAME, Floats
+from hfc_design.core.records import UserError
+from hfc_design.core.texts import about
+from hfc_design.identify.request import Task
+from hfc_design.logs.columns import Column, parse_columns, rates_of
+from hfc_design.logs.reading import read_log
+from hfc_design.logs.signals import EvenLog, signals
+from plants import Drive
+
+#: The velocity at the start is that of a cubic through so many samples, and is one if it is so
+#: many standard errors large.
+BEGINNING, CLEAR = 20, 4.0
+#: Where the system shows what is piped into a program.
+PIPES = "/dev/", "/proc/"
+
+
+class Source(NamedTuple):
+    """A log that is not read yet."""
+
+    path: Path
+    columns: list[Column]
+
+
+class Recording(NamedTuple):
+    """One axis, (steps,) each, in units of its drive."""
+
+    outputs: dict[str, Floats]  # what was measured; the first is the position that is fed back
+    command: Floats | None  # None: not recorded
+    reference: Floats | None
+    load: Floats
+    added: Floats  # to the command of the controller, and within the recorded one
+    usable: Floats  # 1 where the outputs count, else 0
+    sample_time: float  # [s]
+    rate: float  # of the position at the start
+    notes: tuple[str, ...] = ()
+    step: float | None = None  # of the encoder of the position, where it is seen
+
+    @property
+    def place(self) -> Floats:
+        """The position that is fed back."""
+        return next(iter(self.outputs.values()))
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts [s]."""
+        return self.sample_time * len(self.load)
+
+
+def recording(log: EvenLog, drive: Drive) -> Recording:
+    """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
+    position, values = drive.seen[0], log.values
+    place = values[position]
+    time = log.sample_time * np.arange(len(place[:BEGINNING]))
+    (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
+    noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
+    if abs(rate) < noise:  # it begins at rest
+        rate = 0.0
+    shown = drive.signals(drive.coefficients(drive.parameters()), drive.initial_state(0.0))
+    rates, still = rates_of(drive), np.zeros_like(place)
+    measured = dict.fromkeys([position, *rates, *rates.values(), *shown])
+    return Recording(
+        outputs={name: values[name] for name in measured if name in values},
+        command=values.get("command"),
+        reference=values.get("reference"),
+        load=values.get("load", still),
+        added=values.get("added", still),
+        usable=log.usable.astype(float),
+        sample_time=log.sample_time,
+        rate=float(rate),
+        notes=tuple(log.notes),
+        step=log.step,
+    )
+
+
+def log_name(log: Path) -> str:
+    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
+    if not os.path.abspath(log).startswith(PIPES):
+        return log.name
+    behind = Path(os.path.realpath(log))
+    return behind.name if behind.is_file() else "log"
+
+
+def sources(
+    task: Task, log: Path, columns: Sequence[str], check_log: Path | None, others: Sequence[str]
+) -> dict[str, Source]:
+    """The logs by their names, with what the user says of their columns.
+
+    Raises:
+        UserError: that cannot be understood, or is not of the drive.
+    """
+    drive = task.drive_axis.drive
+    if others and check_log is None:
+        raise UserError("--check-column: needs --check-log")
+    with about(log):
+        logs = {log_name(log): Source(log, parse_columns(columns, drive))}
+    if check_log is not None:
+        with about(check_log):
+            both = {
+                x.name: x for x in (*parse_columns(columns, drive), *parse_columns(others, drive))
+            }
+        name = log_name(check_log)
+        name = name if name not in logs else f"{name} (check)"
+        logs[name] = Source(check_log, [*both.values()])
+    return logs
+
+
+def recordings(
+    task: Task, logs: dict[str, Source], sample_time: float | None
+) -> tuple[Task, dict[str, Recording]]:
+    """The task in the cycle and the substeps that the logs need, and what is recorded.
+
+    Raises:
+        UserError: one cannot be read or has not what is needed; the line says which and why.
+    """
+    recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
+    for name, source in logs.items():
+        columns = read_log(source.path)
+        with about(source.path):
+            even = signals(columns, axis.drive, source.columns, sample_time)
+            recorded[name] = recording(even, axis.drive)
+    every = next(iter(recorded.values())).sample_time
+    for name, log in recorded.items():
+        if abs(log.sample_time / every - 1.0) > 1e-3:
+            raise UserError(f"{name}: is sampled every {log.sample_time:g} s, not {every:g} s")
+    # The largest speed over ten samples: noise is none.
+    moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
+    speed, substeps = float(max(moves)) / (10 * every), simulation.substeps
+    while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:
+        substeps *= 2
+    simulation = simulation.model_copy(update={"sample_time_s": every, "substeps": substeps})
+    scenario = task.scenario.model_copy(update={"simulation": simulation})
+    return task._replace(scenario=scenario), recorded

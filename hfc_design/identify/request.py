@@ -1,0 +1,125 @@
+"""What is asked of a log: of which machine, in which loop, and which parameters are looked for."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.numbers import NUMBER
+from hfc_design.core.records import UserError
+from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.machine import ALL_PLANTS, Axis
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_parameters
+
+
+class Task(NamedTuple):
+    """What is to be identified, and how."""
+
+    scenario: Scenario  # its plant with the values to start from, sensors, limits
+    axis: int  # which one
+    design: Design | None  # the controller in the loop that recorded the logs
+    names: Sequence[str] | None  # parameters that are looked for; None: all that may be
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: that of the least residual
+    seed: int = 0
+    made: bool = False  # the scenario says no more than which machine it is
+    known: frozenset[str] = frozenset()  # what stays as it is; see ``known``
+
+    @property
+    def drive_axis(self) -> Axis:
+        """The axis, with the encoder that its sensors feed back."""
+        axis = self.scenario.plant.each()[self.axis]
+        return axis._replace(drive=self.scenario.machine.drives[self.axis])
+
+
+def known(changes: Changes, axis: str) -> frozenset[str]:
+    """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
+    tables = changed({}, changes)
+    plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
+    axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
+    names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}
+    return frozenset(names | ({LOAD} if "constant" in (*load, *axes[1]) else set()))
+
+
+def parameters_of(task: Task) -> FreeParameters:
+    """The parameters that are looked for.
+
+    Raises:
+        UserError: one is unknown, is known already, or has no value to start from.
+    """
+    axis = task.drive_axis
+    drive, nominal = axis.drive, axis.drive.parameters()._asdict()
+    changes = {k: x for k, x in axis.parameters._asdict().items() if x != nominal[k]}
+    named = [[x.strip() for x in text.partition("=")] for text in task.names or ()]
+    names = [name for name, *_ in named]
+    limits, load = task.scenario.limits.of(axis.name), task.scenario.load.of(axis.name).constant
+    lag = limits.lag_s / task.scenario.simulation.sample_time_s  # [samples]
+    try:
+        begun = {name: _number(name, text) for name, equals, text in named if equals}
+        if both := [name for name in names if name in task.known]:
+            raise ValueError(f"{both[0]}: is known by --set; leave out one of them")
+        around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
+        if begun.keys() <= nominal.keys() and (fault := drive.fault(changes | begun)):
+            raise ValueError(fault.removeprefix("parameters."))
+        return free_parameters(drive, changes | begun, names or None, task.known, around)
+    except ValueError as error:
+        raise UserError(f"--free {error}") from None
+
+
+def _number(name: str, text: str) -> float:
+    if not NUMBER.fullmatch(text):
+        raise ValueError(f"{name}: has to begin at a number, as in {name}=0.1 (got {text[:40]!r})")
+    return float(text)
+
+
+def task_of(
+    plant: str | None,
+    scenario: AnyScenario | None,
+    changes: Changes,
+    axis: str | None,
+    controller: AnyDesign | None,
+    free: Sequence[str] | None,
+    bandwidth: float | None,
+    seed: int,
+) -> Task:
+    """What is asked, before any log is read; ``api.identify`` says of what.
+
+    Raises:
+        UserError: there is no such machine, axis or parameter.
+    """
+    design = None if controller is None else load_design(controller)
+    name = ALL_PLANTS.resolve(plant).name if plant else None
+    if scenario is not None:
+        loaded = load_scenario(scenario, changes)
+    elif design is not None:
+        source = design.name if controller is design else str(controller)
+        loaded = own_scenario(design, source, changes)
+    elif name is not None:
+        # Of these only the plant counts.
+        still = {"kind": "step", "height": 0.0}
+        loaded = load_scenario(
+            {"name": "log", "plant": {"name": name}, "reference": still}, changes
+        )
+    else:
+        raise UserError("which machine is it? say --plant, --scenario or --controller")
+    if name is not None and loaded.plant.name != name:
+        raise UserError(f"--plant {plant}: the scenario is for the plant {loaded.plant.name}")
+    made = scenario is None and design is None
+    number = _axis(loaded, axis, made)
+    fixed = known(changes, loaded.plant.machine.axes[number])
+    task = Task(loaded, number, design, free, bandwidth, seed, made, fixed)
+    parameters_of(task)
+    return task
+
+
+def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
+    """The place of the axis that is meant; UserError: there is none, or no scenario is said."""
+    plant, axes = scenario.plant.name, scenario.plant.machine.axes
+    if len(axes) == 1 and axis is not None:
+        raise UserError(f"--axis {axis}: {plant} has only one")
+    if len(axes) > 1 and (axis not in axes or made):
+        there = f"{plant} has the axes {', '.join(axes)}"
+        why = "; say --scenario too" if axis in axes else ""
+        raise UserError(f"--axis {axis}: {there}{why}" if axis else f"--axis: which one? {there}")
+    return axes.index(axis) if axis else 0

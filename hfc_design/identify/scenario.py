@@ -1,0 +1,250 @@
+"""The scenario of a search for a machine that was identified.
+
+That has the machine as it was identified, within its tolerances. Whoever has no scenario yet gets
+motions like those of the log, in the cycle of its samples, with a fitness that asks for a small
+error at a calm command.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from hfc_design.core.dotted import changed
+from hfc_design.core.numbers import Json, rms
+from hfc_design.core.records import UserError
+from hfc_design.files.machine import unmoved
+from hfc_design.files.motions import LEAST_STEPS
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.identify.outcome import Outcome
+from hfc_design.identify.parameters import LATE, LOAD
+from hfc_design.identify.recording import Recording
+from hfc_design.logs.sensors import noise_level
+from plants import Drive
+
+#: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
+#: The largest one, also of what the log does not tell.
+LEAST, MOST = 0.05, 0.5
+#: Tolerance of parameters that were not looked for, unless the scenario says it.
+OTHERS = 0.1
+#: Of a search of many individuals on few machines, and what its loops have to be.
+FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
+ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
+#: A recorded velocity is a difference over some samples if it is off that by less than a share.
+MOST_SAMPLES, SAME_RATE = 16, 1e-3
+#: Digits of a parameter in a file, and of what stands around it.
+DIGITS, FEW = 6, 4
+#: A step is so many times the error of the loop that recorded the log (rms), if the scale tells it.
+STEP = 3.0
+
+
+def tolerances(found: Outcome) -> dict[str, float]:
+    """Of each parameter half its interval as a share of its value, within bounds."""
+    known = found.known
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = 0.5 * (known.high - known.low) / np.abs(known.value)
+    shares = np.clip(np.where(np.isfinite(half), half, MOST), LEAST, MOST)
+    return {name: _rounded(x, 2) for name, x in zip(found.free.names, shares, strict=True)}
+
+
+def _rounded(value: float, digits: int) -> float:
+    """A number with so many digits."""
+    return float(f"{value:.{digits}g}")
+
+
+def delay(found: Outcome) -> tuple[float, float] | None:
+    """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
+
+    A command that acts earlier than its samples say has none.
+    """
+    fit, (low, high) = found.fit, found.known.late
+    if low == high:
+        return None
+    if low <= 0.0:
+        return 0.0, 0.0
+    lag = min(fit.lag, fit.late)
+    return _rounded(fit.late - lag, FEW), _rounded(lag * found.recording.sample_time, FEW)
+
+
+def machine(found: Outcome) -> Json:
+    """The drive and what stands around it as they were identified, by dotted keys of a scenario."""
+    free, axis = found.free, found.axis
+    scenario, made, known = found.task.scenario, found.task.made, found.task.known
+    several = f".axes.{axis.name}" if len(scenario.plant.machine.axes) > 1 else ""
+    drive = f"plant{several or '.parameters'}"
+    load, limits = scenario.load.of(axis.name), scenario.limits.of(axis.name)
+    pairs = zip(free.names, found.known.value, strict=True)
+    values, constant = {name: _rounded(x, DIGITS) for name, x in pairs}, load.constant
+    if LOAD in values.keys() - {*free.start._fields}:
+        k, constant = free.names.index(LOAD), values.pop(LOAD)
+        if found.known.low[k] <= 0.0 <= found.known.high[k]:
+            constant = 0.0  # the log does not tell it from none
+    step = axis.drive.resolutions.get(free.drive.seen[0])
+    if made and found.recording.step and axis.resolution and step and step not in known:
+        values[step] = found.recording.step  # of the scale, where the log shows another one
+    changes: Json = {f"{drive}.{name}": x for name, x in values.items()}
+    if constant != load.constant or (made and constant):
+        other = load.model_dump(mode="json", exclude_defaults=True)
+        changes[f"load{several}"] = {**other, "constant": constant}
+    late = dict(zip(LATE, delay(found) or (), strict=False))
+    for name in LATE:
+        now = getattr(limits, name)
+        value = now if name in known else late.get(name, now)
+        if value != now or (made and value):
+            changes[f"limits{several}.{name}"] = value
+    return changes
+
+
+def scenario_text(found: Outcome) -> str:
+    """The scenario as TOML; motions and fitness are made unless there was a scenario.
+
+    Raises:
+        UserError: it is no scenario with these parameters.
+    """
+    scenario, made = found.task.scenario, found.task.made
+    given: Json = scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    if made:
+        given = {x: given[x] for x in ("plant", "stress") if x in given} | _like_the_log(found)
+    data = changed(given, machine(found))
+    if response := found.response:
+        modes = {"modes": [response.mode.model_dump()]} if response.mode else {}
+        above = {"unknown_above_hz": response.unknown_above}
+        data["stress"] = {**data.get("stress", {}), **modes, **above}
+    robust = data.get("robust", {"spread": OTHERS, **FEW_MACHINES})
+    # Of load, delay and lag what stress tries is wider than what a log leaves open.
+    within = {x: share for x, share in tolerances(found).items() if x in found.free.start._fields}
+    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
+    names = {"name": scenario_name(found.log), "description": f"{scenario.plant.name} by its log"}
+    data = names | data | names  # they stand first, and those of another scenario do not stay
+    notes = []
+    try:
+        load_scenario(data)
+    except UserError as error:
+        if made:
+            raise
+        del data["robust"]  # its fitness ranks one machine alone
+        notes = [f"# Without [robust]: {error.lines[0]}"]
+        load_scenario(data)
+    head = ["# What the machine is by its log; tolerances are halves of the 95 % intervals,"]
+    head += [f"# at least {100 * LEAST:g} % and at most {100 * MOST:g} %.", *notes]
+    return "\n".join(head) + "\n" + tomli_w.dumps(data)
+
+
+def _like_the_log(found: Outcome) -> Json:
+    """Everything but the plant, with motions like those of the log."""
+    log, scenario, axis = found.recording, found.task.scenario, found.axis
+    speed, acceleration = fastest(log)
+    distance = float(np.ptp(log.place))
+    low, high = axis.drive.largest_commands(axis.parameters, scenario.limits.command)
+    limit = float(min(-low, high))
+    if not np.isfinite(limit):  # then that of the log
+        limit = 1.0 if log.command is None else _rounded(np.abs(log.command).max(), 2)
+    rate = scenario.limits.of(axis.name).command_rate
+    duration = round(1.5 * (distance / speed + speed / acceleration) + 0.5, 2)
+    behind = 0.0 if log.reference is None else rms(log.reference - log.place)
+    error = behind or 1e-3 * distance  # of the loop that recorded the log (rms)
+    step = log.step or axis.resolution or 0.0  # nobody sees what is less
+    data: Json = {
+        "simulation": {
+            "duration_s": duration,
+            "sample_time_s": _rounded(log.sample_time, 9),
+            "substeps": scenario.simulation.substeps,
+        },
+        "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
+        "sensors": {
+            "velocity": "encoder",
+            **differences(log, found.free.drive.seen[1]),
+            **scenario.sensors.of(axis.name).model_dump(include={"feedback"}, exclude_none=True),
+        },
+        "motions": motions_like(log, speed, acceleration, duration, error),
+        "fitness": {
+            "kind": "tolerances",
+            "tolerances": {
+                "rms_error": max(_rounded(0.1 * error, 2), step),
+                "settled_rms_error": max(_rounded(0.02 * error, 2), step),
+                "chatter": {"tolerance": _rounded(0.02 * limit, 2), "weight": 0.3},
+            },
+        },
+        "controller": {
+            "output_scale": 1.0,
+            "schedules": True,
+            "inputs": [
+                {"name": "reference_rate", "scale": _rounded(40.0 / speed, 2)},
+                {"name": "error", "scale": _rounded(1.0 / error, 2)},
+            ],
+            "linear": linear_part(found.free.drive, log),
+        },
+        "constraints": ASKED,
+        "search": {"preset": "cma", "generations": 700, "hardened": 0.85},
+    }
+    if log.step and not axis.resolution:
+        data["sensors"]["encoder_resolution"] = log.step
+    off = found.fit.residual[:, 0]
+    if noise := noise_level(off, log.place, log.step or axis.resolution):
+        data["sensors"]["noise"] = noise
+    return data
+
+
+def fastest(log: Recording) -> tuple[float, float]:
+    """Speed and acceleration that the log reaches, but for its noise."""
+    place = log.place if log.reference is None else log.reference
+    width = max(min(round(0.01 / log.sample_time), len(place) // 8), 1)
+    smooth = np.convolve(place, np.ones(width) / width, "valid")
+    rate = (smooth[width:] - smooth[:-width]) / (width * log.sample_time)
+    change = (rate[width:] - rate[:-width]) / (width * log.sample_time)
+    speed = max(float(np.quantile(np.abs(rate), 0.99)), float(np.ptp(place)) / log.duration)
+    return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
+
+
+def motions_like(
+    log: Recording, speed: float, acceleration: float, duration: float, error: float
+) -> list[Json]:
+    """A move as far as that of the log, a slow one, one to and fro, and a step."""
+    distance, slow = float(np.ptp(log.place)), 0.05 * speed
+    lasts = distance / speed + speed / acceleration
+    # Two periods, so that it reverses at the end too; no faster than the log.
+    often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
+    move = _reference("trapezoidal", distance=distance, velocity=speed, acceleration=acceleration)
+    sine = _reference("sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
+    step = _reference("step", height=max(STEP * error, LEAST_STEPS * (log.step or 0.0)))
+    return [
+        {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
+        {"name": "slow", "reference": _reference("ramp", velocity=slow)},
+        {"name": "reversal", "reference": sine},
+        {"name": "step", "reference": step, "settled_after_s": round(0.5 * duration, 2)},
+    ]
+
+
+def _reference(kind: str, **numbers: float) -> Json:
+    return {"kind": kind, **{key: _rounded(x, 3) for key, x in numbers.items()}}
+
+
+def linear_part(drive: Drive, log: Recording) -> Json:
+    """A linear part, which reads no encoder that the log shows nothing of.
+
+    An axis whose motor's encoder is fed back need not have a scale.
+    """
+    missing = drive.encoders.keys() - {drive.seen[0]} - log.outputs.keys()
+    if drive.seen[0] == drive.position or not missing:
+        return {}
+    return {"signals": sorted({*unmoved(drive, missing)} - {*drive.seen})}
+
+
+def differences(log: Recording, rate: str) -> Json:
+    """Over how many samples the control takes its velocity, where the log has that too."""
+    if rate not in log.outputs:
+        return {}
+    off = {}
+    for samples in range(1, MOST_SAMPLES + 1):
+        slope = (log.place[samples:] - log.place[:-samples]) / (samples * log.sample_time)
+        off[samples] = float(np.std(log.outputs[rate][samples:] - slope))
+    best = min(off, key=off.__getitem__)
+    is_one = best > 1 and off[best] < SAME_RATE * np.std(log.outputs[rate])
+    return {"difference_samples": best} if is_one else {}
+
+
+def scenario_name(log: str) -> str:
+    """What a scenario is called, and the folder, that a log is made into."""
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(log).stem)[:60].strip("-") or "log"
+    return f"{stem}-identified"

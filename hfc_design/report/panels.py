@@ -1,0 +1,166 @@
+"""Motions as panels of curves against time: what is drawn of them, in which units, how laid out."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from hfc_design.core.numbers import Floats, Mask
+from hfc_design.pictures.curves import thinned
+from hfc_design.pictures.figure import finish, framed
+from hfc_design.pictures.numbers import readable
+from hfc_design.simulation.evaluating import AxisMotion, Evaluation
+
+Evaluations = Mapping[str, Evaluation]  # by the names of the designs, all of the same motion
+#: Of what, factor and unit in which it is drawn, (steps,) values.
+PathError = tuple[str, float, str, Floats]
+#: A diverged motion is not drawn once its error is this many times the largest reference.
+RUNAWAY = 10.0
+
+
+class Panel(NamedTuple):
+    """Curves of one quantity over a motion."""
+
+    label: str  # with the unit
+    curves: dict[str, Floats]  # by design; shorter or nan where one has run away
+    reference: Floats | None = None  # (steps,) of a position
+
+
+def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[Panel]:
+    """Position with its reference, error and command of axis ``k``, up to where each runs away.
+
+    The deflection of a ``spring`` as well, where the drive has one.
+    """
+    first = next(iter(evaluations.values()))
+    axis, units = first.axes[k], first.axes[k].drive.units
+    factor, unit = error_scale(evaluations.values(), units["error"])
+    head = f"{axis.name} " if len(first.axes) > 1 else ""
+    position = f"{'angle' if units['error'] == 'rad' else 'position'} [{units['error']}]"
+    drawn: dict[str, Callable[[AxisMotion], Floats]] = {
+        position: lambda own: own.reference - own.motion.error,
+        f"error [{unit}]": lambda own: factor * own.motion.error,
+    }
+    if spring and "deflection" in axis.readings:
+        drawn["deflection [mrad]"] = lambda own: 1e3 * own.readings["deflection"]
+    drawn[f"{axis.drive.command_name} [{units['command']}]"] = lambda own: own.motion.command
+    return [
+        Panel(
+            head + label,
+            {name: values(x.axes[k])[: drawn_samples(x)] for name, x in evaluations.items()},
+            axis.reference if label == position else None,
+        )
+        for label, values in drawn.items()
+    ]
+
+
+def path_panels(evaluations: Evaluations) -> list[Panel]:
+    """How far each design is off its path, as ``path_errors``; none where there is no path."""
+    each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
+    ends = [drawn_samples(one) for one in evaluations.values()]
+    found = []
+    for errors in zip(*each, strict=True):
+        curves = (x * values[:end] for (_, x, _, values), end in zip(errors, ends, strict=True))
+        what, _, unit, _ = errors[0]
+        found.append(Panel(f"{what} error [{unit}]", dict(zip(evaluations, curves, strict=True))))
+    return found
+
+
+def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> list[PathError]:
+    """The contour error, and of a machine that turns the tool how far it is turned off its path.
+
+    In X-Y in the unit of the path, else in one that suits the errors of all that are ``scaled``
+    alike, of the ``evaluation`` alone without any. None where there is no path.
+    """
+    path = evaluation.contour
+    if path is None:
+        return []
+    if not path.any_axes:
+        return [("contour", 1.0, path.unit, path.error)]
+    found = [("contour", *error_scale([*scaled] or [evaluation], path.unit), path.error)]
+    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+
+
+def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, str]:
+    """Factor and unit in which all errors in a ``unit`` are easy to read, of axes and off a path.
+
+    The same for all, so that none is in mm beside others in µm.
+    """
+    largest = 0.0
+    for one in evaluations:
+        alike = [axis.motion.error for axis in one.axes if axis.drive.units["error"] == unit]
+        if one.contour is not None and one.contour.unit == unit:
+            alike.append(one.contour.error)
+        drawn = slice(drawn_samples(one))
+        largest = max([largest, *(float(np.abs(error[drawn]).max()) for error in alike)])
+    return readable(unit, largest)
+
+
+def drawn_samples(evaluation: Evaluation) -> int:
+    """Number of samples before a diverged motion runs away, at least one; else all."""
+    if not evaluation.diverged:
+        return len(evaluation.time)
+    if evaluation.contour is not None:
+        drawn = np.isfinite(evaluation.contour.error)
+    else:
+        drawn = np.logical_and.reduce([_within(axis) for axis in evaluation.axes])
+    return len(drawn) if drawn.all() else max(int(np.argmin(drawn)), 1)
+
+
+def _within(axis: AxisMotion) -> Mask:
+    """(steps,) whether an axis does not run away."""
+    limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
+    error: Floats = axis.motion.error
+    within = np.isfinite(axis.motion.command)
+    for values in (error, axis.readings.get("deflection", error)):
+        within &= np.abs(values) < limit  # nan is not
+    return within
+
+
+def stacked(panels: Sequence[Panel], top: float, room: float = 0.5) -> tuple[Figure, list[Axes]]:
+    """The panels one below the other, still empty; ``top`` and ``room`` [in] are around them."""
+    figure = framed(1.3 * len(panels) + top + room, top=top)
+    shape: Any = {"sharex": True, "squeeze": False, "gridspec_kw": {"hspace": 0.12}}
+    return figure, [*figure.subplots(len(panels), 1, **shape)[:, 0]]
+
+
+def small(
+    wide: Sequence[Panel], rows: Sequence[Sequence[Panel]], height: float, top: float
+) -> tuple[Figure, list[Axes]]:
+    """A row for each of the ``wide`` panels, then rows of small ones; still empty."""
+    count = len(wide) + len(rows)
+    figure = framed(1.4 * count + height, top=top)
+    grid = figure.add_gridspec(count, 3, hspace=0.6, wspace=0.4)
+    places = [grid[k, :] for k in range(len(wide))]
+    places += [grid[len(wide) + k, n] for k, row in enumerate(rows) for n in range(len(row))]
+    return figure, [figure.add_subplot(place) for place in places]
+
+
+def draw(
+    axes: Axes,
+    time: Floats,
+    panel: Panel,
+    styles: Iterable[dict[str, Any]],
+    shape: Callable[[Floats, Floats], tuple[Floats, Floats]] = thinned,
+    ls: str = ":",
+) -> None:
+    """Draw each curve in its style, and the reference in black in dashes ``ls``.
+
+    ``shape`` makes few points of the samples of a curve.
+    """
+    for values, style in zip(panel.curves.values(), styles, strict=True):
+        axes.plot(*shape(time[: len(values)], values), **style)
+    if panel.reference is not None:
+        axes.plot(*shape(time, panel.reference), color="black", lw=0.8, ls=ls, label="reference")
+    axes.margins(x=0)
+
+
+def titled(axes: Axes, label: str) -> None:
+    """Give a small panel its label above, small numbers and few of them."""
+    spec = axes.get_subplotspec()
+    finish(axes, "", "time [s]" if spec and spec.is_last_row() else "")
+    axes.set_title(label, fontsize=9, loc="right")
+    axes.tick_params(labelsize=8)
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=4))
