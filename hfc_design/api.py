@@ -10,9 +10,10 @@ from typing import Any, TypeVar
 
 from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.batch.findings import Findings
+from hfc_design.calls.batching import batch, findings
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.identifying import identify
-from hfc_design.calls.searching import batch, design, findings, pick, with_gains
+from hfc_design.calls.searching import design, pick, with_gains
 from hfc_design.calls.showing import comparison_page, explain, plot, report
 from hfc_design.calls.stability import stability
 from hfc_design.controllers.controller import AxisLaw, View, held
