@@ -68,7 +68,7 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
         "kind": design.kind.name,
         "scene": scene(design, read),
         "connection": design.connected,
-        "connecting": _connecting(design, axes),
+        "connecting": _connecting(design),
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
         "changes": design.changes(axes or (design.axis,)),
         "learns": saving.learns(design),
@@ -128,11 +128,12 @@ def _signals(
     return [Signal(row[0], ", ".join(rows[row]), *row[1:], told[row]) for row in order]
 
 
-def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:
+def _connecting(design: Design) -> list[str]:
     """What the kind says, and what is inside of it, once each."""
     record = design.controller
     found = list(record.connecting())
-    for own in record.inside(axes_of(design)).values():
+    axes = axes_of(design) if design.kind.controller else ()
+    for own in record.inside(axes).values():
         found += own.connecting()
     return list(dict.fromkeys(found))
 
