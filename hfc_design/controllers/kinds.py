@@ -21,6 +21,8 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
         for key in METHODS
         for value in [getattr(kind, key)]
     } | {
+        "law_gains is missing: its numbers as the law takes them": kind.law_gains
+        is ControllerRecord.law_gains,
         f"name = {kind.name!r}: has to be a text": not isinstance(kind.name, str),
         f"settings = {settings!r}: has to be a class": not isinstance(settings, type | None),
         "needs either law, of one axis, or controller, of a whole machine": (kind.law is None)

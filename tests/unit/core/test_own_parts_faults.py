@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from sledge import api_text, imported
@@ -131,6 +132,16 @@ def pd_kind(**changes):
 )
 def test_fields_of_a_kind(changes, own_plugins):
     why_not(pd_kind(**changes))
+
+
+def test_a_kind_without_its_gains_is_refused(own_plugins):
+    class Bare(api.ControllerRecord):
+        kind: Literal["bare"] = "bare"
+
+        def law(self, limit):
+            return step("error")(self, limit)
+
+    why_not(Bare)
 
 
 def step(reads):
