@@ -48,19 +48,6 @@ def test_runs_and_groups_stand_by_verdict_share_and_merit(judged):
         assert name in page
 
 
-def test_an_answer_of_an_earlier_version_has_no_verdict(judged):
-    for path in judged.glob("*/usable.json"):
-        told = json.loads(path.read_text())
-        del told["verdict"], told["margins"]
-        path.write_text(json.dumps(told))
-    assert hfc("report", judged).exit_code == 0
-    rows = table(judged / "runs.csv")
-    assert [row["verdict"] for row in rows] == ["yes", "yes", "no", "no"]
-    assert "sensitivity" not in rows[0]
-    (judged / ("0" * 16) / "usable.json").write_text("{}")
-    assert "usable.json: has no answer" in reported(judged)[1]
-
-
 def test_the_best_usable_design_of_a_batch_is_picked(judged):
     assert "spread=0.2, seed=1" in hfc("pick", judged).stdout
     done = hfc("pick", judged, "--out", judged / "best.json")

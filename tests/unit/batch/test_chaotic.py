@@ -28,11 +28,3 @@ def test_it_counts_with_the_lower_end_and_is_told_as_a_range(tmp_path):
     assert "<td>362 to 511 (chaotic)</td>" in page
     assert "<td>430.0</td>" not in page
     assert "A chaotic design (2) has a range (in 64 repeats" in page
-
-
-@pytest.mark.parametrize("repeats", ["x", {"fitness": 1.0}, {"fitness": {"lowest": "x"}}])
-def test_a_repeat_that_diverged_or_an_edited_range_stops_nothing(repeats, tmp_path):
-    first, second, *_ = batch_folder(tmp_path, TWO)
-    made_chaotic(tmp_path / first, None, 511.0)
-    with_score(tmp_path / second, chaotic=True, repeats=repeats)
-    assert "<td>diverged to 511 (chaotic)</td>" in reported(tmp_path)[1]

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from run_folders import PRESETS, batch_folder, reported, table, with_score
+from run_folders import batch_folder, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
-from hfc_design.batch.groups import grouped, quartiles
+from hfc_design.batch.groups import grouped
 from hfc_design.batch.results import runs_below
 
 HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"
@@ -56,14 +56,6 @@ def test_runs_judged_in_two_ways_are_compared_by_their_fitness(title, tmp_path):
     assert "Median, quartiles and best of fitness over runs" in page(tmp_path)
 
 
-def test_another_task_has_another_judge(tmp_path):
-    """In the last of the given batches ``b`` is judged, ``a`` is of an earlier version."""
-    names = batch_folder(tmp_path, PRESETS)
-    judge(tmp_path, names[-3:], [-1.0, -2.0, -3.0])
-    found = {group.task: group.measure for group in grouped(runs_below(tmp_path))}
-    assert found == {"a": "fitness", "b": HARD}
-
-
 def test_what_diverged_is_last_in_its_group_and_no_number_in_a_file(tmp_path):
     groups = [({"search.preset": "a"}, [1.0] * 4), ({"search.preset": "b"}, [1.0] * 4)]
     names = batch_folder(tmp_path, groups)
@@ -78,12 +70,6 @@ def test_what_diverged_is_last_in_its_group_and_no_number_in_a_file(tmp_path):
     assert "diverged" in text
     assert "inf" not in (tmp_path / "groups.csv").read_text()
     assert "inf" not in (tmp_path / "runs.csv").read_text()
-
-
-def test_quartiles_with_what_diverged():
-    assert quartiles(np.array([-np.inf, 1.0, 2.0])) == (-np.inf, 1.0, 1.5)
-    assert quartiles(np.array([-np.inf] * 3)) == (-np.inf,) * 3
-    assert np.isnan(quartiles(np.empty(0))).all()
 
 
 def test_histories_below_zero_and_with_generations_in_which_all_failed(tmp_path):

@@ -82,12 +82,6 @@ def test_what_has_not_finished_is_listed_with_its_reason(tmp_path):
     assert "5 runs: 1 finished, 1 failed, 1 broken off, 2 waiting." in page
 
 
-def test_nothing_has_finished(tmp_path):
-    batch_folder(tmp_path, [({}, [1.0])])
-    shutil.rmtree(tmp_path / ("0" * 16))
-    assert "No run has finished." in reported(tmp_path)[1]
-
-
 @pytest.mark.parametrize(
     ("files", "where"),
     [

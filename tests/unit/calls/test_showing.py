@@ -1,14 +1,8 @@
 """What functions of the API return is drawn by plot, and shows itself."""
 
 from run_folders import batch_folder
-from wording import refused
 
 import hfc_design.api as hfc
-
-
-def test_several_motions_are_no_single_one():
-    with refused():
-        hfc.robustness("pd-only", "c-axis-tolerances", 0.2, 4)
 
 
 def test_findings_are_drawn_as_their_searches(tmp_path):

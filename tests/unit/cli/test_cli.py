@@ -10,11 +10,8 @@ from places import ROOT
 from run_folders import hfc
 from wording import refused_command
 
-from hfc_design.cli import main
-from hfc_design.core.records import LONGEST
-from hfc_design.files.design import builtin_designs, read_design
+from hfc_design.files.design import builtin_designs
 from hfc_design.files.named_scenario import builtin_names
-from hfc_design.files.pairing import load_design
 
 
 def test_help_lists_the_commands_as_their_page_introduces_them():
@@ -35,17 +32,6 @@ def test_an_interrupt_that_a_library_tells_as_a_fault_of_its_own_is_one(monkeypa
     monkeypatch.setattr("hfc_design.files.named_scenario.load_scenario", broken)
     stopped = hfc("design")
     assert (stopped.exit_code, stopped.output.strip()) == (1, "Aborted!")
-
-
-def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
-    refused = refused_command("design", "c-axis-ramp", "--population", "a" * 5000)
-    assert len(refused) <= LONGEST + 10
-
-
-def test_export_json_reads_back_bit_for_bit(tmp_path):
-    path = tmp_path / "out.json"
-    assert hfc("export", "lin-lee-1999-table-1", "--to", "json", "--out", path).exit_code == 0
-    assert read_design(path) == load_design("lin-lee-1999-table-1")
 
 
 def test_export_csv_tables(tmp_path):
@@ -80,13 +66,3 @@ def test_lists(what, names):
     assert done.exit_code == 0
     for name in names:
         assert name in done.stdout
-
-
-@pytest.mark.parametrize("command", main.commands)
-def test_help_says_defaults_alike(command):
-    """Brackets match, and none holds a number that does not say what it is."""
-    for option in main.commands[command].params:
-        told = getattr(option, "help", None) or ""
-        assert re.fullmatch(r"([^\[\]]|\[[^\[\]]*\])*", told), told
-        assert not re.search(r"\[[\d.]+\]", told), told
-        assert "[default" not in told.partition(" [default: ")[0], told

@@ -9,8 +9,6 @@ import pytest
 from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
 from hfc_design.cli import main
-from hfc_design.cli.plotting import WHATS
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.named_scenario import builtin_names
@@ -34,17 +32,10 @@ def completed(*words, shell=BashComplete):
     [
         (["design"], builtin_names()),
         (["score"], builtin_designs()),
-        (["compare", "pd-only"], builtin_designs()),
-        (["score", "pd-only", "--scenario"], builtin_names()),
         (["design", "--preset"], sorted(STRATEGIES.built_in)),
         (["design", "--plant"], sorted(ALL_PLANTS.built_in)),
-        (["design", "--controller"], sorted(KINDS.built_in)),
         (["design", "--fitness"], sorted(OBJECTIVES.built_in)),
-        (["export", "pd-only", "--to"], sorted(FORMATS)),
         (["plot"], builtin_designs()),
-        (["plot", "pd-only"], [*builtin_designs(), *WHATS]),
-        (["show", "scenario"], builtin_names()),
-        (["show", "plant"], sorted(ALL_PLANTS.built_in)),
         (["show", "format"], sorted(FORMATS)),
     ],
 )
@@ -64,11 +55,6 @@ def test_what_begins_like_it_is_offered(shell):
     assert completed("export", "pd-only", "--to", "fm", shell=shell) == [
         *("fml", "fmu", "fmu-loop", "fmu-plant")
     ]
-
-
-def test_a_file_will_do_where_a_scenario_is_wanted():
-    own = BashComplete(main, {}, "hfc", "_HFC_COMPLETE")
-    assert [one.type for one in own.get_completions(["design"], "runs/")] == ["file"]
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no Bash here")

@@ -14,10 +14,6 @@ from hfc_design.formats import writing
 PD = "pd-only"
 
 
-def test_an_export_makes_its_folders(tmp_path):
-    assert hfc("export", PD, "--to", "c", "--out", tmp_path / "new" / "folder").exit_code == 0
-
-
 def test_a_pipe_or_a_device_is_never_replaced_by_a_file(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

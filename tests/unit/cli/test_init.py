@@ -8,15 +8,6 @@ from run_folders import hfc
 from hfc_design.files.named_scenario import load_scenario
 
 
-def test_a_commented_key_becomes_one_without_its_first_letter(tmp_path):
-    file = tmp_path / "mine.toml"
-    hfc("init", "--out", file)
-    text = file.read_text()
-    assert "#spindle_inertia = 5.102" in text
-    file.write_text(text.replace("#spindle_inertia = 5.102", "spindle_inertia = 6.5"))
-    assert load_scenario(str(file)).plant.parameters == {"spindle_inertia": 6.5}
-
-
 def test_all_defaults_at_once_change_nothing(tmp_path):
     """Every commented key that holds by default is what it says."""
     file = tmp_path / "mine.toml"

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from run_folders import batch_folder, ran
+from run_folders import ran
 from surfaces_drawn import around_soc, drawn
 from wording import refused_command
 
@@ -13,26 +13,6 @@ from hfc_design.report.designs import picture
 from hfc_design.runtime import Controller
 
 TABLE_1 = "lin-lee-1999-table-1"
-
-
-@pytest.mark.parametrize(
-    ("what", "suffix"),
-    [("surface-3d", "png"), ("terms", "svg"), ("tables", "pdf"), ("tree", "png")],
-)
-def test_a_file_of_each(tmp_path, what, suffix):
-    path = tmp_path / f"a.{suffix}"
-    assert ran("plot", TABLE_1, what, "--out", path) == f"{path}\n"
-    start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[suffix]
-    assert path.read_bytes().startswith(start)
-
-
-def test_names_and_units_stand_in_the_picture(tmp_path):
-    path = tmp_path / "a.svg"
-    ran("plot", TABLE_1, "surface", "--unit", "unit-7", "--out", path)
-    text = path.read_text()
-    assert "previous spindle velocity [mrad/s]" in text
-    assert "spindle velocity [mrad/s]" in text
-    assert "output [1]" in text
 
 
 def test_a_surface_is_what_explain_says(monkeypatch):
@@ -58,12 +38,6 @@ def test_axes_that_have_the_same_inside_need_no_name(monkeypatch, tmp_path):
     assert refused_command("plot", path, "surface", *z).where == "--axis 'z'"
 
 
-def test_a_table_that_has_learnt_nothing_says_so():
-    for what in ("surface", "tables"):
-        figure = picture(hfc.load_design("huang-soc"), what)
-        assert figure.axes[0].get_title() == "rules to begin with: it has learnt none"
-
-
 def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):
     """From an error of 0 on the change is the error: both are counted in 2 um by huang-neural."""
     x, y, values, labels, _, said = drawn(monkeypatch, "huang-neural")
@@ -85,11 +59,3 @@ def test_terms_are_the_papers():
     xs = np.array([*at])
     found = np.interp([-0.6, -0.1], xs, [*at.values()])
     assert found == pytest.approx([1.0, np.exp(-8 * 0.45**2)], abs=1e-4)
-
-
-@pytest.mark.parametrize("command", [("plot", "surface", "--out"), ("simulate", "", "--csv")])
-def test_the_folder_of_a_batch_is_called_one(command, tmp_path):
-    batch_folder(tmp_path / "many", [({"search.preset": "race"}, [1.0])])
-    name, what, option = command
-    words = [name, tmp_path / "many", *filter(None, [what]), option, tmp_path / "a.png"]
-    assert refused_command(*words).where == str(tmp_path / "many")

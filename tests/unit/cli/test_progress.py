@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hfc_design.cli.scoring import _refused
 from hfc_design.cli.search_progress import Watch
 from hfc_design.files.named_scenario import load_scenario
 
@@ -28,8 +27,3 @@ def test_no_line_says_that_nothing_is_left_when_much_is(monkeypatch, capsys):
     lines = capsys.readouterr().err.splitlines()
     left = [re.search(r"(\d+) s left", line) for line in lines]
     assert [found and int(found[1]) for found in left] == [None, 485, 640, 31]
-
-
-def test_machines_that_cannot_be_are_told_in_words():
-    assert _refused(0) == ""
-    assert _refused(12).startswith("12 more were drawn and replaced: no machine has such")

@@ -1,6 +1,6 @@
 """What the terminal says of whether a design can be used: the table, the picture, one motion."""
 
-from hfc_design.cli.scoring import WARNING, again_told, show_usable
+from hfc_design.cli.scoring import WARNING, show_usable
 
 
 def of_motion(share, factor, limited):
@@ -71,41 +71,3 @@ def test_a_machine_that_runs_away_has_no_numbers(capsys):
     show_usable(ANSWER | {"motions": {"a": lost}})
     (row,) = (x.split()[1:] for x in capsys.readouterr().out.splitlines() if x.startswith("a "))
     assert row == ["80", "2", "diverges", "2", "4", "20", "diverges", "0"]
-
-
-def test_chaos_is_told_in_a_line(capsys):
-    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": 189.34, "highest": 686.4}})
-    text = " ".join(capsys.readouterr().out.split())
-    repeats = "in 64 repeats with the command changed by up to one millionth"
-    assert f"merit is chaotic: {repeats}, it ranges from 189.3 to 686.4" in text
-    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": None, "highest": 686.4}})
-    assert "it ranges from diverged to 686.4" in " ".join(capsys.readouterr().out.split())
-
-
-def test_a_design_that_can_be_used_is_not_warned_of(capsys):
-    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "gain": None})
-    told = capsys.readouterr()
-    assert told.out.startswith("Can I use it? yes: all\n")
-    assert told.err == ""
-    assert "gain margin: none, the nominal machine does not pass" in told.out
-
-
-def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
-    missed = {"settled_rms_error": {"times": 910.3, "motion": "b"}}
-    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "missed": missed})
-    text = " ".join(capsys.readouterr().out.split())
-    missed = (
-        "targets missed, value divided by target in the worst motion: settled_rms_error 910 (b)"
-    )
-    assert text.startswith(f"Can I use it? yes: all {missed} ")
-
-
-def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
-    show_usable(None)
-    assert "cannot be said" in capsys.readouterr().out
-
-
-def test_another_seed_is_named_only_where_it_may_help():
-    assert again_told(ANSWER, 3).startswith("To get a usable design, try --seed 3, twice the")
-    assert again_told(ANSWER | {"verdict": "on this model only"}, 3) == ""
-    assert again_told(ANSWER | {"usable": True}, 3) == again_told(None, 3) == ""

@@ -51,14 +51,6 @@ def test_the_time_left_stays_longest(at, width):
     assert len(told) == {40: 0, 60: 1, 80: 2, 120: 4}[width]
 
 
-def test_a_bar_that_is_done_says_how_long_it_took(at):
-    at(60)
-    with ProgressBar("cells", 3) as bar:
-        assert line_of(bar).endswith("-:--:-- left")
-        bar.show(completed=3)
-        assert line_of(bar).endswith("0:00:00 in all")
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("terminal", [True, False])
 def test_numbers_of_a_table_are_never_cut(at, width, terminal):
@@ -80,16 +72,6 @@ def test_numbers_of_a_table_are_never_cut(at, width, terminal):
     assert (tables > 1) == (width < 100)
 
 
-def test_a_table_that_fits_is_one(at):
-    shown = at(80)
-    table = plain_table()
-    for name in ("metric", "a", "b"):
-        table.add_column(name)
-    table.add_row("x", "1", "2")
-    show_whole(table)
-    assert len(shown.getvalue().splitlines()) == 3
-
-
 def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkeypatch):
     with busy("thinking"):
         print("found")
@@ -100,10 +82,3 @@ def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkey
     told = capsys.readouterr()
     assert told.out == "found\n"
     assert "thinking" in told.err
-
-
-def test_a_terminal_of_no_columns_has_the_usual_ones(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "0")
-    assert console.room() == 80
-    monkeypatch.setenv("COLUMNS", "40")
-    assert console.room() == 40

@@ -6,10 +6,6 @@ import pytest
 from doc_pages import NOTEBOOKS, stored, texts
 
 
-def test_there_are_three():
-    assert len(NOTEBOOKS) == 3
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_every_cell_was_run_in_order_and_is_small(path):
     code = [cell for cell in stored(path)["cells"] if cell["cell_type"] == "code"]

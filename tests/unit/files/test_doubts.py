@@ -55,11 +55,8 @@ def test_a_wrong_unit_is_doubted(changes, words):
     "changes",
     [
         {"sensors.observer_hz": 500.0},
-        {"sensors.observer_hz": 2000.0, "sensors.velocity": "tachometer"},  # is not read
-        {"sensors.encoder_resolution": 0.03},
         {"simulation.duration_s": 0.55, "fitness.settled_after_s": 0.5},
         {"simulation.duration_s": 0.1, "fitness": {"kind": "lin-lee"}, "reference.distance": 0.5},
-        {"reference.distance": 0.0},
     ],
 )
 def test_what_may_well_be_meant_is_not(changes):

@@ -30,14 +30,6 @@ def test_the_header_says_what_each_signal_is():
     assert "current:" not in header  # it does not read it
 
 
-def test_the_numbers_are_those_of_the_design():
-    text = code.sources(TABLE_1)["lin_lee_1999_table_1.c"]
-    assert "scales[5] = {\n    R(50.0), R(80.0), R(20.0), R(20.0), R(10.0),\n};" in text
-    assert "scales[3] * inputs->spindle_velocity;" in text
-    assert "state->readings_spindle_velocity" in text
-    assert "R(0.4479), R(0.4644), R(0.5193), R(0.4429)," in text  # LL Table I
-
-
 def test_no_code_comes_with_a_name_or_what_a_drive_says_of_its_signals(own_plugins):
     told = {"deflection": HOSTILE.replace("\n", " ")}  # a line, or it is refused
     api.register(replace(C_AXIS, name="spiteful", meanings=told))
@@ -56,11 +48,6 @@ def test_an_input_named_like_a_word_of_c_is_refused(name):
     design = parse_design(design_json(TABLE_1).replace('"deflection"', f'"{name}"'), "mine.json")
     with refused():
         texts(design, "c")
-
-
-def test_what_does_not_learn_saves_nothing():
-    for design in (TABLE_1, load_design("pd-only")):
-        assert not any("_save(" in text for text in code.sources(design).values())
 
 
 def test_lookup_by_hand():

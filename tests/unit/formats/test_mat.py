@@ -6,8 +6,7 @@ import pytest
 from scipy.io import loadmat
 from wording import refused
 
-from hfc_design import __version__
-from hfc_design.files.design import Limits, builtin_designs, named_design
+from hfc_design.files.design import builtin_designs, named_design
 from hfc_design.formats import FORMATS
 
 
@@ -64,20 +63,6 @@ def test_the_wiring_counts_inputs_and_then_units_from_1(read):
     assert [unit["name"] for unit in found["units"]] == ["unit_7", "unit_3", "unit_1", "unit_0"]
     assert found["units"][0]["table"][0, 1] == 0.4644  # LL Table I, unit 7
     assert read(named_design("jee-koren-2004-flc"))["wiring"].tolist() == [1, 2]
-
-
-def test_a_limit_is_there_where_the_design_has_one(read):
-    design = named_design("lin-lee-1999-table-1")
-    assert "limits" not in read(design)
-    assert read(design.model_copy(update={"limits": Limits(command=9.0)}))["limits"] == {
-        "command": 9.0
-    }
-
-
-def test_the_head_of_the_file_has_no_date(tmp_path):
-    FORMATS["mat"].write(named_design("pd-only"), tmp_path / "a.mat")
-    head = (tmp_path / "a.mat").read_bytes()[:116].decode()
-    assert head.rstrip() == f"MATLAB 5.0 MAT-file, made by hfc-design {__version__}"
 
 
 def test_a_name_is_a_string_and_never_a_field(read):

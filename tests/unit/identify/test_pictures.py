@@ -56,13 +56,6 @@ def test_where_it_is_off_most_is_seen_from_near(found):
     assert np.ravel(dot.get_data()) == pytest.approx([0.7, -40.0])
 
 
-def test_what_is_off_is_drawn_once(found):
-    (axes,) = page.checked(found).axes
-    assert axes.get_title() == "two.csv: open loop"
-    found.checks = found.checks[:1]
-    assert page.checked(found) is None
-
-
 def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
     values = np.linspace(-3.1612, -3.1598, 11)
     z = np.linspace(-2.2, 2.2, 11)
@@ -86,8 +79,3 @@ def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
     assert all(a.x1 < b.x0 for a, b in pairwise(ticks))
     assert axes.xaxis.get_offset_text().get_text() == ""
     assert image(figure, "svg")
-
-
-def test_a_profile_narrower_than_an_axis_can_say_is_not_drawn():
-    values = -3.16 + 1e-9 * np.linspace(-1.0, 1.0, 11)
-    assert page.profiled(Profile("offset", values, 0 * values, np.zeros((2, 3))), "N") is None

@@ -6,7 +6,6 @@ from carts import CART
 
 from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.request import parameters_of, task_of
-from plants import PLANTS
 
 
 def wanted(plant, changes, names=None):
@@ -42,15 +41,3 @@ def test_only_what_units_explain_is_said_to_be_far_from_where_it_began():
     for factor, told in ((97.3, 0), (0.0042, 0), (1.5, 0), (1020.0, 1), (1e-3, 1), (1 / 57, 1)):
         numbers = np.append(np.log([factor, 1.0]), [0.0, 0.0])
         assert list(cart.away(numbers)) == ["mass"] * told
-
-
-def test_what_is_not_looked_for_is_said_with_its_value():
-    """A mass beside a wrong gain is wrong by the same factor; exact ones are known."""
-    stage = PLANTS["positioning-stage"]
-    told = free_parameters(stage, {"offset": -2.0}, ["mass", "coulomb_friction"]).rest()
-    assert told.startswith("not looked for: ")
-    for words in ("amplifier_gain 35.1507 N/V", "offset -2 N", "viscous_friction 203.5 N s/m"):
-        assert words in told
-    assert "mass" not in told
-    every = [name for name in stage.parameters._fields if name not in stage.exact]
-    assert free_parameters(stage, {"stiction_rise": 1.0}, every).rest() == ""

@@ -11,14 +11,12 @@ from wording import refused_command
     ("arguments", "where"),
     [
         ((NAME, "--each"), NAME),
-        (("none",), "none"),
         ((".", "--out", "x.html"), "--out x.html"),
         ((NAME, "--width", "88mm"), "--width"),
         ((NAME, "--figures", "png"), "--figures png"),
-        ((NAME, "--figures", "pdf", "--width", "88"), "--width"),
         ((NAME, "--figures", "pdf", "--width", "3mm"), "--width"),
     ],
-    ids=["each", "none", "folder", "width", "png", "unit", "narrow"],
+    ids=["each", "folder", "width", "png", "narrow"],
 )
 def test_what_does_not_go_together_is_a_line(arguments, where, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

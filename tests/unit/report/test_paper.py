@@ -3,7 +3,6 @@
 import os
 import re
 import subprocess
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,9 +12,8 @@ from run_folders import HOSTILE, batch_folder, hfc
 from wording import refused, refused_command
 
 from hfc_design.pictures.column import in_column
-from hfc_design.pictures.figure import WIDTH, above, distinct, finish, framed
+from hfc_design.pictures.figure import above, distinct, finish, framed
 from hfc_design.pictures.files import image
-from hfc_design.pictures.heat_map import heat_map
 from hfc_design.report.paper import Paper
 
 #: How matplotlib makes a percent sign print itself, which no simple reader knows.
@@ -53,27 +51,6 @@ def test_nothing_leaves_the_figure_or_lies_on_something_else(width):
         assert 0 <= box.y0 < box.y1 <= figure.bbox.height
     assert words.x1 < number.x0 < number.x1 < panel.x0
     assert names.y0 > panel.y1 > power.y1 > panel.y1 - 5  # inside, not on the panel above
-
-
-def test_small_panels_keep_room_for_their_numbers():
-    figure = framed(3.0, top=0.4, left=0.6)
-    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
-    right.plot([0, 1], [0.1, 0.5])
-    before = right.get_position().x0 - left.get_position().x1
-    in_column(figure, 3.5)
-    gap = right.get_position().x0 - left.get_position().x1
-    assert gap * 3.5 == pytest.approx(0.9 * before * WIDTH)
-    assert left.get_position().width == pytest.approx(right.get_position().width)
-    assert right.get_position().x1 * 3.5 == pytest.approx(3.5 - 0.8 * 0.15)
-
-
-def test_numbers_in_cells_do_not_touch():
-    labels = [f"N{k}" for k in range(7)]
-    figure = heat_map(np.full((7, 7), -8.0), (labels, labels), "row", "column", "t", "command [V]")
-    in_column(figure, 3.5)
-    boxes = extents(figure, *figure.axes[0].texts[:7])
-    assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
-    assert figure.axes[0].texts[0].get_fontsize() >= 5
 
 
 def test_a_pdf_has_its_size_letters_that_publishers_take_and_the_same_bytes():

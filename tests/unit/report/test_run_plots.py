@@ -10,11 +10,10 @@ from hfc_design.controllers.hierarchical import drawn_tree as diagrams
 from hfc_design.controllers.hierarchical import pictures
 from hfc_design.pictures.files import image
 from hfc_design.report import batch_plots, searches
-from hfc_design.search.loop import History
 from plants import C_AXIS
 
 
-@pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
+@pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 944)])
 def test_diagrams_show_every_unit_and_input(inputs, tree):
     found = design(inputs, tree)
     drawing = image(diagrams.drawn_tree(found.controller, C_AXIS), "svg").decode()
@@ -26,28 +25,6 @@ def test_diagrams_show_every_unit_and_input(inputs, tree):
         drawing = image(pictures.table(found.controller, k), "svg").decode()
         assert f"unit {unit.id}<" in drawing
         assert f"row: {diagrams.readable(unit.row_input)}<" in drawing
-
-
-def test_history_of_one_generation_where_everything_diverged():
-    history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
-    assert image(searches.history(history, "merit"), "svg")
-
-
-@pytest.mark.parametrize(
-    ("best", "scale"),
-    [
-        ([1.0, 10.0, 1e4], "log"),
-        ([np.nan, 10.0, 1e4], "log"),
-        ([-1e4, -10.0, 1e4], "linear"),
-        ([np.nan, np.nan, np.nan], "linear"),
-    ],
-)
-def test_only_what_is_above_zero_is_drawn_by_its_logarithm(best, scale):
-    nothing = np.full(3, np.nan)
-    history = History(np.array(best), nothing, np.array([9, 9, 9]), np.array([1, 1, 1]))
-    scores, _ = searches.history(history, "loss $x^$ / (1 + 300 stick share)").axes
-    assert scores.get_yscale() == scale
-    assert scores.get_title() == "loss $x^$ / (1 + 300 stick share)"
 
 
 @pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])
@@ -79,7 +56,13 @@ def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):
     assert edges == pytest.approx(low) or edges == pytest.approx(high)
 
 
-@pytest.mark.parametrize("values", [[1.0], [0.9, 1.2], [1e-5, 3.0], [1e9, 1.0], [0.2, 6.0]])
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1e-5, 3.0],
+        [1e9, 1.0],
+    ],
+)
 def test_ratios_stand_inside_their_picture_with_ticks_apart(values):
     axes = batch_plots.ratios([f"quantity {k} [rad/s]" for k in range(len(values))], values).axes[0]
     low, high = axes.get_xlim()

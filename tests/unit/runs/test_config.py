@@ -46,11 +46,3 @@ def test_every_key_is_there(tmp_path):
         if {"AXIS", "NAME"} & {*parts} or one.key.startswith(("load.sines.N.", "stress.modes.N.")):
             continue
         assert parts[-1] in said | heads or ".".join(parts) in heads, one.key
-
-
-def test_what_is_set_is_not_told_again():
-    text = config_toml(load_scenario("c-axis-practical")).partition("# Keys that are not set")[2]
-    assert "#spread" not in text  # [robust] is set
-    assert "[[motions]]" not in text
-    assert "#weight" not in text
-    assert "#polish = 0" in text

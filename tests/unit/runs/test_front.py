@@ -7,10 +7,7 @@ from wording import refused_command
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["tracking"],
         ["tracking,speed"],
-        ["a,b,c,d"],
-        ["tracking,effort,iae,chatter"],
         ["tracking,effort", "--preset", "race"],
         ["tracking,effort", "--set", "search.preset=lin-lee-1999"],
         ["tracking,units", "--controller", "pd"],

@@ -53,13 +53,6 @@ def test_it_turns_with_the_function():
     assert found.mean == pytest.approx(np.ones(6), abs=1e-3)
 
 
-def test_only_the_order_of_scores_counts():
-    kinds = (lambda x: np.sum(x**2, 1), lambda x: 5.0 + np.sum(x**2, 1) ** 3)
-    one, other = (minimised(function, 5, 8, 40) for function in kinds)
-    for a, b in zip(one, other, strict=True):
-        assert a.tolist() == b.tolist()
-
-
 def test_the_average_of_three_means_by_hand():
     """Each has 3 / (age + 3) of it when it comes: a tenth, three tenths, six tenths."""
     distribution, rng, means = begun(np.ones(2), 0.5), np.random.default_rng(1), []
@@ -69,17 +62,3 @@ def test_the_average_of_three_means_by_hand():
         distribution = learnt(distribution, points, rng.standard_normal(6))
         means.append(distribution.mean)
     assert distribution.average == pytest.approx(np.array([0.1, 0.3, 0.6]) @ np.array(means))
-
-
-def test_where_steps_stay_as_long_the_average_is_nearer_to_the_optimum():
-    """As with noise, where the mean goes on wandering: on a sphere of five numbers."""
-    off, stays = [], begun(np.ones(5), 0.3)
-    for seed in range(12):
-        distribution, rng = stays, np.random.default_rng(seed)
-        for _ in range(300):
-            points = drawn(distribution, 8, rng)
-            found = learnt(distribution, points, -np.sum(points**2, axis=1))
-            distribution = found._replace(step=stays.step, covariance=stays.covariance)
-        off.append([np.linalg.norm(distribution.mean), np.linalg.norm(distribution.average)])
-    ends, averages = np.median(off, axis=0)
-    assert averages < 0.3 * ends

@@ -123,13 +123,6 @@ def test_mutation_moves_the_given_share_by_at_most_a_max(share):
     assert (moved > 0) == (share > 0)
 
 
-def test_without_structure_mutation_the_genes_stay():
-    search, state, rng = started(population=60, structure_mutation=0.0)
-    _, asked = search.ask(state, 1, rng)
-    parents = {tuple(gene) for gene in state.genes.tolist()}
-    assert all(tuple(gene) in parents for gene in asked.genes[40:].tolist())
-
-
 def test_half_of_the_bits_flip():
     search, state, rng = started(population=3000)
     _, asked = search.ask(state, 1, rng)

@@ -22,7 +22,7 @@ def test_the_highest_of_many_hills_is_found():
     assert tried.score.max() > rastrigin(lucky).max()
 
 
-@pytest.mark.parametrize("evaluations", [10, 200, 1000, 1234])
+@pytest.mark.parametrize("evaluations", [10, 1234])
 def test_no_more_is_asked_than_is_allowed_and_all_is_told(evaluations):
     asked = []
 

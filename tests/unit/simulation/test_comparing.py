@@ -6,7 +6,6 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.core.statistics import share_interval
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.comparison import Bout, Side, _differences, compare
 
 ERROR = "rms_error_rad"
@@ -23,15 +22,6 @@ def difference(first, second):
     sides = {"a": first, "b": second}
     (found,) = _differences([Bout("m", None, sides, {}, {ERROR: "error [rad]"})])
     return found
-
-
-def test_what_the_fitness_tolerates_is_compared():
-    fitness = {"kind": "tolerances", "tolerances": {"chatter": 1.0, "settled_rms_error": 1e-3}}
-    scenario = load_scenario("c-axis-ramp", {"fitness": fitness})
-    keys = ["fitness", ERROR, "iae_rad_s", "settled_rms_error_rad", "chatter_V"]
-    bout = Bout("m", scenario, {}, {}, dict.fromkeys(keys, ""))
-    assert bout.compared() == [ERROR, "settled_rms_error_rad", "chatter_V"]
-    assert bout._replace(scenario=load_scenario("c-axis-ramp")).compared() == keys[1:4:2]
 
 
 def test_a_difference_by_hand():
@@ -102,13 +92,6 @@ def test_bad_input_is_one_line(designs, options):
     with refused() as found:
         compare(designs, **options)
     assert "\n" not in found.refusal
-
-
-def test_a_signed_error_of_the_nominal_machine_is_a_magnitude_as_those_of_all():
-    far = Side(np.array([True]), True, {"final_error_mm": -0.163}, {"final_error_mm": [-0.2]})
-    assert far.of_nominal("final_error_mm") == 0.163
-    assert far.numbers()["metrics"]["final_error_mm"]["median"] == 0.2
-    assert Side(np.array([True]), True, {"fitness": -2.0}, {}).of_nominal("fitness") == -2.0
 
 
 def test_two_that_differ_by_rounding_alone_are_equal():

@@ -21,16 +21,6 @@ def shares(some, name):
     return values[1:] / values[0] - 1.0
 
 
-def test_a_parameter_has_a_tolerance_of_its_own():
-    tolerances = {"stiffness": 0.5, "rotor_inertia": 0.01}
-    some, _ = drawn(C_AXIS, 0.2, 300, 0, tolerances)
-    widths = {name: abs(shares(some, name)).max() for name in ("stiffness", "rotor_inertia")}
-    assert 0.45 < widths["stiffness"] <= 0.5
-    assert 0.009 < widths["rotor_inertia"] <= 0.01
-    assert 0.18 < abs(shares(some, "spindle_inertia")).max() <= 0.2
-    assert (shares(some, "poles") == 0.0).all()
-
-
 def test_a_gap_that_is_a_parameter_is_not_put_before_the_encoder_as_well():
     table, spread = PlantSettings(name="milling-table"), {"backlash": 0.5}
     some, _ = drawn(table, 0.2, 300, 0, spread)
@@ -134,13 +124,9 @@ def test_an_unknown_parameter(key, where):
     ("arguments", "where"),
     [
         (["--spread", "0"], "--spread 0.0"),
-        (["--spread", "1"], "--spread 1.0"),
-        (["--spread", "-0.2"], "--spread -0.2"),
         (["--spread", "nan"], "--spread nan"),
         (["--spread", "0.2", "--samples", "0"], "--samples 0"),
-        (["--spread", "0.2", "--seed", "-1"], "--seed -1"),
         (["--samples", "10"], "--samples"),
-        (["--seed", "1"], "--seed"),
         (["--plot", "a.png"], "--plot"),
     ],
 )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.simulation.settling import faults, reasons_told
+from hfc_design.simulation.settling import faults
 
 SHORT = ["simulation.duration_s=3"]
 
@@ -41,9 +41,3 @@ def test_the_rule_by_hand():
     assert judged([0, 0, 1e-4], [0, 0, 1.9e-3], [0, 0, 2.1e-3], where=told) == [True, True, False]
     still = load_scenario(ramp, {"reference.velocity": 0.0})
     assert judged([0, 0, 5.0], [0, 0, 16.0], [0.4, 0, 0.0], where=still) == [True, True, False]
-
-
-def test_reasons_are_counted_in_words():
-    told = reasons_told({"is far off": 1, "oscillates": 2, "stays at a limit": 3})
-    assert told == "3 stay at a limit, 2 oscillate, 1 is far off"
-    assert reasons_told({}) == ""

@@ -3,20 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.simulation.in_use import gain_told
 from hfc_design.simulation.usable import gain_range
-
-
-@pytest.mark.parametrize(
-    ("gain", "words"),
-    [
-        ((0.5, 2.0), "with the command multiplied by 0.5 to 2"),
-        ((0.5, 16.0), "with the command multiplied by 0.5 to at least 16"),
-        ((16.0 ** (-31 / 32), 2.0), "with the command multiplied by at most 0.0682 to 2"),
-    ],
-)
-def test_beyond_the_ends_of_the_scan_nothing_is_said(gain, words):
-    assert gain_told(gain) == words
 
 
 def test_the_range_of_gains_is_that_of_a_threshold():

@@ -178,18 +178,6 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
     assert half["table_mass"] == pytest.approx(0.5 * found["table_mass"])
 
 
-def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
-    one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
-    each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
-    *lines, mend = stress_table(each).lines
-    assert lines == [
-        "breaks: with a delay 0.5 it oscillates; it holds with a delay 0.375",
-        "breaks: with a delay 0.5 it oscillates",
-    ]
-    assert mend == f"first to mend: {MENDS['delay|loop|early']}; see docs/robustness.md"
-    assert stress_table([one._replace(holds=True).numbers()]).lines == []
-
-
 def test_every_stress_has_its_own_mend():
     """What happens then and where says nothing of it, as of a motion that is called rest."""
     own = load_scenario("c-axis-practical", {"stress.modes": [{"hz": 60.0}]})

@@ -65,14 +65,6 @@ def test_command_by_hand():
     assert second == pytest.approx(0.4 * 0.5 * 16 / (0.6 * 0.5))
 
 
-def test_four_rules_by_hand():
-    """e = 3 is ZR 0.4 and PS 0.2; de = 0.75 is ZR 0.25 and PS 0.25."""
-    degrees = memberships(ERROR_TERMS, 3.0), memberships(CHANGE_TERMS, 0.75)
-    found = infer(SCALARS, *degrees, rule_singletons("II"))
-    # Table 5: ZR/ZR 0, ZR/PS 8, PS/ZR 8, PS/PS 16.
-    assert found == pytest.approx((0.4 * 8 + 0.2 * (8 + 16)) / (2 * 0.6))
-
-
 def test_where_no_rule_fires_there_is_no_action():
     gap = [(-INF, -21.0, -16.0), *ERROR_TERMS[1:3], (-1.0, 0.0, 1.0), *ERROR_TERMS[4:]]
     degrees = memberships(gap, 1.5)
@@ -157,15 +149,3 @@ def test_compensation_of_jk95_at_rest():
     law = X_AXIS._replace(breakaway=(9.0, -9.0), smallest_error=3.0)
     found = [compensate(SCALARS, law, 0.0, e) for e in (-3.0, -2.0, 0.0, 2.0, 3.0)]
     assert found == [-9.0, 0.0, 0.0, 0.0, 9.0]
-
-
-def test_compensation_shifts_every_singleton():
-    """JK04 eq. 29: adding u_d to all singletons adds it to the action."""
-    signals = {"error": 10.0, "velocity": 300.0}
-    law = flc.flc("PD", 0.01)
-    memory = law.initial_memory(0.0)
-    found, *_ = law.sample(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
-    u_d = 0.05 * 9 - 1.16 * 3 + 6.54
-    shifted = gains_of()._replace(singletons=[[u + u_d for u in r] for r in rule_singletons("I")])
-    expected, *_ = law.sample(SCALARS, law, shifted, memory, signals)
-    assert found == pytest.approx(expected)

@@ -3,7 +3,6 @@
 import json
 
 import made_up
-import numpy as np
 import pytest
 from shaken import shaken
 from wording import refused
@@ -55,18 +54,6 @@ def test_a_named_singleton_is_one_number():
     with refused() as found:
         parsed(own, labels=[["PL"] * 3] * 2)
     assert "rules.labels.0.0 = 'PL'" in found.refusal
-
-
-def test_what_adapts_is_labelled_by_what_it_is_by_now():
-    """Its numbers move past one another; a file of it from before is read all the same."""
-    own = named_design("jee-koren-2004-aflc")
-    table = np.array(own.controller.rules.centroids)
-    table[1, 2] = 20.0
-    moved = own.controller.rules.moved(table)
-    assert moved.labels[1][2] == "PM"
-    assert parsed(own, centroids=table.tolist()).labels == moved.labels
-    table[1, 2] = -15.0
-    assert own.controller.rules.moved(table).labels == own.controller.rules.labels
 
 
 @pytest.mark.parametrize(

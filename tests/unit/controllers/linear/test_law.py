@@ -59,28 +59,14 @@ def test_the_filter_is_that_of_scipy():
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
 
 
-@pytest.mark.parametrize("cut_off", [None, 0.0])
-def test_without_a_filter_it_is_the_pd_controller(cut_off):
-    mine = Controller(design(kp=700.0, kd=30.0, derivative_hz=cut_off, every=0.001))
-    pd = api.load_design("pd-only", {"controller.pd.kp": 700.0, "controller.pd.kd": 30.0})
-    other = Controller(pd)
-    for error, rate in np.random.default_rng(2).normal(size=(20, 2)).tolist():
-        sample = {"error": error, "error_rate": rate}
-        assert mine.step(STILL | sample) == other.step(sample)
-
-
 @pytest.mark.parametrize(
     ("key", "value"),
     [
         ("signals", {"error": 1.0}),
-        ("signals", {"reference_rate": 1.0}),
         ("feed_forward", {"coulomb": 1.0}),
         ("derivative_hz", -1.0),
-        ("weights", {"error": 1.0}),
         ("resonators", [one(50.0, 1.0, 1.0), one(1.0, 1.0, 1.0)]),
         ("resonators", [one(400.0, 1.0, 1.0)]),
-        ("resonators", [one(1.0, "x", 1.0)]),
-        ("resonators", [{"frequency_rad_s": 1.0}]),
     ],
 )
 def test_a_design_that_cannot_run_is_refused(key, value):
@@ -99,18 +85,6 @@ def test_it_is_the_filter_of_scipy():
     found = [controller.step(STILL | {"error": error}) for error in errors.tolist()]
     each = [lfilter(*filters(*pair, x * EVERY), errors) for x, pair in pairs.items()]
     np.testing.assert_allclose(found, sum(each), atol=1e-12 * np.abs(found).max())
-
-
-def test_with_an_error_of_its_frequency_it_grows_in_phase_and_a_quarter_turn_ahead():
-    """Of cos it makes t/2 (p cos - q sin), as the continuous one does, here 2,000 turns of T w."""
-    frequency, pair = 9.0, (5.0, 2.0)
-    controller = Controller(design(resonators=[one(frequency, *pair)]))
-    times = EVERY * np.arange(2001)
-    found = [controller.step(STILL | {"error": x}) for x in np.cos(frequency * times).tolist()]
-    late = frequency * EVERY  # what is summed up acts a sample later
-    turned = frequency * times - late
-    expected = 0.5 * times * (pair[0] * np.cos(turned) - pair[1] * np.sin(turned))
-    np.testing.assert_allclose(found, expected, atol=0.01 * np.abs(found).max())
 
 
 def test_at_its_limit_a_resonator_turns_on_but_is_not_driven_further():
@@ -136,9 +110,9 @@ def test_at_its_limit_a_resonator_turns_on_but_is_not_driven_further():
 
 @pytest.mark.parametrize(
     "frequencies",
-    [[50.0, 1.0], [50.0, 50.01], [0.0], [3142.0], [float(x) for x in range(1, 10)]],
+    [[50.0, 1.0], [3142.0], [float(x) for x in range(1, 10)]],
 )
-@pytest.mark.parametrize("key", ["controller", "controller.linear"])
+@pytest.mark.parametrize("key", ["controller.linear"])
 def test_frequencies_that_cannot_be_told_are_refused_in_a_line(frequencies, key):
     own = {"load_frequencies_rad_s": frequencies}
     own = {"controller": {"kind": "lqi", **own}} if key == "controller" else {key: own}

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.comparison.tables import difference_row, failures, lines
-from hfc_design.simulation.comparison import Bout, Comparison, Side, _differences
+from hfc_design.report.comparison.tables import difference_row, lines
+from hfc_design.simulation.comparison import Bout, Side, _differences
 
 ERROR = "rms_error_rad"
 TOLD = {ERROR: "root mean square of the tracking error [rad]"}
@@ -54,12 +53,6 @@ def test_lines_by_hand():
     ]
 
 
-def test_equal_ones_are_not_marked():
-    assert all(line.best == [] for line in lines(bout(a=side([1.0]), b=side([1.0]))))
-    (*_, median, _) = lines(bout(a=side([1.0]), b=side([1.0]), c=side([2.0])))
-    assert median.best == [0, 1]
-
-
 def test_a_difference_as_a_row():
     a, b = side([1.0] * 40), side([4.0] * 40, [True] * 30 + [False] * 10)
     (found,) = _differences([bout(a=a, b=b)])
@@ -70,19 +63,6 @@ def test_a_difference_as_a_row():
     assert difference_row(other)[0] == "4 (4–∞)" or other.ratio_interval[1] == 4.0
     (none,) = _differences([bout(a=side([1.0] * 6, [False] * 6), b=side([1.0] * 6))])
     assert difference_row(none)[0] == "∞ (∞–∞)"
-
-
-def test_failures_are_said():
-    lost = {
-        "a": side([1.0] * 3, [True, False, False]),
-        "b": side([1.0] * 3, [False] * 3, nominal_stable=False),
-        "c": side([1.0] * 3),
-    }
-    found = Comparison(
-        {}, 0.2, 0, 3, [bout(**lost)._replace(scenario=load_scenario("c-axis-ramp"))], [], []
-    )
-    (told,) = failures(found)
-    assert told == "not stable in m: a on 2, b on 3 and the nominal of 3 machines"
 
 
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
