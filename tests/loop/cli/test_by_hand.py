@@ -34,11 +34,10 @@ def test_its_velocity_filter_is_told_by_its_frequency_or_its_time_constant():
     "options",
     [
         ["--gains", "kp=1"],
-        ["--controller", "pid+ff", "--gains", "kp"],
         ["--controller", "pid+ff", "--gains", "kp=1,kx=2"],
         ["--controller", "pid+ff", "--gains", "kp=1,derivative_s=-1"],
     ],
-    ids=range(4),
+    ids=range(3),
 )
 def test_gains_that_cannot_be_are_refused_and_leave_no_folder(options, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -15,7 +15,6 @@ from wording import refused_command
 
 from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
@@ -29,18 +28,6 @@ def test_score_of_the_published_design_is_the_published_one():
     assert found["fitness"] == pytest.approx(380.5715, abs=5e-5)
     assert found["scenario"] == "c-axis-ramp"
     assert found["stick_events"] == 0
-
-
-def test_scores_with_a_change_on_another_scenario_and_as_a_table():
-    found = []
-    inertia = ("--set", "plant.parameters.spindle_inertia=8")
-    for more in ((), inertia, ("--scenario", "c-axis-sine")):
-        done = hfc("score", "pd-only", "--json", *SHORT, *more)
-        found.append(json.loads(done.stdout)["fitness"])
-    assert len({*found}) == 3
-    table = hfc("score", "pd-only", *SHORT).stdout
-    for part in ("c-axis-ramp", f"{found[0]:.6g}", "rms_error_rad", "peak_voltage_V"):
-        assert part in table
 
 
 def test_diverged_design_is_a_result(tmp_path):
@@ -117,24 +104,3 @@ Gone(ValueError("told"))
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "KeyboardInterrupt" not in ended.stderr
     assert "ValueError: told" in ended.stderr
-
-
-def test_export_csv_of_a_fuzzy_controller(tmp_path):
-    path = tmp_path / "tables"
-    assert hfc("export", "jee-koren-2004-flc", "--to", "csv", "--out", path).exit_code == 0
-    tables = {file.name: list(csv.reader(file.read_text().splitlines())) for file in path.iterdir()}
-    rules = tables["rules.csv"]
-    assert (
-        rules[0][1:] == [row[0] for row in rules[1:]] == ["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
-    )
-    assert rules[6] == ["PM", "8.0", "8.0", "8.0", "16.0", "16.0", "32.0", "32.0"]  # JK04 table 1
-    assert tables["error_terms.csv"][1] == ["NL", "", "-21.0", "-16.0"]  # JK04 table 3
-    assert tables["error_change_terms.csv"][5] == ["PS", "0.5", "1.5", "2.5"]
-    assert tables["manifest.csv"][1][-1] == "rules.csv"
-
-
-def test_a_file_of_a_kind_whose_defaults_are_computed(tmp_path):
-    file = tmp_path / "mine.toml"
-    kind = ("--plant", "positioning-stage", "--controller", "fuzzy-sliding")
-    assert hfc("init", *kind, "--out", file).exit_code == 0
-    assert load_scenario(str(file)).controller.kind == "fuzzy-sliding"

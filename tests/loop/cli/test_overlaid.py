@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from design_files import written
-from run_folders import hfc, searched
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -47,30 +45,6 @@ def test_a_path_has_contour_errors_and_every_axis():
     assert [name.partition(" [")[0] for name in names] == ["contour error", *each]
     for name, one in found.items():
         assert lines(figure.axes[0])[name].get_ydata() == pytest.approx(one.contour.error)
-
-
-def test_small_errors_beside_large_ones_have_one_unit():
-    """A few µrad and some mrad: both in mrad."""
-    found = evaluated("c-axis-ramp", load_design("pd-only"))
-    axis = found["pd-only"].axes[0]
-    motion = axis.motion._replace(error=1e-3 * axis.motion.error)
-    found["fine"] = found["pd-only"]._replace(axes=(axis._replace(motion=motion),))
-    error = lines(motions(found, "").axes[1])
-    both = [error[name].get_ydata() for name in found]
-    assert both[1] == pytest.approx(1e-3 * both[0])
-    assert np.abs(both[0]).max() == pytest.approx(1e3 * np.abs(axis.motion.error).max())
-
-
-def test_commands(tmp_path):
-    out = tmp_path / "a.pdf"
-    soft = written(tmp_path / "soft.json", name="soft")
-    done = hfc("plot", "pd-only", soft, "motion", "--set", SHORT, "--out", out)
-    assert (done.exit_code, done.stdout) == (0, f"{out}\n")
-    assert out.read_bytes().startswith(b"%PDF")
-    folders = [searched(tmp_path / name, 1.0) for name in ("a", "b")]
-    picture = tmp_path / "b.svg"
-    assert hfc("plot", *folders, "convergence", "--out", picture).exit_code == 0
-    assert "best fitness so far" in picture.read_text()
 
 
 def test_what_runs_away_does_not_hide_the_others():

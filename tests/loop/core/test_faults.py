@@ -45,9 +45,7 @@ def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(nam
     ("scenario", "change"),
     [
         ("c-axis-ramp", "velocity=1e308"),
-        ("c-axis-ramp", "velocity=-1e308"),
         ("feed-drive-circle", "radius_mm=1e308"),
-        ("feed-drive-circle", "cycles=1e308"),
         ("feed-drive-circle", "feed_mm_min=5e-324"),
     ],
 )

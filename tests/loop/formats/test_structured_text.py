@@ -8,25 +8,12 @@ import xml.etree.ElementTree as ET
 import made_up
 import pytest
 from plcopen_project import PPX, block_in, function_block, pous
-from st_cases import updated
 from structured_text import FunctionBlock
 from wiring import silent
 
 from hfc_design.files.design import named_design
 from hfc_design.formats.plcopen import project
 from hfc_design.formats.st import text_of
-
-
-def test_reset_forgets_the_past():
-    pi = updated("jee-koren-2004-flc", form="PI", integral_gain=0.7)
-    for record in (pi, named_design("lin-lee-1999-table-1")):
-        block = FunctionBlock(text_of(record))
-        one, other = (dict.fromkeys(block.inputs, x) | {"reset": False} for x in (0.02, 0.03))
-        first = FunctionBlock(text_of(record)).step(**other)
-        block.step(**one)
-        assert block.step(**other) != first
-        assert block.step(**other | {"reset": True}) == first
-
 
 CASES = {
     "pd": named_design("pd-only"),

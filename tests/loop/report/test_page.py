@@ -9,9 +9,6 @@ from report_pages import lost, write
 from wording import refused
 
 from hfc_design.core.records import RunError
-from hfc_design.pictures.files import image
-from hfc_design.report import plots
-from hfc_design.report.errors import errors
 from hfc_design.report.parts import summary
 
 
@@ -85,13 +82,6 @@ def test_diverged_designs_are_said(report, tmp_path):
     assert text.count(">diverged<") == 4  # fitness and merit of two designs
     told = summary(scenario, result.evaluation, rivals)
     assert told.endswith(": Table I of Lin & Lee (1999) diverges there: it runs away.")
-
-
-def test_plots_of_a_diverged_evaluation(report):
-    gone = lost(report[0][1].evaluation)
-    drawing = image(plots.response(gone, "lost"), "svg").decode()
-    assert "lost (diverged at" in drawing
-    assert image(errors({"lost": gone}), "png")
 
 
 def test_tables_are_not_written_through_a_link(report, tmp_path):

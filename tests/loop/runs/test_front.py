@@ -2,16 +2,13 @@
 
 import json
 
-import numpy as np
 import pytest
 from run_folders import hfc, table
-from shaken import shaken
 from short_runs import SEARCHES, once
 from wording import refused_command
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.report.trade_off import table as shown
 from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design
@@ -100,12 +97,3 @@ def test_a_damaged_file_is_told(folder):
             design.finished_run(folder)
     write_whole(folder / "front.csv", kept)
     design.finished_run(folder)
-
-
-def test_of_two_points_that_are_as_near_the_first_is_taken():
-    """1.5 mrad is halfway between 1 and 2, but for its last bits."""
-    scenario = load_scenario("c-axis-ramp", SEARCHES["nsga-ii"])
-    for costs in shaken(1e-3, 2e-3, 3e-3, 1.5e-3):
-        points = np.column_stack([costs[:3], [3.0, 2.0, 1.0]])
-        front = fronts.Front(scenario.traded, points, np.ones(3), np.arange(3))
-        assert fronts.nearest(front, {"tracking": costs[3]}, scenario) == 0

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 import tomli_w
-from short_runs import SEARCHES, SMALL, contents, once, resumed, started, stopping
+from short_runs import SEARCHES, contents, once, resumed, started, stopping
 from wording import refused
 
 from hfc_design.core.records import RunError
@@ -114,26 +114,6 @@ def test_config_alone_runs_the_same_again(whole, tmp_path):
     scenario = load_scenario(str(whole / "config.toml"))
     design.run(design.new_run(scenario, tmp_path / "again"), tmp_path / "again")
     assert contents(tmp_path / "again") == contents(whole)
-
-
-def test_csv_tables_travel_with_the_run(tmp_path):
-    (tmp_path / "way.csv").write_text("time_s,reference_rad\n0,0\n0.05,0.001\n0.1,0.0015\n")
-    (tmp_path / "cut.csv").write_text("time_s,load_Nm\n0,0\n0.05,1\n")
-    (tmp_path / "mine.toml").write_text(
-        'reference = {kind = "csv", file = "way.csv"}\nload = {file = "cut.csv"}\n'
-    )
-    folder = tmp_path / "run"
-    scenario = load_scenario(str(tmp_path / "mine.toml"), SMALL)
-    result = design.run(design.new_run(scenario, folder), folder)
-    (tmp_path / "way.csv").unlink()
-    (tmp_path / "cut.csv").unlink()
-    moved = tmp_path / "moved"
-    folder.rename(moved)
-    found = load_design(str(moved))
-    again = evaluate(found, own_scenario(found, str(moved)))
-    assert again.fitness == result.evaluation.fitness
-    assert again.axes[0].reference[50] == pytest.approx(0.001)
-    assert again.axes[0].load[25] == pytest.approx(0.5)
 
 
 def test_tables_of_motions_and_of_axes_travel_too(tmp_path):

@@ -1,15 +1,11 @@
 """What an explanation says: by hand, and as the runtime steps."""
 
-import json
-
 import numpy as np
 import pytest
 from by_name import explanation
-from click.testing import CliRunner
 from exported import with_controller
 from wording import refused, refused_command
 
-from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import builtin_designs
@@ -30,10 +26,6 @@ def read_signals(design):
 
 def text_of(sample):
     return ",".join(f"{name}={value!r}" for name, value in sample.items())
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, ["explain", *arguments], env={"COLUMNS": "80"}).stdout
 
 
 def test_a_feed_drive_by_hand():
@@ -116,17 +108,6 @@ def test_the_forms_p_and_pi_of_jk95():
     assert explanation(pi, ["error=7,error_change=0"])["parts"]["fuzzy"] == 8.0
 
 
-def test_alone_nothing_adapts_and_the_stable_range_still_bounds_the_table():
-    design = load_design("jee-koren-2004-aflc")
-    found = explanation(design, ["error=11,previous_error=12.3"])
-    assert found["adaptation_held"]
-    # PS-NS is 8; PM-NS, 8 too, may be k2_max |edge of ZR| = 5.9 x 1 below PM-ZR, 16, and no more.
-    assert sorted(r["consequent"] for r in found["units"][0]["rules"]) == pytest.approx([8.0, 10.1])
-    moved = explanation(design, ["error=12.3", "error=11"])
-    assert not moved["adaptation_held"]
-    assert moved["command"] != found["command"]
-
-
 FLC, TABLE_1 = "jee-koren-2004-flc", "lin-lee-1999-table-1"
 MISTAKES = [
     (FLC, "error=1"),
@@ -165,16 +146,3 @@ def test_what_is_not_finite_is_a_line_of_at():
         (line,) = lines
         assert line.count("\n") == 1
         assert "--at" in line
-
-
-def test_tables_fit_80_columns_and_count_what_they_hide():
-    zero = "error=1e-3,error_rate=0,deflection=2e-4,deflection_rate=0,spindle_velocity=0.02"
-    shown = hfc(TABLE_1, "--at", f"{zero},previous_spindle_velocity=0.02")
-    assert max(map(len, shown.splitlines())) <= 80
-    assert "…" not in shown
-    assert "37 more below 1 %" in shown  # of the 49 of the first unit 12 are shown
-    every = hfc(TABLE_1, "--least", "0", "--at", f"{zero},previous_spindle_velocity=0")
-    assert every
-    assert "more below" not in every
-    assert "Nothing adapts" in hfc("jee-koren-2004-aflc", "--at", "error=12.3,error_change=1.5")
-    assert json.loads(hfc("jee-koren-2004-aflc", "--json", "--at", "error=0", "--at", "error=9"))

@@ -13,11 +13,8 @@ from hfc_design.search.by_numbers import coordinates
     ("scenario", "changes"),
     [
         ("c-axis-ramp", {}),
-        ("c-axis-ramp", {"controller.kind": "lqi"}),
-        ("c-axis-practical", {}),
         ("c-axis-tolerances", {}),
         ("feed-drive-line", {"controller.kind": "pid"}),
-        ("feed-drive-circle", {"controller.kind": "flc"}),
         ("feed-drive-circle", {"controller.kind": "aflc"}),
     ],
 )

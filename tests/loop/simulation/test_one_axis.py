@@ -17,7 +17,6 @@ from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
 from hfc_design.pictures.files import image
 from hfc_design.report import plots
-from hfc_design.report.errors import errors
 from hfc_design.simulation.evaluating import evaluate, trajectory_csv
 
 COLUMNS = "time_s reference_BLU position_BLU error_BLU velocity_BLU_s command_unit load_unit"
@@ -47,15 +46,6 @@ def test_csv_has_the_units_of_the_drive(scenario):
     assert (load == 1.0).all()
 
 
-def test_metrics_are_named_in_the_units_of_the_drive(scenario, evaluation):
-    text = printed("score", "jee-koren-2004-pid", "--scenario", scenario)
-    assert "rms_error_BLU" in text
-    assert "peak_command_unit" in text
-    assert "rad" not in text
-    error = evaluation.axes[0].motion.error
-    assert evaluation.metrics["rms_error_BLU"] == pytest.approx(np.sqrt((error**2).mean()))
-
-
 def test_the_control_is_told_whole_blu_and_judged_by_the_exact_path():
     samples = Scenario(
         name="x",
@@ -77,15 +67,6 @@ def test_the_c_axis_design_does_not_fit(scenario):
     with refused() as found:
         evaluate(load_design("pd-only"), load_scenario(str(scenario)))
     assert found.where.startswith("design pd-only is for the plant c-axis")
-
-
-def test_pictures_are_labelled_in_the_units_of_the_drive(evaluation):
-    drawing = image(plots.response(evaluation, "title"), "svg").decode()
-    for label in ("position [BLU]", "error [BLU]", "command [unit]", "load [unit]", "axis"):
-        assert f">{label}<" in drawing
-    for label in ("rad]", "[V]", "deflection", "spindle"):
-        assert label not in drawing
-    assert "largest error [BLU]" in image(errors({"a": evaluation}), "svg").decode()
 
 
 def test_a_plant_of_a_user_has_its_own_units(evaluation):

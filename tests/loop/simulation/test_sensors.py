@@ -6,7 +6,7 @@ import numpy as np
 import oracle
 import pytest
 from scipy.signal import lfilter
-from sensed import axes, moved, scenario
+from sensed import moved, scenario
 
 import hfc_design.api as hfc
 
@@ -109,19 +109,6 @@ def test_commands_are_bound_then_rounded_then_held_back():
     assert len(np.unique(wanted)) > 5
     assert abs(wanted).max() == pytest.approx(9.6)
     np.testing.assert_allclose(motion.command, wanted, atol=1e-9)
-
-
-def test_a_limit_that_is_no_whole_step_is_not_exceeded():
-    changes = ["resolution=0.6", "command=10.0", "delay_samples=1"]
-    motion = moved(scenario(*(f"limits.{x}" for x in changes)))
-    assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
-
-
-def test_each_axis_has_a_converter_of_its_own():
-    x, y = (one.command for one in axes({"delay_samples": 1}))
-    assert (x % 3 == 0).all()
-    assert (y % 5 == 0).all()
-    assert len(np.unique(x)) > 5 < len(np.unique(y))
 
 
 class Gains(NamedTuple):

@@ -83,11 +83,6 @@ def test_column_is_the_first_input_and_row_the_second():
     assert inferred(over_rows, 0.9, -0.9) == pytest.approx(inferred(over_rows, -0.2, -0.9))
 
 
-def test_equal_consequents_come_out_whatever_fires():
-    for column, row in POINTS:
-        assert inferred(np.full((7, 7), 0.37), column, row) == pytest.approx(0.37, rel=1e-14)
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("level", [0.0, 1.6, 40.0])
 def test_no_rule_fires_far_outside(dtype, level):

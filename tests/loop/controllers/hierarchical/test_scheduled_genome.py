@@ -10,12 +10,6 @@ from hfc_design.files.design import Design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
-#: So narrow between flat tops that at a top one rule fires alone.
-STEEP = [
-    {"label": f"t{k}", "centre": centre, "half_width": 0.12, "rate": 1e5}
-    for k, centre in enumerate((-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0))
-]
-
 
 @pytest.fixture(scope="module")
 def genome():
@@ -81,23 +75,6 @@ def test_first_individuals_are_one_linear_law_whatever_the_tables(genome):
             width = one.first.linear[0, -2]
             expected = by_hand(genome, row, told, width)
             assert Controller(design).step(told) == pytest.approx(expected, rel=1e-12)
-
-
-def test_shares_of_nothing_and_of_everything_are_either_law():
-    """At half the scale the first one, at rest and in fast motion the second, by the hand law."""
-    steep = genome_of(of_two_laws(NAMES[:2], terms=STEEP))
-    population, _ = two_laws(steep, [1.0, 0.0, 0.0, 1.0])
-    design = design_of(steep, population)
-    first, second = (columns(steep, population, law)[0] for law in (False, True))
-    assert np.abs(second / first - 1.0).max() > 0.1
-    width = population.first.linear[0, -2]
-    scale = population.first.fuzzy.scales[0, 0]
-    assert scale == SCALE
-    for at, law in ((0.5, first), (-0.5, first), (0.0, second), (5.0, second), (-1.0, second)):
-        for told in readings(design, 10, reference_rate=at / scale):
-            # Both laws have one width: the second one's share of Coulomb friction is whole.
-            expected = by_hand(steep, law, told, width)
-            assert Controller(design).step(told) == pytest.approx(expected, rel=1e-11)
 
 
 def test_in_between_it_is_the_weighted_average(genome):

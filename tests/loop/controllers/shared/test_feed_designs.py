@@ -4,7 +4,7 @@ import feed_oracle
 import jax
 import numpy as np
 import pytest
-from feed_designs import DESIGNS, changed, five, jax_motion, runtime_motion
+from feed_designs import DESIGNS, five, jax_motion, runtime_motion
 from lifted import controller_of
 
 
@@ -38,13 +38,3 @@ def test_a_population_equals_its_individuals(rough):
         own = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], many)
         alone = jax_motion(controller, five(own), reference)
         np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)
-
-
-def test_a_soflc_may_have_a_stable_range():
-    limits = {"k1_max": 4.0, "k2_max": 6.79}
-    rates = {"k_a": 0.5, "k_b": 0.2, "k_c": 1.0, "stable_range": limits}
-    assert changed("jee-koren-1995-soflc", adaptation=rates).controller.law_gains().sectors == (
-        4,
-        6.79,
-    )
-    assert DESIGNS["jee-koren-1995-soflc"].controller.law_gains().sectors is None

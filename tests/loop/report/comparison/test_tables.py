@@ -15,10 +15,3 @@ def test_rows_of_every_machine(spindles):
     assert table[0]["rms_error_rad"] == first.nominal["rms_error_rad"]
     assert table[5]["rms_error_rad"] == first.values["rms_error_rad"][4]
     assert table[5]["stable"] == int(first.stable[4])
-
-
-def test_parameters_of_axes_have_their_names(tables):
-    head, first, *_ = rows(tables)
-    row = dict(zip(head, first, strict=True))
-    assert row["x_gain"] == row["y_gain"] == 40.0
-    assert row["y_positive_start"] == 7.23
