@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from hfc_design.attainable.attainable import attainable
 from hfc_design.attainable.certificate import Bounds
 from hfc_design.attainable.freed import ANGLE, MOMENTUM, freed, sampled, undriven
+from hfc_design.attainable.open_loop import best_voltage
 from hfc_design.attainable.playing import played, player
 from hfc_design.attainable.reach import reach
 from hfc_design.attainable.sliding import Case, bent
@@ -101,6 +102,16 @@ def test_bristles_follow_what_is_known_of_the_speed():
             assert (z <= found.high + 1e-8).all()
         narrow += (found.high - found.low < 0.1 * MACHINE.largest).sum()
     assert narrow > 30 * steps / 4  # it says something
+
+
+def test_the_simulators_steps_change_little():
+    """The bound is of the equations: sixteen times finer steps leave the best sum as it is."""
+    scenario = load_scenario("c-axis-ramp", RAMP)
+    play, fine = (player(load_scenario(scenario, {"simulation.substeps": n})) for n in (1, 16))
+    steps = len(play.samples.axes[0].target)
+    voltage = best_voltage(play, np.zeros(steps), np.full(steps, LIMIT)).voltage
+    total, own = (np.abs(played(one, voltage).error).sum() for one in (fine, play))
+    assert total == pytest.approx(own, rel=1e-3)
 
 
 def test_motions_of_one_and_two_samples_have_bounds():

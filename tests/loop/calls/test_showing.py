@@ -22,12 +22,6 @@ def found(ramp):
     return hfc.evaluate("pd-only", ramp)
 
 
-def test_what_was_not_searched_has_no_search_to_draw(found):
-    for thing in (hfc.Result(hfc.load_design("pd-only"), found, None), "pd-only"):
-        with refused():
-            hfc.plot(thing)
-
-
 def test_the_range_of_the_published_drive():
     """Jee & Koren 2004, fig. 4, cut off at the linear limit; tables of the design within it."""
     found = hfc.stability("jee-koren-2004-flc")

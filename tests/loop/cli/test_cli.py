@@ -3,19 +3,24 @@
 import csv
 import io
 import json
+import re
 import signal
 import subprocess
 import sys
 from contextlib import suppress
+from math import exp
 
 import numpy as np
 import pytest
-from run_folders import hfc
+from run_folders import hfc, ran
 from wording import refused_command
 
+from hfc_design.calls.searching import with_gains
 from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
+from hfc_design.simulation.evaluating import evaluate
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
 SMALL = ["--population", "4", "--generations", "3", "--set", "controller.kind=pd", *SHORT]
@@ -104,3 +109,92 @@ Gone(ValueError("told"))
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "KeyboardInterrupt" not in ended.stderr
     assert "ValueError: told" in ended.stderr
+
+
+SCENE = ["--set", "simulation.duration_s=0.1"]
+GAINS = "kp=38.995821,signals.velocity=-0.24345"  # of the cascade that comes with the package
+
+
+def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path):
+    by_hand = ["--controller", "pid+ff", "--gains", GAINS, *SCENE]
+    said = ran("design", "positioning-stage-move", *by_hand, "--out", tmp_path / "hand")
+    assert "Can I use it?" in said
+    found = json.loads((tmp_path / "hand" / "design.json").read_text())
+    built_in = json.loads(ran("score", "emps-cascade", *SCENE, "--json"))
+    assert found["score"]["rms_error_mm"] == pytest.approx(built_in["rms_error_mm"])
+    assert not (tmp_path / "hand" / "history.csv").exists()
+
+
+def test_its_velocity_filter_is_told_by_its_frequency_or_its_time_constant():
+    """A lag of the first order keeps exp(-T / tau) of its state in a sample."""
+    design = with_gains("positioning-stage-move", "pid+ff", {"kp": 1.0, "derivative_s": 0.002})
+    assert design.controller.kept == pytest.approx(exp(-0.001 / 0.002))
+    assert design.controller.derivative_hz == pytest.approx(79.577, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--gains", "kp=1"],
+        ["--controller", "pid+ff", "--gains", "kp=1,kx=2"],
+        ["--controller", "pid+ff", "--gains", "kp=1,derivative_s=-1"],
+    ],
+    ids=range(3),
+)
+def test_gains_that_cannot_be_are_refused_and_leave_no_folder(options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused_command("design", "positioning-stage-move", *options)
+    assert not [*tmp_path.iterdir()]
+
+
+MOTIONS = """
+[simulation]
+duration_s = 0.1
+[fitness]
+settled_after_s = 0.06
+[[motions]]
+name = "ramp"
+[[motions]]
+name = "creep"
+reference = { kind = "ramp", velocity = 0.002 }
+duration_s = 0.08
+"""
+
+
+@pytest.fixture
+def two(tmp_path):
+    """A scenario of two motions without tolerances."""
+    (tmp_path / "two.toml").write_text(MOTIONS)
+    return tmp_path / "two.toml"
+
+
+def test_one_motion_of_several_is_simulated(two, tmp_path):
+    done = hfc("simulate", "pd-only", "--scenario", two, "--motion", "creep")
+    assert done.exit_code == 0, done.output
+    names, *rows = done.stdout.splitlines()
+    columns = dict(
+        zip(names.split(","), np.array([r.split(",") for r in rows], float).T, strict=True)
+    )
+    scenario = load_scenario(str(two))
+    (axis,) = evaluate("pd-only", scenario).motions["creep"].axes
+    np.testing.assert_array_equal(columns["error_rad"], axis.motion.error)
+    assert columns["reference_rad"][-1] == pytest.approx(0.002 * 0.079)
+    first = hfc("simulate", "pd-only", "--scenario", two).stdout
+    assert first == hfc("simulate", "pd-only", "--scenario", two, "--motion", "ramp").stdout
+    assert first != done.stdout
+    drawn = ["--motion", "creep", "--plot", tmp_path / "c.png"]
+    assert hfc("simulate", "pd-only", "--scenario", two, *drawn).exit_code == 0
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    scored = hfc("score", "pd-only", "--scenario", two, "--motion", "creep", "--json").stdout
+    assert json.loads(scored)["max_error_rad"] == max(abs(columns["error_rad"]))
+    for name, scene in (("crawl", two), ("creep", "c-axis-ramp")):
+        lost = refused_command("simulate", "pd-only", "--scenario", scene, "--motion", name)
+        assert lost.where == f"--motion {name}"
+
+
+def test_a_loop_that_is_off_again_and_again_settles_never():
+    """The error of a PD follows the acceleration of a sine to the last sample."""
+    done = hfc(
+        "score", "pd-only", "--scenario", "c-axis-sine", "--set", "simulation.duration_s=0.2"
+    )
+    assert re.search(r"settling_time_s +│ +never │", done.stdout), done.output

@@ -1,9 +1,17 @@
 """Command lines that are refused, of designs whose reading computes: one line each."""
 
+import json
+import re
+import shlex
+import shutil
 from shlex import split
 
 import pytest
+from doc_pages import ROOT
+from run_folders import hfc
 from wording import refused_command
+
+from hfc_design.files.design import BUILTIN
 
 LL, JK = "lin-lee-1999-table-1", "jee-koren-2004"
 #: Command line -> what its refusal begins with.
@@ -45,3 +53,38 @@ def test_a_mistake_is_a_line_and_nothing_is_written(command, tmp_path, monkeypat
     assert line.startswith(f"hfc: {MISTAKES[command]}")
     assert line.count("\n") == 1
     assert [*tmp_path.iterdir()] == []
+
+
+SHORT = ["--set", "simulation.duration_s=0.1", "--machines", "4"]
+
+
+def test_run_folders_and_files_of_one_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        folder = tmp_path / "runs" / name
+        folder.mkdir(parents=True)
+        shutil.copy(BUILTIN / "pd-only.json", folder / "design.json")
+    found = hfc("compare", "runs/one", "runs/two", *SHORT, "--json")
+    assert found.exit_code == 0, found.output
+    numbers = json.loads(found.stdout)
+    assert numbers["designs"] == ["one", "two"]
+    assert all(one["p"] == 1.0 and one["ratio"] == 1.0 for one in numbers["differences"])
+
+
+DOCS = ROOT / "docs"
+MESSAGES = re.findall(
+    r"^\| `(hfc [^`]*)` \| `([^`]*)` \|", (DOCS / "questions.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.parametrize(("command", "says"), MESSAGES, ids=[one[1] for one in MESSAGES])
+def test_messages_are_those_of_the_program(command, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = hfc(*shlex.split(command)[1:])
+    assert done.exit_code in (1, 2)
+    assert len(done.stderr.splitlines()) == 1
+    assert says in done.stderr
+
+
+def test_the_table_of_errors_is_read():
+    assert len(MESSAGES) == 10

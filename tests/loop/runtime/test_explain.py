@@ -1,9 +1,13 @@
 """What an explanation says: by hand, and as the runtime steps."""
 
+import feed_oracle
+import jax
 import numpy as np
 import pytest
-from by_name import explanation
+from by_name import explanation, random_design, replayed
 from exported import with_controller
+from feed_designs import DESIGNS, five, jax_motion, runtime_motion
+from lifted import controller_of
 from wording import refused, refused_command
 
 from hfc_design.controllers.flc.record import CompensationRecord
@@ -82,17 +86,6 @@ def test_the_command_is_the_runtimes_bit_for_bit(name):
             assert mean == pytest.approx(unit["output"], abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc"])
-def test_what_was_read_before_is_the_sample_before(name):
-    design = load_design(name)
-    now, before = read_signals(design)
-    first, second = (dict.fromkeys(now, value) for value in (0.02, 0.013))
-    remembered = dict.fromkeys(before, 0.02)
-    runtime = Controller(design)
-    runtime.step(first)
-    assert explanation(design, [text_of(second | remembered)])["command"] == runtime.step(second)
-
-
 def test_the_forms_p_and_pi_of_jk95():
     """P reads no change; PI adds up what is inferred, from 0 before the first sample."""
     p = explanation(changed("jee-koren-2004-flc", form="P"), ["error=10"])
@@ -146,3 +139,51 @@ def test_what_is_not_finite_is_a_line_of_at():
         (line,) = lines
         assert line.count("\n") == 1
         assert "--at" in line
+
+
+def equals_the_loop(design, scenario):
+    compiled, found = replayed(design, scenario)
+    np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("scenario", ["c-axis-ramp", "c-axis-ramp-cutting"])
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "pd-only"])
+def test_equals_the_loop_on_built_in_designs(name, scenario):
+    equals_the_loop(load_design(name), scenario)
+
+
+def test_equals_the_loop_on_random_designs(random_population):
+    for seed in range(3):
+        equals_the_loop(random_design(6, seed, random_population), "c-axis-ramp-cutting")
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """A rough reference, and five individuals of which the first is the design."""
+    design = DESIGNS["jee-koren-2004-aflc"]
+    controller, one = controller_of(design)
+    random = np.random.default_rng(3)
+
+    def varied(leaf):
+        factors = random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,))
+        factors[..., 0] = 1.0
+        return leaf * factors
+
+    reference = feed_oracle.errors(600, 3)
+    many = jax.tree.map(varied, one)
+    return design, controller, many, reference, jax_motion(controller, many, reference)
+
+
+def test_the_loop_equals_the_runtime_on_a_rough_reference(rough):
+    design, _, _, reference, found = rough
+    expected = list(runtime_motion(design, reference))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_a_population_equals_its_individuals(rough):
+    _, controller, many, reference, together = rough
+    assert np.ptp(together[-1]) > 0.1
+    for k in range(5):
+        own = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], many)
+        alone = jax_motion(controller, five(own), reference)
+        np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)

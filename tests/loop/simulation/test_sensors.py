@@ -35,48 +35,6 @@ def test_observer_is_a_filter_of_the_readings(bandwidth):
     np.testing.assert_allclose(0.02 - told, differentiated(reading, bandwidth), atol=1e-9)
 
 
-class Clock(NamedTuple):
-    angle: Any
-    speed: Any
-
-
-class Nothing(NamedTuple):
-    unused: float = 1.0
-
-
-CLOCK = hfc.Plant(
-    name="clock",
-    parameters=Nothing,
-    fault=hfc.only_positive(Nothing),
-    units={"error": "rad", "error_rate": "rad/s", "command": "V", "load": "N m"},
-    initial_state=lambda zero: Clock(zero, zero),
-    step=lambda p, x, command, loads, dt: Clock(x.angle + 0.3 * dt, 0.0 * x.speed + 0.3),
-    signals=lambda p, x: {},
-    position="angle",
-    velocity="speed",
-    encoders={"angle": "speed"},
-)
-
-
-def test_observer_is_exact_at_constant_speed(own_plugins):
-    hfc.register(CLOCK)
-    found = hfc.load_scenario(
-        {
-            "plant": {"name": "clock"},
-            "reference": {"kind": "ramp", "velocity": 0.0},
-            "simulation": {"duration_s": 1.0},
-            "sensors": {"velocity": "observer", "observer_hz": 20.0},
-            "controller": {"kind": "pd", "ranges": {"kp": [1.0, 10.0], "kd": [1.0, 10.0]}},
-        }
-    )
-    motion = moved(found, kp=0.0, kd=1.0)
-    assert abs(motion.command[5] + 0.3) > 0.01
-    assert motion.command[-1] == pytest.approx(-0.3, rel=1e-11)
-    # The position is the reading: a filtered one would lag.
-    position = moved(found, kp=1.0, kd=0.0).command
-    np.testing.assert_allclose(position, -0.3 * found.simulation.time, atol=1e-12)
-
-
 def test_difference_over_several_samples_is_one_of_the_readings():
     count = 5
     changes = ["velocity='encoder'", f"difference_samples={count}", "noise=3e-6"]

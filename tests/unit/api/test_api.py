@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from run_folders import batch_folder
 from wording import refused
 
 import hfc_design.api as hfc
@@ -58,3 +59,15 @@ def test_only_public_names_are_listed():
     assert dir(hfc) == sorted(hfc.__all__)
     assert len(hfc.__all__) == len({*hfc.__all__})
     assert not [name for name in hfc.__all__ if not hasattr(hfc, name)]
+
+
+def test_findings_are_drawn_as_their_searches(tmp_path):
+    batch_folder(tmp_path, [({"search.preset": name}, [k, 9.0]) for k, name in enumerate("ab", 2)])
+    found = hfc.findings(tmp_path)
+    figure = hfc.plot(found)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1: preset b", "2: preset a"]
+    assert figure.axes[0].lines[1].get_ydata()[-1] == 5.5  # the median of 2 and 9
+    twice = hfc.plot({"mine": found, "yours": found})
+    assert len(twice.axes[0].lines) == 4
+    assert twice.legends[0].get_texts()[0].get_text() == "mine 1: preset b"

@@ -1,10 +1,7 @@
 """What a batch says in the end, and what the captions of its tables say in a paper."""
 
-import re
-
 import scipy.stats
-import tex
-from run_folders import PRESETS, batch_folder, hfc, reported, table, with_score
+from run_folders import batch_folder, reported, table, with_score
 
 
 def of_two(out, first, second):
@@ -38,34 +35,6 @@ def test_groups_on_different_machines_are_told_so(tmp_path):
     told, _ = reported(tmp_path)
     assert f"They differ in {key} too: a higher score may be that of an easier task." in told
     assert "They differ in" not in of_two(tmp_path / "presets", light, heavy)
-
-
-FITNESS = """
-[fitness]
-kind = "tolerances"
-[fitness.tolerances]
-settled_rms_error = "2 mrad"
-chatter = {tolerance = 0.3, weight = 0.5}
-"""
-
-
-def test_captions_say_what_the_fitness_of_all_is(tmp_path):
-    """With the units of the machine; nothing where tasks have different ones."""
-    told = (
-        "The fitness is 1 / weighted mean of settled_rms_error / 0.002 [rad] (weight 1), "
-        "chatter / 0.3 [V] (weight 0.5); 1 is just tolerated"
-    )
-    names = batch_folder(tmp_path, PRESETS)
-    for name in names:
-        (tmp_path / name / "config.toml").write_text(FITNESS)
-    assert hfc("report", tmp_path, "--latex").exit_code == 0
-    for name in ("groups", "comparisons", "metrics"):
-        text = (tmp_path / "latex" / f"{name}.tex").read_text()
-        assert told in tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1])
-    for name in names[-3:]:  # of the other task
-        (tmp_path / name / "config.toml").write_text(FITNESS.replace("0.3", "0.2"))
-    assert hfc("report", tmp_path, "--latex", "--force").exit_code == 0
-    assert "The fitness is" not in (tmp_path / "latex" / "groups.tex").read_text()
 
 
 def test_runs_that_break_constraints_are_counted(tmp_path):

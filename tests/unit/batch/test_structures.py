@@ -2,15 +2,12 @@
 
 import json
 
-import numpy as np
 import pytest
 from run_folders import batch_folder, hfc, reported, table, with_score
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import design_json
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.runs.individuals import genome_of
 
 #: The trees of Tables I and II, as LL sections 4.1 and 4.2 tell them in words.
 ONE = "((((spindle velocity, previous spindle velocity), deflection), error), deflection rate)"
@@ -81,18 +78,6 @@ def test_who_does_not_count(tmp_path):
     ]
     assert [row["best"] for row in rows] == ["3.0", "-inf"]
     assert float(rows[0]["share_low"]) == pytest.approx(PRINTED[1, 2][0], abs=6e-4)
-
-
-def test_a_record_tells_its_structure_as_the_genome_does():
-    scenario = load_scenario("c-axis-ramp")
-    genome, kind = genome_of(scenario), KINDS.get(scenario.controller.kind)
-    told = set()
-    for k in range(0, genome.structures, 13):
-        own = genome.record(genome.fresh(np.array([k]), np.random.default_rng(0)))
-        record = kind.record.model_validate(own | {"sample_time_s": 0.001})
-        assert kind.structure(record) == genome.notation(k)
-        told.add(genome.notation(k))
-    assert len(told) == 9
 
 
 def test_a_structure_of_each_axis_and_one_inside():

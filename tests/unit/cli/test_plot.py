@@ -1,14 +1,15 @@
-"""hfc plot DESIGN WHAT: what is drawn against what hfc explain says, and what is refused."""
+"""``hfc plot``: what is drawn against what ``hfc explain`` says, and over one another."""
 
 import json
 
 import numpy as np
 import pytest
-from run_folders import ran
+from run_folders import ran, searched
 from surfaces_drawn import around_soc, drawn
-from wording import refused_command
+from wording import refused, refused_command
 
 from hfc_design import api as hfc
+from hfc_design.batch.findings import convergence
 from hfc_design.report.designs import picture
 from hfc_design.runtime import Controller
 
@@ -59,3 +60,28 @@ def test_terms_are_the_papers():
     xs = np.array([*at])
     found = np.interp([-0.6, -0.1], xs, [*at.values()])
     assert found == pytest.approx([1.0, np.exp(-8 * 0.45**2)], abs=1e-4)
+
+
+def test_searches_of_runs_have_distinct_names(tmp_path):
+    folders = [searched(tmp_path / name, k + 1.0) for k, name in enumerate(("a/b", "x/b", "x/c"))]
+    axes = convergence(folders).axes[0]
+    assert axes.get_ylabel() == "best fitness so far"
+    labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert labels == ["a/b", "x/b", "c"]
+    for k, line in enumerate(axes.lines):  # three generations, a third more each
+        assert line.get_ydata() == pytest.approx(np.arange(1, 4) * (k + 1) / 3)
+    searched(tmp_path / "d", 4.0, "loss")
+    axes = convergence([*folders, tmp_path / "d"]).axes[0]
+    assert axes.get_ylabel() == "best merit, each by its own, so far"
+
+
+def test_no_history_and_too_many_curves(tmp_path):
+    for k in range(11):
+        searched(tmp_path / f"r{k}", k + 1.0)
+    with refused():
+        convergence(sorted(tmp_path.iterdir()))
+    (tmp_path / "r0" / "history.csv").unlink()
+    with refused():
+        convergence([tmp_path / "r0"])
+    with refused():
+        convergence([tmp_path / "r1", tmp_path / "r1"])

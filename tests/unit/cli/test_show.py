@@ -1,16 +1,21 @@
-"""``hfc show``: what it tells, how it fits, that it starts no JAX."""
+"""``hfc show`` and ``hfc init``: what they tell, how it fits, that every key is explained."""
 
 import json
 import re
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from places import ROOT
 from run_folders import hfc
 from wording import refused_command
 
+from hfc_design.cli import main
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import things
+from plants import C_AXIS
+from plants.milling_table import MILLING_TABLE
+from plants.positioning_stage import POSITIONING_STAGE
 
 DOCS = ROOT / "docs"
 
@@ -112,3 +117,40 @@ def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
     assert told.where == str(path)
     assert ": sensors.encoder_resolution = '1 mrad': " in told
     assert "; plant.parameters.poles = True: " in told
+
+
+def test_all_defaults_at_once_change_nothing(tmp_path):
+    """Every commented key that holds by default is what it says."""
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    before = load_scenario(str(file)).model_dump(exclude={"plant"})
+    text = file.read_text().partition("#[[windows]]")[0]
+    for table in ("plant", "simulation", "limits", "sensors", "search", "run"):
+        head, found, rest = text.partition(f"\n[{table}]\n")
+        own, mark, after = rest.partition("\n\n")
+        own = re.sub(r"^#(\w+ = (?!NUMBER|\"TEXT|\.\.\.))", r"\1", own, flags=re.MULTILINE)
+        text = head + found + own + mark + after
+    file.write_text(text)
+    assert text.count("\nsubsteps = 1") == 1
+    assert load_scenario(str(file)).model_dump(exclude={"plant"}) == before
+
+
+@pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])
+def test_other_controllers(kind, tmp_path):
+    file = tmp_path / "mine.toml"
+    done = hfc("init", "--plant", "positioning-stage", "--controller", kind, "--out", file)
+    assert done.exit_code == 0, done.output
+    assert load_scenario(str(file)).controller.kind == kind
+
+
+@pytest.mark.parametrize("drive", [C_AXIS, MILLING_TABLE, POSITIONING_STAGE])
+def test_every_parameter_has_a_unit(drive):
+    assert [*drive.parameter_units] == [*drive.parameters._fields]
+
+
+@pytest.mark.parametrize("command", main.commands)
+def test_help_fits_into_80_columns(command):
+    """Of an option with many choices the first column is as long as they are."""
+    told = CliRunner().invoke(main, [command, "-h"], env={"COLUMNS": "80"}).stdout
+    assert max(map(len, told.splitlines())) <= 80
+    assert not re.search(r"\w\.\.\.$", told, re.MULTILINE)

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from hfc_design.core import console
 from hfc_design.core.console import ProgressBar, busy, plain_table, show_whole
+from hfc_design.core.wording import percent
 
 WIDTHS = 40, 60, 80, 120
 LINE = "best 380.57  median 371.2  diverged 3  structures 17  1.2e+07 individual-steps/s"
@@ -82,3 +83,17 @@ def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkey
     told = capsys.readouterr()
     assert told.out == "found\n"
     assert "thinking" in told.err
+
+
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [
+        (0.0, "0 %"),
+        (5e-34, "less than 0.001 %"),
+        (1.234e-4, "0.012 %"),
+        (0.9951, "100 %"),
+        (3.4, "340 %"),
+    ],
+)
+def test_no_share_has_an_exponent(share, told):
+    assert percent(share) == told

@@ -176,14 +176,6 @@ def test_a_law_does_a_step_before_a_search_and_when_a_design_is_loaded(changes, 
         assert found.refusal in refused_command("score", "mine.json")
 
 
-def test_a_law_that_is_registered_again_is_the_same_key_of_compiled_code(own):
-    law = imported("mine").P
-    record = KINDS.add(law).record(kind="only-p", sample_time_s=0.01, gains={"p": 3.0})
-    one, other = (KINDS.add(law).law(record, 2.0) for _ in range(2))
-    assert one == other
-    assert hash(one) == hash(other)
-
-
 def test_numbers_with_a_unit_meet_those_of_an_own_plant(sledge):
     """The units that a user's own record of it says."""
     api.register(replace(sledge, name="told-sledge", parameter_units={"mass": "kg"}))

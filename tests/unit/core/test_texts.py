@@ -4,13 +4,16 @@ import bz2
 import gzip
 import json
 import lzma
+import math
 import os
 import threading
 
 import pytest
+from pydantic import TypeAdapter, ValidationError
 from wording import refused
 
 from hfc_design.core.dotted import set_keys
+from hfc_design.core.quantities import Quantity, number
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.core.texts import DEEPEST, LARGEST, MEGABYTE, json_of, read_text, read_toml, toml_of
 from hfc_design.files.design import design_json, named_design, parse_design
@@ -157,14 +160,6 @@ def test_a_file_of_a_change_is_where_the_user_stands_else_beside_the_scenario(
             assert found.samples().axes[0].reference.max() == pytest.approx(top, abs=0.01)
 
 
-def test_a_long_message_keeps_both_ends():
-    told = str(UserError("mine.toml: " + "xxx " * 1000 + ": has to be small"))
-    assert told.startswith("mine.toml: xxx")
-    assert " ... " in told
-    assert told.endswith("xxx : has to be small")
-    assert str(UserError("a\n\tb \x1b[31m\u202e\ud800")) == "a b ?[31m??"
-
-
 def test_texts_in_a_design_keep_their_blanks():
     told = {"a  b": "1   2", "c": ["NL", "  A  A  "], "d": "[ 1,   2 ]", "e": ["NL", 'x\\"  [ 1 ]']}
     data = json.loads(design_json(named_design("jee-koren-2004-flc"))) | {"provenance": told}
@@ -188,3 +183,48 @@ def test_100_kb_take_no_time(suffix, text, tmp_path):
     file = tmp_path / f"mine.{suffix}"
     file.write_text(text)
     line(imported, file, Wish())
+
+
+READ = TypeAdapter(Quantity).validate_python
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "found"),
+    [
+        ("20 urad", "rad", 20e-6),
+        ("90 deg", "rad", math.pi / 2),
+        ("0.1V", "V", 0.1),
+        ("3 N m", "N m", 3.0),
+        ("50 ms", "s", 0.05),
+        ("10 BLU", "BLU", 10.0),
+    ],
+)
+def test_quantities(written, unit, found):
+    assert number(READ(written), unit) == pytest.approx(found, rel=1e-12)
+
+
+def test_a_blu_has_millimetres():
+    assert number("5 um", "BLU", 0.01) == pytest.approx(0.5)
+    assert number("6 mm/min", "BLU/s", 0.01) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("written", ["20 V", "20 furlong", "2 unit"])
+def test_of_something_else(written):
+    with pytest.raises(ValueError, match="has to be a quantity in rad"):
+        number(READ(written), "rad")
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "20",
+        "9**9**9 rad",
+        "1e999 rad",
+        "3 nothing",
+        "1_0 rad",
+        "１ rad",
+    ],
+)
+def test_what_is_none(written):
+    with pytest.raises(ValidationError, match="is no"):
+        READ(written)

@@ -2,10 +2,8 @@
 
 import json
 import re
-import tomllib
 
 import pytest
-import tomli_w
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plain_words import plain_lines
@@ -14,8 +12,8 @@ from wording import refused, refused_command
 from hfc_design.core.dotted import changed
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, design_json, parse_design
-from hfc_design.files.named_scenario import load_scenario, scenario_toml
+from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 
@@ -163,83 +161,7 @@ def test_a_value_that_a_design_cannot_have(key, tmp_path):
     assert (line.where, line.count("\n")) == (str(path), 1)
 
 
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
-    lambda inner: st.lists(inner, max_size=8) | st.dictionaries(st.text(max_size=12), inner),
-    max_leaves=20,
-)
-
-
-def paths(value, prefix=()):
-    """Every place in a JSON value."""
-    yield prefix
-    if isinstance(value, dict | list):
-        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
-            yield from paths(part, (*prefix, key))
-
-
-def replaced(data, path, value):
-    if not path:
-        return value
-    data = data.copy()
-    data[path[0]] = replaced(data[path[0]], path[1:], value)
-    return data
-
-
 FUZZ = settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
-
-
-@FUZZ
-@given(data=st.data())
-def test_fuzzed_design_file_is_refused_or_is_a_design(data):
-    whole = json.loads(GOOD)
-    path = data.draw(st.sampled_from(list(paths(whole))))
-    text = json.dumps(replaced(whole, path, data.draw(json_values)))
-    try:
-        found = parse_design(text, "fuzz.json")
-    except UserError as error:
-        plain_lines(error, "fuzz.json: ", text)
-    else:
-        assert isinstance(found, Design)
-        assert parse_design(design_json(found), "again.json") == found
-
-
-@FUZZ
-@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode), st.integers(0, len(GOOD)))
-def test_fuzzed_text_in_a_design_file_is_refused_or_is_a_design(rubbish, place):
-    text = GOOD[:place] + rubbish.decode(errors="replace") + GOOD[place:]
-    try:
-        assert isinstance(parse_design(text, "fuzz.json"), Design)
-    except UserError as error:
-        plain_lines(error, "fuzz.json: ", text)
-
-
-toml_values = st.recursive(
-    st.booleans()
-    | st.integers(-(2**63), 2**63 - 1)
-    | st.floats()
-    | st.text("abc '=[]", max_size=9),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text("abc", min_size=1), inner),
-    max_leaves=8,
-)
-
-
-@FUZZ
-@given(data=st.data())
-def test_fuzzed_scenario_is_refused_or_is_a_scenario(data, tmp_path_factory):
-    whole = tomllib.loads(scenario_toml(load_scenario("c-axis-ramp-cutting")))
-    path = data.draw(st.sampled_from([p for p in paths(whole) if p]))
-    text = tomli_w.dumps(replaced(whole, path, data.draw(toml_values)))
-    file = tmp_path_factory.getbasetemp() / "fuzz.toml"
-    file.write_text(text)
-    try:
-        found = load_scenario(str(file))
-    except UserError as error:
-        plain_lines(error, f"{file}: ", text)
-    else:
-        assert isinstance(found, Scenario)
-        file.write_text(scenario_toml(found))
-        assert load_scenario(str(file)) == found
 
 
 @FUZZ

@@ -117,12 +117,6 @@ def test_a_controller_that_feeds_the_acceleration_forward_reads_it():
     np.testing.assert_allclose(rows[:, 3], -0.02 * np.sin(time), atol=1e-15)
 
 
-def test_names_leave_room_for_the_longest_pin():
-    """NAME.0.reference-acceleration has to fit into 47 characters."""
-    design = made_up.linear("pid+ff", 4).model_copy(update={"name": "x" * 60})
-    assert len(linuxcnc.component_name(design) + ".0.reference-acceleration") == 47
-
-
 def test_machine_has_the_coefficients_of_its_parameters():
     changed = with_scenario(TABLE_1, "c-axis-ramp", "plant.parameters.spindle_inertia=6.5")
     found = files(changed)

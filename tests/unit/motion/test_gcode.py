@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wording import refused
 
-from hfc_design.core.records import Record, UserError, checked
+from hfc_design.core.records import Record, checked
 from hfc_design.files.named_scenario import BUILTIN, load_scenario
 from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, MovedAxis
@@ -265,20 +265,6 @@ def test_bad_program_is_one_line(program, line, text):
         gcode.read(file, rapid=1500.0)
     assert found.where == (f"{file}: line {line}" if line else str(file))
     assert "\n" not in found.refusal
-
-
-@settings(deadline=None)
-@given(st.text(alphabet="GXYIJRFM0123.- \n(;%Zg", max_size=60))
-def test_any_text_is_read_or_refused_with_one_line(tmp_path_factory, text):
-    file = tmp_path_factory.getbasetemp() / "any.ngc"
-    file.write_text(text)
-    try:
-        path = Path.of(gcode.read(file, rapid=1500.0))
-    except UserError as error:
-        assert str(error).startswith(f"{file}: ")
-    else:
-        assert (path.length > 0).all()
-        assert np.isfinite(path.at(path.knots).position).all()
 
 
 @settings(deadline=None)

@@ -108,21 +108,6 @@ def test_a_cubic_table_is_smooth_and_has_an_acceleration(tmp_path):
     np.testing.assert_allclose(found.reference_acceleration, -np.sin(middle), atol=0.02)
 
 
-def test_a_cubic_table_stands_still_where_its_rows_do(tmp_path):
-    """A move of 3 mm between two rests: a cubic from rest to rest, x = 3 t^2 - 2 t^3 scaled."""
-    path = tmp_path / "rest.csv"
-    rows = [(0.0, 1.0), (0.5, 1.0), (1.0, 1.0), (3.0, 4.0), (3.5, 4.0 + 1e-12), (5.0, 4.0)]
-    path.write_text("".join(f"{t},{x!r}\n" for t, x in rows))
-    time = np.linspace(0.0, 5.0, 101)
-    found = Table(file=path, interpolation="cubic").samples(time)
-    rests = (time < 1.0) | (time >= 3.0)
-    assert not found.reference_rate[rests].any()
-    assert not found.reference_acceleration[rests].any()
-    u = (time[~rests] - 1.0) / 2.0
-    np.testing.assert_allclose(found.target[~rests], 1.0 + 9.0 * u**2 - 6.0 * u**3, rtol=1e-12)
-    np.testing.assert_allclose(found.reference_rate[~rests], 9.0 * u - 9.0 * u**2, atol=1e-12)
-
-
 def test_a_cubic_table_through_moves_only_is_one_spline(tmp_path):
     """Against SciPy's own, with a rest at one end and without."""
     path, rows = tmp_path / "way.csv", np.array([0.0, 1.0, 2.5, 3.0, 4.0, 6.0])

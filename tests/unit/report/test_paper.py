@@ -3,18 +3,22 @@
 import os
 import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tex
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from report_pages import NAME
 from run_folders import HOSTILE, batch_folder, hfc
 from wording import refused, refused_command
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.column import in_column
 from hfc_design.pictures.figure import above, distinct, finish, framed
 from hfc_design.pictures.files import image
 from hfc_design.report.paper import Paper
+from hfc_design.report.parts import baselines, pass_conditions
 
 #: How matplotlib makes a percent sign print itself, which no simple reader knows.
 PERCENT = r"\catcode`\%=\active\def%{\%}"
@@ -115,3 +119,40 @@ def test_labels_that_are_cut_stay_apart():
     assert labels[names[0]].endswith("path/1")
     same = distinct(["a" * 30 + "Ω" + "b" * 30, "a" * 30 + "漢" + "b" * 30], 16)
     assert len(set(same.values())) == 2
+
+
+def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
+    stage = {"name": "x", "plant": {"name": "positioning-stage"}}
+    stage |= {"reference": {"kind": "step", "height": 0.01}, "controller": {"kind": "pid"}}
+    assert [*baselines(load_scenario(stage))] == ["emps-cascade"]
+    assert not baselines(load_scenario(stage, {"plant.parameters.mass": 40.0}))
+    other = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 150.0})
+    assert len(baselines(other)) == 3
+
+
+def test_it_says_what_everything_is():
+    units = {"late_error": "2 mrad", "stick_slip": 0.0}
+    asked = load_scenario("c-axis-ramp", {f"constraints.{key}": x for key, x in units.items()})
+    assert pass_conditions(asked) == (
+        "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
+    )
+    assert "sets no limits" in pass_conditions(load_scenario("feed-drive-circle"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "where"),
+    [
+        ((NAME, "--each"), NAME),
+        ((".", "--out", "x.html"), "--out x.html"),
+        ((NAME, "--width", "88mm"), "--width"),
+        ((NAME, "--figures", "png"), "--figures png"),
+        ((NAME, "--figures", "pdf", "--width", "3mm"), "--width"),
+    ],
+    ids=["each", "folder", "width", "png", "narrow"],
+)
+def test_what_does_not_go_together_is_a_line(arguments, where, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = refused_command("report", *arguments)
+    assert found.where == where
+    assert found.count("\n") == 1
+    assert not list(Path().iterdir())

@@ -11,7 +11,7 @@ from searches import same
 from hfc_design.controllers.genome import joined, replaced, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import vectors
-from hfc_design.search.heats import heats, room
+from hfc_design.search.heats import heats
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategies.lin_lee import LinLeeSettings
 from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, humbled
@@ -53,14 +53,6 @@ def test_heats_halve_down_to_one():
     assert heats(4) == [4, 2, 1]
     assert heats(3) == [3, 2, 1]
     assert heats(1) == [1]
-
-
-def test_heats_without_gauss_newton_steps_are_a_quarter_as_long():
-    """Four heats of 105 to 14 islands and four of 7 to 1: 4 / 4 + 4 parts."""
-    sizes = [room(105, 8, k / 100) for k in range(100)]
-    assert [sizes.count(size) for size in heats(105)] == [5, 5, 5, 5, 20, 20, 20, 20]
-    equal = [room(105, 105, k / 80) for k in range(80)]
-    assert [equal.count(size) for size in heats(105)] == [10] * 8
 
 
 @BOTH

@@ -8,6 +8,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation import machines
+from hfc_design.simulation.compiled import FEWEST_STEPS, filled_up_steps
 from hfc_design.simulation.machines import drawn
 from plants import PLANTS, machine_of
 
@@ -27,12 +28,6 @@ def test_a_gap_that_is_a_parameter_is_not_put_before_the_encoder_as_well():
     assert not some.around
     assert 0.45 < abs(shares(some, "backlash")).max() <= 0.5
     assert drawn(FEED, 0.2, 300, 0, spread)[0].around["backlash"].max() > 0.45
-
-
-def test_the_first_machines_of_a_seed_stay():
-    some, more = (drawn(C_AXIS, 0.2, count, 7)[0] for count in (5, 40))
-    for few, many in zip(some.true[0], more.true[0], strict=True):
-        assert few.tolist() == many[:6].tolist()
 
 
 def test_a_latin_hypercube_meets_every_part_of_every_range_once():
@@ -134,3 +129,21 @@ def test_what_is_refused(arguments, where):
     found = refused_command("score", "pd-only", *arguments)
     assert found.startswith(f"hfc: {where}")
     assert found.count("\n") == 1
+
+
+def test_up_to_a_quarter_more_samples_make_four_lengths_of_an_octave():
+    steps = np.arange(1, 16 * FEWEST_STEPS + 1)
+    filled = np.array([filled_up_steps(int(one)) for one in steps])
+    assert (filled >= steps).all()
+    assert (filled - steps <= np.maximum(steps // 4, FEWEST_STEPS - 1)).all()
+    for octave in (4, 8):  # from so many of the fewest steps to twice as many
+        inside = (steps > octave * FEWEST_STEPS) & (steps <= 2 * octave * FEWEST_STEPS)
+        assert len({*filled[inside].tolist()}) == 4
+
+
+def test_few_records_are_filled_up_so_far_that_motions_of_all_usual_lengths_are_one():
+    """By hand: 16,384 samples of one individual are 1 MB for each 8 quantities, of four 4,096."""
+    assert {filled_up_steps(steps, 1) for steps in (1, 500, 6000, 16_384)} == {16_384}
+    assert {filled_up_steps(steps, 4) for steps in (1, 500, 4096)} == {4096}
+    for steps, recorded in ((16_385, 1), (6000, 4), (3000, 1000)):
+        assert filled_up_steps(steps, recorded) == filled_up_steps(steps)

@@ -57,14 +57,6 @@ def test_table_3_with_its_edges_is_steeper():
 
 
 @pytest.mark.parametrize("base", ["I", "II", "III"])
-def test_both_sectors_agree_where_edges_meet_the_centres(base):
-    centres = sectors_at_centres(ERROR_TERMS, CHANGE_TERMS, rule_singletons(base))
-    found = true_sectors(meeting(ERROR_CENTRES), meeting(CHANGE_CENTRES), rule_singletons(base))
-    assert (found.k1, found.k2) == pytest.approx((centres.k1, centres.k2), rel=1e-14)
-    assert (found.k1_low, found.k2_low) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("base", ["I", "II", "III"])
 def test_true_sectors_of_table_3_are_those_of_a_search(base):
     # A grid that holds every edge and centre.
     e_values, de_values = np.arange(-24, 24.5, 0.5), np.arange(-6, 6.125, 0.125)

@@ -2,7 +2,6 @@
 
 import json
 
-import feed_oracle
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -13,9 +12,7 @@ from wording import refused, refused_command
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc import section as fuzzy_plots
-from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rules import LABELS
-from hfc_design.controllers.surfaces import flat
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats.reading import Wish, imported
@@ -74,21 +71,6 @@ def test_terms_are_the_triangles_of_table_3():
         assert [text.get_text() for text in axes.texts] == list(LABELS)
         assert "BLU" in axes.get_xlabel()
     assert len(fuzzy_plots.terms(flc(), "", before=flc()).axes[0].lines) == 14
-
-
-def test_surface_is_what_the_rules_command():
-    random = np.random.default_rng(1)
-    record = flc()
-    assert isinstance(record, FlcDesign)
-    error, change = random.uniform(-25, 25, 50), random.uniform(-6, 6, 50)
-    expected = [
-        feed_oracle.output(ERROR_TERMS, CHANGE_TERMS, rule_singletons("I"), e, de)
-        for e, de in zip(error, change, strict=True)
-    ]
-    np.testing.assert_allclose(fuzzy_plots.commanded(record, error, change), expected, atol=1e-9)
-    axes = flat(fuzzy_plots.surface(record, "")).axes[0]
-    assert axes.get_ylabel() == "error [BLU]"
-    assert axes.get_ylim() == (-26.25, 26.25)  # 1.25 times 21 BLU
 
 
 LESSON = ROOT / "docs" / "lesson.fll"

@@ -10,6 +10,7 @@ from html_page import Page
 
 from hfc_design.pictures.latex import table
 from hfc_design.report.comparison.page import page
+from hfc_design.report.comparison.tables import rows
 
 
 @pytest.fixture(scope="module")
@@ -78,3 +79,17 @@ def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, ta
             assert caption.count("machines within") == (not of_designs)
     assert len(labels) > 10
     assert len(labels) == len(set(labels))
+
+
+def test_rows_of_every_machine(spindles):
+    head, *found = rows(spindles)
+    assert len(found) == 2 * 2 * 9
+    table = [dict(zip(head, row, strict=True)) for row in found]
+    first = spindles.bouts[0].found["pd-only"]
+    for row, k in ((table[0], 0), (table[5], 5)):
+        assert (row["design"], row["motion"]) == ("pd-only", "c-axis-ramp")
+        assert row["machine"] == k
+        assert row["spindle_inertia"] == first.machines.true[0].spindle_inertia[k]
+    assert table[0]["rms_error_rad"] == first.nominal["rms_error_rad"]
+    assert table[5]["rms_error_rad"] == first.values["rms_error_rad"][4]
+    assert table[5]["stable"] == int(first.stable[4])

@@ -100,3 +100,46 @@ def test_what_learns_has_no_error_left():
         loop.run(400)
     assert (np.abs(still.error) > 3.0).all()
     assert (np.abs(learning.error) < 0.05).all()
+
+
+#: Noise of the error, its quantum, the amplitude of a load, the limit of the command; what error
+#: is left at most. The noise of the rate is that of a difference over 10 ms.
+DISTURBED = {
+    "a quantum of 1": ([0.0, 1.0, 0.0, np.inf], 0.6),
+    "a limit of 60": ([0.0, 1e-9, 0.0, 60.0], 0.1),
+    "a load of 15": ([0.0, 1e-9, 15.0, np.inf], 8.0),
+    "noise of 1": ([1.0, 1e-9, 0.0, np.inf], 3.0),
+    "all of it": ([1.0, 1.0, 15.0, 60.0], 9.0),
+}
+
+
+def test_beyond_the_ideal_case_it_is_bounded():
+    """By its box: no consequent is farther off than it, so that V is finite and the error is too.
+
+    The error dynamics make of a command that is off by w an error of ``b |w| / lambda^2`` at most.
+    """
+    noise, quantum, load, limit = np.array([values for values, _ in DISTURBED.values()]).T
+    random = np.random.default_rng(6)
+
+    def told(error, rate):
+        off, rate_off = noise * random.standard_normal((2, len(noise)))
+        return quantum * np.round((error + off) / quantum), rate + 140.0 * rate_off
+
+    loop = Loop([[30.0, 0.0]] * len(noise), WANTED, limit, every=2e-3)
+    late, energy = np.zeros(len(noise)), []
+    for part in range(350):
+        step = loop.run(2, told, lambda k, part=part: load * np.sign(np.sin(part / 75.0)))
+        energy.append(step[-1])
+        late = np.maximum(late, np.abs(loop.error) * (part > 200))
+    moves = np.abs(loop.memory.moves).max(axis=(0, 1))
+    assert moves.max() == MOST  # noise pushes some to the edge of their box, and none beyond
+    assert dict(zip(DISTURBED, moves == MOST, strict=True)) == {
+        name: "noise" in name or "all" in name for name in DISTURBED
+    }
+    off = MOST + 30.0 + 10.0 + load  # of consequents and the switching part, in the worst case
+    steady = GAIN * off / SLOPE**2
+    assert (late < steady).all()
+    for (name, (_, most)), found in zip(DISTURBED.items(), late, strict=True):
+        assert found < most, (name, late)
+    growth = np.max(energy, axis=0) / energy[0]
+    assert (growth < 1.05).all()

@@ -14,7 +14,6 @@ from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
-from hfc_design.simulation.machines import drawn
 
 SOC = load_design("huang-soc")
 #: As printed, of an error in counts and a command in what the table holds.
@@ -142,17 +141,3 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
         "Rules of Y at the end: rules over error and change of error in a sample",
     ]
     assert len(sections(design.controller, shown._replace(signals=None))) == 1
-
-
-def test_backlash_and_friction_vary_each_in_its_own_tolerance():
-    """0.2 to 0.6 mm and 30 %, of each axis its own, all else nearly as it is."""
-    plant = hfc.load_scenario("milling-table-circle").plant
-    spread = {"backlash": 0.5, "coulomb_friction": 0.3, "stiction_rise": 0.3}
-    machines, _ = drawn(plant, 1e-6, 300, 0, spread)
-    x, y = machines.true
-    assert (x.backlash.min(), x.backlash.max()) == pytest.approx((0.2, 0.6), abs=0.01)
-    friction = x.coulomb_friction.min(), x.coulomb_friction.max()
-    assert friction == pytest.approx((210.0, 390.0), abs=3.0)
-    assert x.stiffness == pytest.approx(5e4, rel=2e-6)
-    assert abs(np.corrcoef(x.backlash, y.backlash)[0, 1]) < 0.2
-    assert (x.lead == 5.0).all()
