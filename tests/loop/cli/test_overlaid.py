@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from design_files import written
+from run_folders import hfc, searched
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -56,3 +58,15 @@ def test_what_runs_away_does_not_hide_the_others():
     error = 1e3 * kept.axes[0].motion.error
     assert (low, high) == pytest.approx((error.min(), error.max()), abs=0.06 * np.ptp(error))
     assert "away (diverged)" in lines(figure.axes[1])
+
+
+def test_commands(tmp_path):
+    out = tmp_path / "a.pdf"
+    soft = written(tmp_path / "soft.json", name="soft")
+    done = hfc("plot", "pd-only", soft, "motion", "--set", SHORT, "--out", out)
+    assert (done.exit_code, done.stdout) == (0, f"{out}\n")
+    assert out.read_bytes().startswith(b"%PDF")
+    folders = [searched(tmp_path / name, 1.0) for name in ("a", "b")]
+    picture = tmp_path / "b.svg"
+    assert hfc("plot", *folders, "convergence", "--out", picture).exit_code == 0
+    assert "best fitness so far" in picture.read_text()

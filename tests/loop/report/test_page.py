@@ -3,7 +3,6 @@
 import base64
 import json
 import re
-import shutil
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 import tex
 from html_page import Page
 from read_figures import lines_of
-from report_pages import FILE, HOSTILE, NAME, SINE, lost, write
+from report_pages import FILE, HOSTILE, NAME, SINE, write
 from run_folders import hfc
 from wording import refused, refused_command
 
@@ -21,7 +20,6 @@ from hfc_design.pictures.curves import SLICES
 from hfc_design.pictures.files import image, save
 from hfc_design.report import plots
 from hfc_design.report.errors import motion_errors
-from hfc_design.report.parts import summary
 from hfc_design.simulation.evaluating import evaluate
 
 
@@ -82,19 +80,6 @@ def test_whether_it_can_be_used(report):
     assert {*named} >= {"is far off", "oscillates", "stays at a limit"}
     (why,) = re.findall("<li>(.*?)</li>", part)  # of those motions that some do not keep
     assert why == "position: 2 oscillate, 2 exceed unsettled, 1 is far off, 1 stays at a limit"
-
-
-def test_diverged_designs_are_said(report, tmp_path):
-    (scenario, result, folder, _), _ = report
-    shutil.copy(folder / "config.toml", tmp_path)
-    gone = lost(result.evaluation)
-    rivals = {"lin-lee-1999-table-1": gone}
-    write(scenario, result._replace(evaluation=gone), tmp_path, rivals)
-    text = (tmp_path / "report.html").read_text()
-    assert "The controller diverges on c-axis-ramp-cutting: it runs away." in text
-    assert text.count(">diverged<") == 4  # fitness and merit of two designs
-    told = summary(scenario, result.evaluation, rivals)
-    assert told.endswith(": Table I of Lin & Lee (1999) diverges there: it runs away.")
 
 
 def test_tables_are_not_written_through_a_link(report, tmp_path):

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 from run_folders import ran, searched
-from surfaces_drawn import around_soc, drawn
-from wording import refused, refused_command
+from surfaces_drawn import drawn
+from wording import refused
 
 from hfc_design import api as hfc
 from hfc_design.batch.findings import convergence
@@ -27,16 +27,6 @@ def test_a_surface_is_what_explain_says(monkeypatch):
         told = json.loads(ran("explain", TABLE_1, "--at", at, "--json"))
         said = next(u["output"] for u in told["units"] if u["unit"] == "unit-7")
         assert values[i, j] == pytest.approx(said, abs=1e-12)
-
-
-def test_axes_that_have_the_same_inside_need_no_name(monkeypatch, tmp_path):
-    path = tmp_path / "around.json"
-    path.write_text(json.dumps(around_soc(all=1.0)))
-    found = [drawn(monkeypatch, path, None, axis)[2] for axis in ("", "x", "y")]
-    np.testing.assert_array_equal(found[0], found[1])
-    np.testing.assert_array_equal(found[0], found[2])
-    z = ("--axis", "z", "--out", tmp_path / "a.png")
-    assert refused_command("plot", path, "surface", *z).where == "--axis 'z'"
 
 
 def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):

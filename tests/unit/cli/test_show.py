@@ -8,7 +8,6 @@ import pytest
 from click.testing import CliRunner
 from places import ROOT
 from run_folders import hfc
-from wording import refused_command
 
 from hfc_design.cli import main
 from hfc_design.files.named_scenario import load_scenario
@@ -64,17 +63,6 @@ def test_every_built_in_scenario_has_keys_that_the_reference_knows(name):
     assert hfc("show", "scenario", name, "--json").exit_code == 0
 
 
-def test_what_a_controller_is_to_follow_has_a_unit_and_a_meaning():
-    found = json.loads(hfc("show", "design", "emps-cascade", "--json").stdout)
-    signals = {one.pop("name"): one for one in found["signals"]}
-    rate = {"unit": "mm/s", "meaning": "velocity that is commanded"}
-    assert signals["reference_rate"] == rate
-    assert signals["reference_acceleration"]["unit"] == "mm/s2"
-    assert all(one["unit"] and one["meaning"] for one in signals.values())
-    (gain,) = (one for one in found["keys"] if one["key"] == "signals.velocity")
-    assert (gain["unit"], gain["meaning"]) == ("V/(mm/s)", "gains on what the drive's sensors tell")
-
-
 def test_an_own_plant(own_plugins):
     done = hfc("show", "plant", "examples.02_own_plant:TABLE", "--json")
     assert done.exit_code == 0, done.output
@@ -105,18 +93,6 @@ def test_the_example_of_tables_can_be_run(tmp_path):
     assert samples.target[-1] == pytest.approx(40.0)  # where move.csv ends
     assert samples.target[np.searchsorted(time, 1.2)] == pytest.approx(20.0, abs=0.1)  # half way
     assert samples.loads[0][np.searchsorted(time, 1.2)] == pytest.approx(60.0)
-
-
-def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(
-        '[sensors]\nencoder_resolution = "1 mrad"\n[plant.parameters]\npoles = true\n'
-        '[fitness]\nkind = "tolerances"\n[fitness.tolerances]\nmax_error = "20 urad"\n'
-    )
-    told = refused_command("show", "scenario", path)
-    assert told.where == str(path)
-    assert ": sensors.encoder_resolution = '1 mrad': " in told
-    assert "; plant.parameters.poles = True: " in told
 
 
 def test_all_defaults_at_once_change_nothing(tmp_path):

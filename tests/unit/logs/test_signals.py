@@ -273,3 +273,11 @@ def test_a_wrong_sample_is_left_out_and_said(off):
         assert one.values["position"][57] == pytest.approx(place[57], abs=0.05)
         told = one.notes[-1].partition("the one at 0.057 s is ")[2].split()
         assert (float(told[0]), told[1]) == (pytest.approx(off, abs=0.05), "mm")
+
+
+def test_a_column_that_the_user_names_is_the_signal():
+    """Another one that is called like it is left alone."""
+    columns = {"time_s": TIME, "position": PLACE, "position [um]": PLACE, "command": VOLTS}
+    with refused(ValueError):
+        found(columns)
+    np.testing.assert_allclose(found(columns, "position=position").values["position"], PLACE)

@@ -10,7 +10,6 @@ import pytest
 import tex
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from report_pages import NAME
-from run_folders import HOSTILE, batch_folder, hfc
 from wording import refused, refused_command
 
 from hfc_design.files.named_scenario import load_scenario
@@ -94,19 +93,6 @@ def test_an_image_is_no_pgf(tmp_path):
         paper.write(type("Page", (), {"figures": {"own": figure}, "tables": {}}))
     assert found.where == "own"
     assert not (tmp_path / "figures").exists()
-
-
-def test_a_batch_has_them_too_whatever_its_settings_are(tmp_path):
-    batch_folder(tmp_path, [({"label": f"{HOSTILE}{k}"}, [k, 9.0]) for k in (2, 3)])
-    done = hfc("report", tmp_path, "--figures", "pgf", "--latex")
-    assert done.exit_code == 0, done.output
-    names = {path.name for path in (tmp_path / "latex").iterdir()}
-    assert {"groups.tex", "runs.tex"} <= names
-    groups = tex.rows((tmp_path / "latex" / "groups.tex").read_text())
-    assert groups[1][1].startswith('<script>alert("1")</script> & $x^$ ?')
-    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == {".pgf"}
-    assert refused_command("report", tmp_path, "--latex").where == f"--latex {tmp_path / 'latex'}"
-    assert hfc("report", tmp_path, "--latex", "--force").exit_code == 0
 
 
 def test_labels_that_are_cut_stay_apart():

@@ -6,7 +6,7 @@ from read_figures import lines_of
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH, framed, logarithmic
+from hfc_design.pictures.figure import WIDTH
 from hfc_design.pictures.files import image
 from hfc_design.report.plots import contour as picture
 
@@ -69,21 +69,3 @@ def test_perfect_and_diverged_motions_are_drawn_too(bad):
     figure = contour(circle, time, actual, "diverged")
     assert len(figure.axes[1].lines[0].get_xdata()) == 150
     image(figure, "png")
-
-
-def test_a_logarithmic_axis_ends_where_nobody_looks():
-    """Six decades down, or at the least number; what is below, 0 too, lies at the edge."""
-    for values, edge, told in (
-        ([5.0, 3e-4, 1e-15, 0.0], 1e-6, "1e-6"),
-        ([5.0, 2e-3, 0.0], 1e-3, "0.001"),
-    ):
-        axes = framed(2.0, top=0.2).subplots()
-        axes.plot(values)
-        logarithmic(axes)
-        assert axes.get_yscale() == "log"
-        assert axes.get_ylim()[0] == pytest.approx(edge)
-        seen = axes.lines[0].get_ydata()
-        assert seen == pytest.approx([max(value, edge) for value in values])
-        assert [text.get_text() for text in axes.texts] == [f"edge: {told} or less"]
-        numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
-        assert {"e" in number for number in numbers} == {"e" in told}  # none mixed

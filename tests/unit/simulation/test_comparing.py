@@ -6,6 +6,7 @@ from shaken import shaken
 from wording import refused
 
 from hfc_design.core.statistics import share_interval
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.comparison import Bout, Side, _differences, compare
 
 ERROR = "rms_error_rad"
@@ -101,3 +102,12 @@ def test_two_that_differ_by_rounding_alone_are_equal():
     for other in others:
         found = difference(side(given), side(other))
         assert (found.better, found.worse, found.p, found.ratio) == (0, 0, 1.0, 1.0)
+
+
+def test_what_the_fitness_tolerates_is_compared():
+    fitness = {"kind": "tolerances", "tolerances": {"chatter": 1.0, "settled_rms_error": 1e-3}}
+    scenario = load_scenario("c-axis-ramp", {"fitness": fitness})
+    keys = ["fitness", ERROR, "iae_rad_s", "settled_rms_error_rad", "chatter_V"]
+    bout = Bout("m", scenario, {}, {}, dict.fromkeys(keys, ""))
+    assert bout.compared() == [ERROR, "settled_rms_error_rad", "chatter_V"]
+    assert bout._replace(scenario=load_scenario("c-axis-ramp")).compared() == keys[1:4:2]

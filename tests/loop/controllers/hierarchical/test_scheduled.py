@@ -10,7 +10,6 @@ from sledge import hfc
 from wording import refused, refused_command
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.formats import FORMATS
@@ -210,21 +209,3 @@ def population_of(gains):
         return np.asarray(value)[..., None]
 
     return one(gains)
-
-
-def test_the_drawing_is_of_the_root_s_output():
-    """Of each input, all others 0; what was a sample before is an input of its own."""
-    design = made_up.scheduling(9)
-    own = design.controller
-    names = {item.name: item.name for item in own.inputs}
-    (axes,) = schedule(own, names, dict.fromkeys(names, "rad")).figure.axes
-    assert len(axes.lines) == len(own.inputs)
-    for line, item in zip(axes.lines, own.inputs, strict=True):
-        u, found = line.get_data()
-        assert line.get_label() == f"{item.name}, 1 is {1.0 / item.scale:.3g} rad"
-        for k in range(0, len(u), 25):
-            told = dict.fromkeys(design.kind.reads(own), 0.0)
-            before = {}
-            where = before if item.name.startswith("previous_") else told
-            where[item.name.removeprefix("previous_")] = u[k] / item.scale
-            assert found[k] == pytest.approx(10.0 * root(design, told, before), rel=1e-12)

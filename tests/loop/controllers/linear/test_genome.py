@@ -53,16 +53,6 @@ def test_the_record_holds_what_the_law_does():
         np.testing.assert_allclose(np.ravel(value), np.ravel(getattr(found, name)), rtol=1e-12)
 
 
-def test_feed_forward_counts_what_the_gains_on_signals_give():
-    """At steady speed a gain on the deflection gives g s; that much less is fed forward."""
-    plain, fed = genome("pid+ff"), genome("pid+ff", **SIGNALS)
-    individual = fed.empty()
-    alone, gains = plain.gains(plain.empty()), fed.gains(individual)
-    delta = 0.4 / 200.0  # deflection at 1 rad/s of viscous friction [rad]
-    assert gains.velocity == pytest.approx(alone.velocity - gains.signals[0] * delta)
-    assert gains.coulomb == pytest.approx(alone.coulomb - gains.signals[0] * 0.7 / 200.0)
-
-
 def test_bryson_s_rule():
     """A tolerance is as bad as the largest command: 120 V for 20 urad."""
     settings = {"kind": "lqi", "tolerances": {"error": 2e-5}}

@@ -8,7 +8,6 @@ import re
 import pytest
 from html_page import Page
 
-from hfc_design.pictures.latex import table
 from hfc_design.report.comparison.page import page
 from hfc_design.report.comparison.tables import rows
 
@@ -17,11 +16,6 @@ from hfc_design.report.comparison.tables import rows
 def first(spindles):
     """It says how to compare again."""
     return page(spindles, "hfc compare <a> b")
-
-
-@pytest.fixture(scope="module")
-def second(tables):
-    return page(tables)
 
 
 @pytest.fixture
@@ -62,23 +56,6 @@ def test_names_are_only_text(written):
 
 def test_the_same_comparison_gives_the_same_bytes(spindles, written):
     assert page(spindles, "hfc compare <a> b").html.decode() == written
-
-
-def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, tables):
-    """Of the same designs in other motions too, and captions name the motion once."""
-    fewer = spindles._replace(bouts=spindles.bouts[:1])
-    labels = []
-    each = (first, second, page(fewer))
-    for comparison, found in zip((spindles, tables, fewer), each, strict=True):
-        texts = [table(k, own, found.of, found.label) for k, own in found.tables.items()]
-        labels += [re.search(r"\\label\{(.*)\}", text)[1] for text in texts]
-        for text in texts:
-            caption = re.search(r"\\caption\{(.*)\}", text)[1]
-            assert all(caption.count(bout.name) <= 1 for bout in comparison.bouts)
-            of_designs = "the designs that are compared" in caption
-            assert caption.count("machines within") == (not of_designs)
-    assert len(labels) > 10
-    assert len(labels) == len(set(labels))
 
 
 def test_rows_of_every_machine(spindles):

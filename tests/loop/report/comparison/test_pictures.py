@@ -14,19 +14,6 @@ from hfc_design.report.comparison.traces import data, panels
 from hfc_design.report.plots import SHARE
 
 
-def test_panels_have_what_moved_in_readable_units(spindles):
-    bout = spindles.bouts[0]
-    shown = panels(bout)
-    units = [panel.label for panel in shown]
-    assert units == ["error [mrad]", "voltage [V]", "velocity [mrad/s]", "position [mrad]"]
-    name = "pd-only"
-    axis = bout.found[name].motion.axes[0]
-    np.testing.assert_allclose(shown[0].curves[name], 1e3 * axis.motion.error)
-    place = 1e3 * axis.motion.state.spindle_angle
-    np.testing.assert_allclose(shown[3].curves[name], place, atol=1e-9)
-    np.testing.assert_allclose(shown[3].reference, 1e3 * axis.reference)
-
-
 def test_data_of_the_page_read_back(spindles):
     bout = spindles.bouts[0]
     shown = panels(bout)

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from read_figures import read_apart
 
-from hfc_design.pictures.figure import framed
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.comparison.plots import _few_decades
-from hfc_design.report.comparison.tables import difference_row, lines
+from hfc_design.report.comparison.tables import lines
 from hfc_design.report.comparison.traces import extremes
-from hfc_design.simulation.comparison import Bout, Side, _differences
+from hfc_design.simulation.comparison import Bout, Side
 
 ERROR = "rms_error_rad"
 TOLD = {ERROR: "root mean square of the tracking error [rad]"}
@@ -57,18 +54,6 @@ def test_lines_by_hand():
     ]
 
 
-def test_a_difference_as_a_row():
-    a, b = side([1.0] * 40), side([4.0] * 40, [True] * 30 + [False] * 10)
-    (found,) = _differences([bout(a=a, b=b)])
-    assert difference_row(found) == [
-        *("0.25 (0.25–0.25)", "40 of 40 (91–100 %)", "< 0.0001", "30", "10, 0", "0")
-    ]
-    (other,) = _differences([bout(a=b, b=side([1.0] * 40))])
-    assert difference_row(other)[0] == "4 (4–∞)" or other.ratio_interval[1] == 4.0
-    (none,) = _differences([bout(a=side([1.0] * 6, [False] * 6), b=side([1.0] * 6))])
-    assert difference_row(none)[0] == "∞ (∞–∞)"
-
-
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
     def scored(value, ranges):
         values = {ERROR: np.ones(2), "fitness": np.full(2, value)}
@@ -108,21 +93,3 @@ def test_what_has_run_away_is_a_gap():
     found, _ = extremes(values)
     assert np.nanmax(found) == 3000.0
     assert np.isnan(found[602:]).all()
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "told"),
-    [
-        (160.0, 750.0, [f"{100 * k}" for k in range(2, 8)]),  # of 1, 2, 5 there are too few
-        (15.0, 420.0, ["20", "50", "100", "200"]),
-        (0.9, 1.35, ["0.9", "1", "1.1", "1.2", "1.3"]),
-        (12.0, 4e4, [rf"$\mathdefault{{10^{{{k}}}}}$" for k in (2, 3, 4)]),
-    ],
-)
-def test_numbers_of_a_logarithmic_axis_stand_apart(low, high, told):
-    figure = framed(1.5, top=0.1, left=1.0, right=0.5)
-    axes = figure.subplots()
-    axes.set_xscale("log")
-    axes.set_xlim(low, high)
-    _few_decades(axes)
-    assert read_apart(figure, axes) == told
