@@ -11,6 +11,7 @@ from run_folders import hfc
 from wording import refused, refused_command
 
 from hfc_design.files.design import design_json, named_design
+from hfc_design.files.kept import kept
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs.individuals import design_with
@@ -128,3 +129,16 @@ def test_a_design_with_a_name_alone_takes_along_what_lies_beside_it(carried):
     gone = load_design("mine.json")
     with refused():
         own_scenario(gone, "mine.json")
+
+
+def test_a_load_is_kept_where_the_file_holds_the_same(carried):
+    found, (file, _) = load_design("mine.json"), carried
+    (file.parent / "same.csv").write_text(CUT)
+    (file.parent / "other.csv").write_text(CUT + "0.1,2\n")
+    told = [
+        kept(found, scenario_of({"name": "n", "load": {"file": name}}, "n", file.parent))[-1]
+        for name in ("same.csv", "other.csv")
+    ]
+    assert told[0].split() == ["load", "kept"]
+    assert "file sha256-" in told[1]
+    assert len(told[1]) < 200

@@ -157,3 +157,15 @@ def test_numbers_that_are_no_state_of_the_design_are_refused(text, options, wher
     assert line.where == (str(tmp_path / "kept.txt") if where == "TEXT" else where)
     assert line.count("\n") == 1
     assert not path.exists()
+
+
+def test_inside_another_controller_it_learns_too(level):
+    own = {"kind": "cross-coupled", "sample_time_s": 0.01, "contour": {"k_p": 1.0}}
+    data = level.model_dump(mode="json") | {"name": "both"}
+    both = Design.model_validate(data | {"controller": own | {"inner": data["controller"]}})
+    scenario = hfc.load_scenario("feed-drive-circle", SHORT)
+    evaluation = hfc.evaluate(both, scenario)
+    inner = hfc.learned_in(both, scenario, evaluation).controller.inner
+    for axis in evaluation.axes:
+        wanted = 0.005 * axis.told()["error"].sum()
+        assert inner.axes[axis.name].level == pytest.approx(wanted, rel=1e-9)

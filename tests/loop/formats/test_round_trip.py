@@ -9,7 +9,7 @@ import re
 import pytest
 from click.testing import CliRunner
 from exported import texts
-from imported_files import SHARED, SHARED_SIGNALS
+from imported_files import GAUSSIAN, SHARED, SHARED_SIGNALS
 from wording import refused
 
 import hfc_design.api as hfc
@@ -115,3 +115,17 @@ def test_an_output_term_that_stands_twice_is_refused(tmp_path):
     with refused() as found:
         read(tmp_path, shared(a=("term: c2 Constant -6", "term: c1 Constant -6")))
     assert found.where == f"{tmp_path / 'other.fll'}: line 23"
+
+
+def test_infinite_ranges_are_none(tmp_path):
+    endless = ("range: -5 5", "range: -inf inf"), ("range: -15 15", "range: 0 0")
+    design = read(tmp_path, shared(**dict(zip("ab", endless, strict=True))))
+    assert design.controller.ranges == {}
+    assert "range: -8.0 8.0" in written(design)
+
+
+def test_terms_of_a_hierarchy_have_names_of_the_file(tmp_path):
+    text = re.sub(r"\bf(\d)\b", r"level-\1", GAUSSIAN.read_text())
+    (tmp_path / "own.fll").write_text(text)
+    labels = [term.label for term in imported(tmp_path / "own.fll", Wish()).controller.terms]
+    assert labels == [f"level_{k}" for k in range(1, 8)]

@@ -124,3 +124,11 @@ def test_a_log_without_excitation_is_told_in_a_line():
     assert own.top is None
     (line,) = own.lines()
     assert line.startswith("DOUBTFUL: the log has no excitation")
+
+
+@pytest.mark.parametrize(("hz", "far"), [(60.0, 0.06), (130.0, 0.15)])
+def test_a_mode_is_seen_up_to_the_end_of_what_was_excited(hz, far):
+    force = shaken_to(80.0)
+    own = response(fitted(noisy(swinging(force, hz), NOISE, 0), force))
+    assert own.mode.hz == pytest.approx(hz, rel=far)
+    assert own.mode.share == pytest.approx(-1.0, abs=0.05)  # what swings is measured

@@ -115,3 +115,12 @@ def test_tracking_is_what_the_scenario_tolerates_of_an_error():
         ("effort", "unit", "rms_command"),
         ("iae", "BLU s", "iae"),
     ]
+
+
+def test_sticking_takes_its_share_of_the_score():
+    """Stuck is an error rate between 0.9 and 1.1 of the commanded 1 rad/s; the first is early."""
+    rates = [1.0, 0.95, 0.0, 1.05, 1.2]
+    moments = [(1.0, rate, 1.0, float(k > 0)) for k, rate in enumerate(rates)]
+    plain = 1000 * (3 / 5 + 0.1 / sum(rates))
+    assert scored(lin_lee(), moments, 4.0) == pytest.approx(plain / (1 + 4 * 0.5))
+    assert scored(lin_lee(), moments, 0.0) == pytest.approx(plain)

@@ -277,3 +277,20 @@ def test_flc_with_doubled_singletons_needs_no_other_plant():
     np.testing.assert_allclose(rms(axial), 16.2, rtol=0.07)
     np.testing.assert_allclose(rms(axial)[1], 17.1, atol=0.05)
     assert rms(contour)[-1] > 5.0
+
+
+def test_friction_on_the_way_converges_with_order_2():
+    wanted = by_scipy("x", (0.0, 100.0), 35.0, 0.08)
+    p = PARAMETER_SETS["x-coulomb"]
+    errors = [
+        np.max(abs(after(p, (0.0, 100.0), 35.0, 0.08, count) - wanted)) for count in (8, 16, 32, 64)
+    ]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert ((orders > 1.9) & (orders < 2.1)).all()
+
+
+def test_load_that_changes_within_a_step_acts_with_its_mean():
+    c = coefficients(PARAMETER_SETS["x-coulomb"])
+    x = FeedDriveState(0.0, 2000.0)
+    found = step(c, x, 50.0, (6.0, 9.0, 0.0), 0.01)
+    np.testing.assert_allclose(found, step(c, x, 50.0, (7.0, 7.0, 7.0), 0.01), rtol=1e-12)

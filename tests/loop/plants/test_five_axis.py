@@ -184,3 +184,11 @@ def test_z_sags_until_the_amplifier_holds_what_friction_does_not():
     assert abs(float(end[2].velocity)) < 1e-9
     assert 294.3 - 140.0 - 1e-6 < held < 294.3 + 140.0
     assert [float(x.position) for x in (end[0], end[1])] == [0.0, 0.0]
+
+
+def test_gravity_on_a_machine_at_rest():
+    """30 kg without counterweight at Z; 3 kg m of the cradle, 0.4 kg m on the table."""
+    assert coupling() == pytest.approx([0, 0, 30 * 9.81, 0, 0])
+    assert coupling(a=90.0) == pytest.approx([0, 0, 294.3, 3 * 9.81, 0.4 * 9.81])
+    assert coupling(a=90.0, c=60.0)[4] == pytest.approx(0.4 * 9.81 / 2)
+    assert coupling(a=-30.0, c=180.0)[3:] == pytest.approx([-1.5 * 9.81, 0.2 * 9.81])

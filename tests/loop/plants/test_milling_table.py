@@ -191,3 +191,11 @@ def test_sensors_count_and_the_command_is_bound():
     ideal = coefficients(NOMINAL._replace(scale_resolution=0.0))
     assert MILLING_TABLE.measured(ideal, seen._replace(position=0.0126)).position == 0.0126
     assert MILLING_TABLE.accepted(c, -12.0) == -10.0
+
+
+def test_no_limit_cycle_where_the_describing_function_says_none():
+    assert predicted(0.5) is None
+    for start in (0.25, 3.0):
+        position, _ = swinging(0.5, start, 12.0)
+        assert np.ptp(position[-5000:]) < 1e-4
+        assert abs(position[-1]) < 0.25

@@ -122,3 +122,19 @@ def test_the_encoder_counts_and_the_command_is_bound():
     ideal = coefficients(NOMINAL)
     assert POSITIONING_STAGE.measured(ideal, PositioningStageState(0.00031, 1.3)) == (0.00031, 1.3)
     assert [POSITIONING_STAGE.accepted(c, u) for u in (-12.0, 4.0, 12.0)] == [-5.0, 4.0, 5.0]
+
+
+def test_unequal_viscous_friction_is_of_second_order():
+    start, voltage, _, seconds = CASES["brakes, stops and turns round"]
+    wanted = by_scipy(LOPSIDED, start, voltage, seconds)
+    counts = (20, 40, 80, 160)
+    errors = [abs(after(LOPSIDED, start, voltage, seconds, n) - wanted).max() for n in counts]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert ((orders > 1.8) & (orders < 2.2)).all(), orders
+
+
+def test_the_highest_voltage_holds_the_top_speed_in_the_slower_direction():
+    for p in (NOMINAL, LOPSIDED, NOMINAL._replace(offset=30.0)):
+        ends = [abs(after(p, (0.0, 0.0), u, 60.0, 6000)[1]) for u in (10.0, -10.0)]
+        assert top_speed(p) == pytest.approx(min(ends), rel=1e-9)
+    assert top_speed(NOMINAL._replace(coulomb_friction=400.0)) == 0.0

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from run_folders import hfc, table
+from shaken import shaken
 from short_runs import SEARCHES, SMALL, once
 from wording import refused_command
 
@@ -138,3 +139,12 @@ def test_finalists_rank_by_their_lower_end(each, chosen, monkeypatch):
     assert design.controller == designs[chosen].controller
     assert evaluation.merit == each[chosen][0]
     assert design.score.get("chaotic", False) == evaluation.chaotic
+
+
+def test_of_two_points_that_are_as_near_the_first_is_taken():
+    """1.5 mrad is halfway between 1 and 2, but for its last bits."""
+    scenario = load_scenario("c-axis-ramp", SEARCHES["nsga-ii"])
+    for costs in shaken(1e-3, 2e-3, 3e-3, 1.5e-3):
+        points = np.column_stack([costs[:3], [3.0, 2.0, 1.0]])
+        front = fronts.Front(scenario.traded, points, np.ones(3), np.arange(3))
+        assert fronts.nearest(front, {"tracking": costs[3]}, scenario) == 0

@@ -135,3 +135,15 @@ def test_whoever_cannot_reach_what_it_needs_meets_four_machines_alone():
         assert (found[~good] < needed).all()
         assert (found[~good] >= rank[~good] - 1e-12).all()
     assert problem.simulated < 0.9 * 3 * whole
+
+
+def test_what_is_broken_is_weighed_the_more_the_later(problem):
+    assert [problem._penalty(k) for k in (0, 2)] == [0.0, pytest.approx(1000.0 * (2 / 40) ** 2)]
+
+
+@pytest.mark.parametrize("count", [32, 80])
+def test_fewer_at_once_than_individuals_or_as_many(problem, count):
+    """Each individual is on its own machines all the same."""
+    many = problem.genome.fresh(np.zeros(count, int), np.random.default_rng(3))
+    found = problem.rank_on(many, np.arange(3), 32)
+    assert found == pytest.approx(problem.rank_on(many, np.arange(3)), rel=1e-5)

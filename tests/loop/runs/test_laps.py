@@ -8,7 +8,7 @@ import pytest
 from hfc_design import api
 from hfc_design.runs import champion
 from hfc_design.runs import run as runs
-from hfc_design.runs.champion import TRIAL
+from hfc_design.runs.champion import TRIAL, lap_of
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
 from hfc_design.simulation.in_use import NO, YES
 
@@ -101,3 +101,10 @@ def test_an_answer_that_is_not_that_of_the_trial_is_no_end(tmp_path, monkeypatch
     assert [yes for _, yes in answer] == [False, True]
     assert result.design.score["lap"] == 1
     assert result.design.score["usable"]["verdict"] == YES
+
+
+def test_a_lap_is_the_scenario_with_another_seed():
+    scenario = api.load_scenario("c-axis-practical")
+    other = lap_of(scenario, 2)
+    assert other.run == scenario.run.model_copy(update={"seed": scenario.run.seed + 2 * 2**34})
+    assert other.model_copy(update={"run": scenario.run}) == scenario

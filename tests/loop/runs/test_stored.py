@@ -150,3 +150,10 @@ def test_a_finished_run_of_an_earlier_version_is_read(both, tmp_path):
         design.run(scenario, old)
     design.run(scenario, old, anyway=True)
     assert contents(old) == contents(whole)
+
+
+def test_another_version_of_the_package(both, monkeypatch):
+    _, part = both
+    monkeypatch.setattr(stored, "__version__", "7.0")
+    with pytest.raises(RunError, match=r"another hfc-design \('.*', here '7.0'\)"):
+        resumed(part)

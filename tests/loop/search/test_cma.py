@@ -10,7 +10,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import fault, generations, searcher
-from hfc_design.search.strategies.cma import CmaSettings, _sound
+from hfc_design.search.strategies.cma import Cma, CmaSettings, _sound
 from hfc_design.search.strategy import Task
 
 INPUTS = [{"name": name, "scale": 10.0} for name in ("error", "error_rate", "deflection")]
@@ -250,3 +250,18 @@ def test_it_searches_what_has_stages_and_refuses_the_rest_in_a_line(name, contro
     with refused() as found:
         api.load_scenario(name, changes)
     assert found.refusal.startswith(f"{name}: search.preset = 'cma': ")
+
+
+def test_forty_averages_are_kept_on_the_way(genome):
+    """As they were before generations 80, 81, ... 119 of 120: of the best island."""
+    own, cma, averages = searcher(CMA, Task(genome)), Cma(CMA, Task(genome)), {}
+    for search in generations(own, genome, CMA.generations, 0, hill):
+        state = search.state
+        if search.generation < 80:
+            continue
+        stage, k = cma._stage(state.about, 2), np.array([np.argmax(state.score)])
+        averages[search.generation] = stage.members(
+            state.islands.average[k], state.population.tree[k]
+        )
+    for k, wanted in enumerate(averages[generation] for generation in range(80, 120)):
+        assert same(taken(state.trail, np.array([k])), wanted)

@@ -73,3 +73,8 @@ def test_the_command_line_says_it(oven, tmp_path):
     assert done.stdout.startswith("time_s,")
     fine = json.loads(command("score", calm, "--json").stdout)
     assert (fine["substeps"], fine["divergence"]) == (1, None)
+
+
+def test_a_command_that_is_no_number_is_named(oven):
+    found = simulated(oven(), kp=1.7e308)
+    assert found.divergence.cause == "the command"

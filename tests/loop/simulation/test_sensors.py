@@ -6,7 +6,7 @@ import numpy as np
 import oracle
 import pytest
 from scipy.signal import lfilter
-from sensed import moved, scenario
+from sensed import axes, moved, scenario
 
 import hfc_design.api as hfc
 
@@ -105,3 +105,16 @@ def test_an_axis_that_turns_on_is_led_to_the_nearest_place_of_a_turn():
         np.testing.assert_allclose(motion.error, wanted, atol=1e-12)
         np.testing.assert_allclose(motion.command, 20.0 * wanted, atol=1e-10)
     assert np.abs(motions[1].error).max() <= turn / 2 < np.abs(motions[0].error).max()
+
+
+def test_a_limit_that_is_no_whole_step_is_not_exceeded():
+    changes = ["resolution=0.6", "command=10.0", "delay_samples=1"]
+    motion = moved(scenario(*(f"limits.{x}" for x in changes)))
+    assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
+
+
+def test_each_axis_has_a_converter_of_its_own():
+    x, y = (one.command for one in axes({"delay_samples": 1}))
+    assert (x % 3 == 0).all()
+    assert (y % 5 == 0).all()
+    assert len(np.unique(x)) > 5 < len(np.unique(y))

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 from hfc_design.api import with_gains
@@ -272,3 +273,16 @@ def test_where_a_log_shows_no_mode_none_is_tried():
     at_the_drive = found(mode_inertia=[0.1], unknown_above_hz=200.0, encoder_at="drive").stress
     assert [one.name for one in at_the_drive] == [one.name for one in told if "moves" in one.name]
     assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress
+
+
+@pytest.mark.parametrize("times", [0.8, 1.2])
+def test_a_load_is_held_as_long_as_the_motion_before_it(times):
+    """What an integral leaves of its error after 1.75 s, of a motion of 1 s; 0.75 s are too few."""
+    push = np.array([0.0, 1e3 / MASS, 0.0])  # on position [mm], velocity, integral of the position
+    spring = -1e3 * GAIN / MASS * KP
+    a = np.array([[0, 1, 0], [spring, -(DRAG + 1e3 * GAIN * KD) / MASS, spring], [1, 0, 0]])
+    left = np.linalg.solve(a, (expm(1.75 * a) - np.eye(3)) @ push)[0]
+    changes = {"simulation.duration_s": 1.0, "constraints.late_error": "0.05 mm"}
+    changes["reference.distance"] = 1.0
+    rows = found(changes=changes, ki=KP, load=times * 0.05 / left).stress
+    assert [one.holds for one in rows if one.name.startswith("a load of")] == 2 * [times < 1.0]

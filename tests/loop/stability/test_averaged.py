@@ -8,6 +8,7 @@ import pytest
 from along_a_line import along_a_line
 from scipy.signal import cont2discrete
 from shaken import shaken
+from wording import refused
 
 from hfc_design.stability.nominal import nominal
 from plants import rk4
@@ -116,3 +117,9 @@ def test_no_last_bit_decides_at_which_speed_a_stiff_drive_slides(cogging):
         assert found.speed == first.speed
         np.testing.assert_allclose(found.a, first.a, rtol=1e-4, atol=1e-6)
         np.testing.assert_allclose(found.b, first.b, rtol=1e-4)
+
+
+def test_a_spring_is_no_cogging():
+    with refused() as found:
+        nominal(LINEAR_MOTOR, Parameters(spring=100.0), EVERY)
+    assert found.where == "the drive linear-motor cannot be linearised"

@@ -93,3 +93,13 @@ def test_no_last_bit_decides_which_of_two_is_named_first():
         assert one.shares == pytest.approx(dict.fromkeys(names, 1.0))
         told.add((one.line(), *np.argsort(-digits(known.error), kind="stable").tolist()))
     assert len(told) == 1
+
+
+def test_one_that_is_known_tells_the_others():
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    found, _ = cart_found(["mass", "viscous_friction", "force_gain"], true, {"pull": 0.6})
+    known = certainty(found)
+    assert all(known.told)
+    assert known.untold == ()
+    assert (known.low < [2.4, 7.0, 1.2]).all()
+    assert (known.high > [2.4, 7.0, 1.2]).all()

@@ -91,3 +91,10 @@ def test_a_cell_of_a_batch_has_failed_and_is_told_again(scenario, tmp_path):
         assert "RunError: no design: every individual diverged" in done.stderr
         assert (tmp_path / "out" / "report.html").exists()
     assert "every individual diverged" in batch("--status", tmp_path / "out").stdout
+
+
+def test_an_error_that_only_float32_cannot_hold_is_told(tmp_path):
+    """Ends near 1e20 rad in float64."""
+    lost = written(tmp_path, ALL.replace("1e12, 1e13", "1e9, 1.001e9"))
+    done = hfc("design", lost, "--out", tmp_path / "run", "--quiet")
+    assert "hfc: no design: every individual diverged (one does not in float64); try" in done.stderr

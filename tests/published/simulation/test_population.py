@@ -128,3 +128,13 @@ def test_error_jacobian_is_the_central_difference(inputs, firing, published, ran
     size = abs(jacobian).max(axis=0)
     assert (size > 1e-8).sum() > firing  # the others are rules that hardly fire
     assert (difference < 1e-6 * size + 1e-12).all()  # 1e-12 is the rounding of the difference
+
+
+def test_order_of_individuals_does_not_matter(random_population):
+    gains = random_population(65, seed=3)
+    loop = prepared(HIERARCHICAL)
+    order = np.random.default_rng(1).permutation(65)
+    for dtype in (np.float32, np.float64):
+        scores = fitness(*loop, gains, dtype)
+        reordered = fitness(*loop, picked(gains, order), dtype)
+        np.testing.assert_array_equal(reordered, scores[order])

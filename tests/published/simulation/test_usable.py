@@ -173,3 +173,24 @@ def test_a_controller_that_adapts_is_judged_like_the_others():
     assert motion.nominal["peak_command"] == pytest.approx(abs(axis.motion.command).max())
     assert len(found.good) == 4
     assert found.gain is None or found.gain[0] <= 1.0 <= found.gain[1]
+
+
+def test_what_a_scenario_tolerates_and_the_design_misses():
+    """Against constraints of the same measures, and the error of the nominal machine alone."""
+    free = usable("pd-only", load_scenario(TWO))
+    assert free.missed == {}  # of another fitness
+    own = {"settled_rms_error": 1e-9, "peak_command": 1e9}
+    scenario = load_scenario(TWO, {"fitness": {"kind": "tolerances", "tolerances": own}})
+    found = usable("pd-only", scenario)
+    assert set(found.missed) == {"settled_rms_error"}  # the other one is kept
+    medians = {one.name: np.median(one.told["settled_rms_error"]) for one in free.motions}
+    worst = max(medians, key=medians.get)
+    one = found.missed["settled_rms_error"]
+    assert one["motion"] == worst
+    assert one["times"] == pytest.approx(medians[worst] / 1e-9, rel=1e-3)
+    assert found.yes == free.yes
+    assert found.answer == free.answer
+    told = found.numbers()["motions"]["slow"]["tolerances"]["peak_command"]
+    assert told["allowed"] == 1e9
+    assert told["largest"] == found.motions[1].told["peak_command"].max()
+    assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from run_folders import batch_folder, hfc, reported, table, with_score
+from run_folders import PRESETS, batch_folder, hfc, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped
@@ -115,3 +115,11 @@ def test_a_ratio_over_zero_is_none(tmp_path):
     assert [row["simulated"] for row in rows] == ["", "0.0"]
     assert [row["ratio"] for row in rows] == ["", ""]
     assert len(table(tmp_path / "out" / "runs.csv")) == len(names)
+
+
+def test_another_task_has_another_judge(tmp_path):
+    """In the last of the given batches ``b`` is judged, ``a`` is of an earlier version."""
+    names = batch_folder(tmp_path, PRESETS)
+    judge(tmp_path, names[-3:], [-1.0, -2.0, -3.0])
+    found = {group.task: group.measure for group in grouped(runs_below(tmp_path))}
+    assert found == {"a": "fitness", "b": HARD}

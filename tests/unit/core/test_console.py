@@ -97,3 +97,10 @@ def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkey
 )
 def test_no_share_has_an_exponent(share, told):
     assert percent(share) == told
+
+
+def test_a_terminal_of_no_columns_has_the_usual_ones(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "0")
+    assert console.room() == 80
+    monkeypatch.setenv("COLUMNS", "40")
+    assert console.room() == 40

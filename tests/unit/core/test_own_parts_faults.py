@@ -185,3 +185,15 @@ def test_numbers_with_a_unit_meet_those_of_an_own_plant(sledge):
     keys = [line.split(" = ")[0] for line in found.refusal.splitlines()]
     wanted = ("plant.parameters.mass", "load.constant", "limits.command")
     assert keys == [f"scenario: {key}" for key in wanted]
+
+
+def test_what_a_drive_names_exists(sledge):
+    why_not(replace(sledge, exact={"nope"}))
+    why_not(replace(sledge, signals=lambda p, x: [x.place]))
+    api.register(replace(sledge, exact={"mass"}))
+
+
+def test_a_law_that_raises_is_named(own):
+    api.register(pd_kind(law=lambda record, limit: 1 / 0))
+    with pytest.raises(api.UserError, match="'mine', a step of its law: ZeroDivisionError"):
+        api.design(api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL}))

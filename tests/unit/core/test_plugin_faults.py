@@ -122,3 +122,10 @@ def test_settings_of_an_own_law_are_checked(own):
 def test_names_that_no_module_can_have(name):
     with pytest.raises(UserError):
         GROUPS["plant"].resolve(name)
+
+
+def test_a_machine_of_own_axes_follows_no_path(own):
+    api.register(imported("mine").SLEDGE)
+    plant = {"name": "sledge", "axes": {"x": {}, "y": {}}}
+    with refused():
+        api.load_scenario("feed-drive-circle", {"plant": plant})

@@ -228,3 +228,18 @@ def test_of_something_else(written):
 def test_what_is_none(written):
     with pytest.raises(ValidationError, match="is no"):
         READ(written)
+
+
+def test_dots_that_are_no_key():
+    dots = ", ".join(["0.5"] * 500)
+    text = f'a = [{dots}]\nb = "{"a." * 500}"\n# {"." * 300}\n' + ".".join("k" * 60) + " = 1"
+    assert toml_of(text)["a"] == [0.5] * 500
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["sample_time_s=1e-320", "duration_s=1e308", "duration_s=1e300", "sample_time_s=1e-300"],
+)
+def test_steps_beyond_all_numbers(change):
+    with refused():
+        load_scenario("c-axis-ramp", [f"simulation.{change}"])

@@ -3,6 +3,7 @@
 import re
 from html import unescape
 
+import made_up
 import numpy as np
 import pytest
 from deployment_folders import page, vectors
@@ -129,3 +130,43 @@ def test_an_export_warns_of_a_design_that_is_not_usable(tmp_path):
         assert done.exit_code == 0, done.output
         said = "warning: design pd-only: not usable as it is: passes on 19.9 %"
         assert (said in done.stderr) == warned
+
+
+def test_the_page_says_what_is_filtered_and_limited():
+    filtered = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
+    own = filtered.controller.model_copy(update={"derivative_hz": 90.0})
+    text = page(filtered.model_copy(update={"controller": own}))
+    assert "`error_rate` passes a low-pass of the first order at 90.0 Hz" in text
+    assert "The command keeps to 40.0 V of either sign" in text
+    assert "The command is not limited" in page(named_design("pd-only"))
+
+
+def test_the_page_has_what_the_design_was_tried_under():
+    """Of a file that was edited: nothing of it, and no markup."""
+    held = {"name": "2 times | *the* noise", "holds": True, "share": 1.0, "merit": 0.8}
+    broken = {"name": "a gap of 3 steps", "holds": False, "share": 0.25, "merit": 0.0}
+    broken |= {"part": 0.5, "breaks": "a gap of 1.5 steps", "why": "oscillates in there"}
+    used = {"share": 0.99, "spread": 0.03, "machines": 1000, "stress": [held, broken]}
+    design = named_design("pd-only").model_copy(update={"score": {"usable": used}})
+    text = page(design)
+    assert "| stress | holds on [%] | merit [times] |\n|---|---|---|\n" in text
+    assert "\n| 2 times \\| \\*the\\* noise | 100 | 0.80 |\n" in text
+    assert "\n| a gap of 3 steps | 25 | breaks |\n" in text
+    assert "\n- breaks: with a gap of 1.5 steps it oscillates in there\n" in text
+    for wrong in (3, [held, 3], [{}]):
+        used["stress"] = wrong
+        assert "| stress |" not in page(design)
+
+
+def test_a_signal_whose_gain_is_zero_is_said_not_to_be_used():
+    design = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
+    gains = design.controller.feed_forward
+
+    def idle(**own):
+        changes = {"feed_forward": gains.model_copy(update=own)}
+        controller = design.controller.model_copy(update=changes)
+        text = page(design.model_copy(update={"controller": controller}))
+        return re.findall(r"\| `(\w+)` \| in \| \S+ \| not used, gain 0 \|", text)
+
+    assert idle(acceleration=1.0, velocity=1.0) == []
+    assert idle(acceleration=0.0, velocity=1.0) == ["reference_acceleration"]

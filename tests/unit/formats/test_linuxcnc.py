@@ -130,3 +130,18 @@ def test_machine_has_the_coefficients_of_its_parameters():
         (told,) = re.findall(rf"^setp machine\.{name} (\S+)$", found["loop.hal"], re.M)
         assert float(told) == pytest.approx(value, rel=1e-14)
     assert "and not in degrees:" in found["README.md"]
+
+
+def test_long_names_stay_apart():
+    names = [f"a-name-of-which-only-the-end-{end}" for end in ("differs", "is-other")]
+    components = {
+        linuxcnc.component_name(TABLE_1.model_copy(update={"name": name})) for name in names
+    }
+    assert {len(name) for name in components} == {28}
+    assert len(components) == 2
+
+
+def test_names_leave_room_for_the_longest_pin():
+    """NAME.0.reference-acceleration has to fit into 47 characters."""
+    design = made_up.linear("pid+ff", 4).model_copy(update={"name": "x" * 60})
+    assert len(linuxcnc.component_name(design) + ".0.reference-acceleration") == 47

@@ -10,7 +10,7 @@ from scipy.io import loadmat
 from wording import refused
 
 from hfc_design.cli import main
-from hfc_design.files.design import builtin_designs, named_design
+from hfc_design.files.design import Limits, builtin_designs, named_design
 from hfc_design.formats import FORMATS, compiling
 from hfc_design.formats.fmu.description import base_unit
 
@@ -142,3 +142,11 @@ def test_the_same_design_gives_the_same_bytes(target, tmp_path):
     assert both[0].keys() == NAMES.get(target, both[0].keys())
     if target in ("fll", "fcl", "fcl-jfuzzylogic", "fml"):
         assert not [text for text in both[0].values() if b"\n\n\n" in text]
+
+
+def test_a_limit_is_there_where_the_design_has_one(read):
+    design = named_design("lin-lee-1999-table-1")
+    assert "limits" not in read(design)
+    assert read(design.model_copy(update={"limits": Limits(command=9.0)}))["limits"] == {
+        "command": 9.0
+    }

@@ -332,3 +332,12 @@ def test_the_design_computes_what_the_real_programs_do(tmp_path, suffix):
     runtime = Controller(imported(file, Wish(signals=CHANGE)))
     for error, change, wanted in THE_PROGRAMS_SAY:
         assert output(runtime, error, change) == pytest.approx(wanted, abs=1e-12)
+
+
+def test_an_output_ends_where_its_range_does(tmp_path):
+    text, changes, *_ = SAMPLED["lock-range"]
+    file = written(tmp_path, changed(text, changes))
+    with refused() as found:
+        taken(file)
+    assert found.where == f"{file}: line 12"
+    assert output(taken(file, terms=(7, 7)), -1.0, -1.0) == pytest.approx(-1.0, abs=1e-12)

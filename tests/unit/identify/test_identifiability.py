@@ -105,3 +105,14 @@ def test_a_slope_that_is_no_number_is_named():
     with refused(ValueError):
         check_slopes(fit_of(slopes))
     check_slopes(fit_of(WAVES))
+
+
+def test_no_variance_is_negative_however_far_slopes_lie_apart():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        sizes = 10.0 ** rng.uniform(-12, 12, 3)
+        mixed = WAVES @ np.diag(sizes) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        covariance, inflated = covariance_of(fit_of(mixed))
+        assert (np.diag(covariance) > 0.0).all()
+        assert np.isfinite(covariance).all()
+        assert (inflated > 0.0).all()

@@ -173,3 +173,10 @@ def test_a_law_reads_no_scale_that_no_log_shows(feedback, logged, read):
     own = task_of("milling-table", None, {"sensors.feedback": feedback}, None, None, None, None, 0)
     told = SimpleNamespace(outputs=dict.fromkeys(logged))
     assert linear_part(*own.scenario.machine.drives, told) == read
+
+
+def test_beside_a_rotor_alone_a_law_reads_its_current():
+    changes = {"sensors.feedback": "rotor_angle"}
+    own = task_of("c-axis", None, changes, None, None, None, None, 0)
+    told = SimpleNamespace(outputs={"rotor_angle": None})
+    assert linear_part(*own.scenario.machine.drives, told) == {"signals": ["current"]}

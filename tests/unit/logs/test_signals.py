@@ -281,3 +281,43 @@ def test_a_column_that_the_user_names_is_the_signal():
     with refused(ValueError):
         found(columns)
     np.testing.assert_allclose(found(columns, "position=position").values["position"], PLACE)
+
+
+def test_a_name_with_another_unit_than_the_drives_is_taken_by_itself_and_said():
+    columns = {"time_ms": 1e3 * TIME, "position_um": 1e3 * PLACE, "voltage_mV": 1e3 * VOLTS}
+    one = found(columns | {"velocity_m_s": 2e-3 * PLACE})
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
+    np.testing.assert_allclose(one.values["velocity"], 2.0 * PLACE, atol=1e-12)
+    assert one.sample_time == pytest.approx(1e-3)
+    for words in ("time is time_ms in ms", "position is position_um in um", "in mV", "in m/s"):
+        assert words in one.notes[0]
+    with refused(ValueError):
+        found(columns | {"position_mm": PLACE})
+
+
+def test_a_column_is_also_called_without_its_unit_and_may_be_of_another():
+    columns = {"time [ms]": TIME, "Ist [mm]": PLACE, "command": VOLTS}
+    one = found(columns, "time=time [s]", "position=Ist")
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    assert one.sample_time == pytest.approx(1e-3)
+
+
+def test_a_travel_that_some_machine_has_is_taken():
+    """A stage of a microscope, a launcher of 300 m/s, a turbine of a million turns in a minute."""
+    columns = {"time_s": TIME, "command": VOLTS}
+    for place in (1e-6 * PLACE, 3e5 * TIME * (1.0 + TIME)):
+        one = found(columns | {"position_mm": place})
+        np.testing.assert_array_equal(one.values["position"], place)
+    angle = 1e6 * 2.0 * np.pi / 60.0 * TIME * (1.0 + TIME)
+    one = found(columns | {"spindle_angle": angle}, drive=PLANTS["c-axis"])
+    np.testing.assert_array_equal(one.values["spindle_angle"], angle)
+
+
+def test_five_samples_in_a_row_are_filled_in_and_with_six_missing_the_log_is_cut():
+    for missing, steps, filled in ((5, 400, 5), (6, 300, 0)):
+        kept = np.ones(400, bool)
+        kept[300 : 300 + missing] = False
+        one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
+        assert len(one.usable) == steps
+        assert (~one.usable).sum() == filled

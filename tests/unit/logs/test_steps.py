@@ -53,3 +53,10 @@ def test_the_slowest_samples_of_an_encoder_are_all_that_are_so_slow():
     off = RANDOM.normal(0.0, 1e-4, TIME.shape)
     found = {noise_level(off, np.array(x), None) for x in shaken(*place, times=3, size=1e-15)}
     assert len(found) == 1
+
+
+def test_rounding_is_no_noise():
+    off = 1e-4 * (np.round(MOTION / 1e-4) - MOTION / 1e-4)
+    assert noise_level(off, MOTION, 1e-4) is None
+    assert noise_level(np.zeros(10), MOTION[:10], None) is None
+    assert noise_level(np.ones(2), MOTION[:2], None) is None

@@ -168,3 +168,18 @@ def test_the_path_error_leaves_out_what_follows_a_start_or_a_reversal():
     turns = reversing(time, circle.samples(time).velocity)
     assert (turns[time < 4.9].any(), turns.sum()) == (False, pytest.approx(500, abs=12))
     assert not (turns & found).any()
+
+
+def test_ends_of_the_path():
+    path = Path.of([line((0.0, 0.0), (10.0, 0.0), 60.0)])
+    assert off_path(path, [0.0, 10.0], [(-3.0, -4.0), (13.0, 4.0)]) == pytest.approx([-5, 5])
+
+
+def test_glitches_of_lines():
+    """There and back along X: one reversal. A stop alone and rounding are none."""
+    there = Polyline(points_mm=[(0, 0), (10, 0), (10, 5), (3, 5), (3, 9)], feed_mm_min=600.0)
+    time = np.arange(0.0, there.duration_s + 1.0, 0.01)
+    found = glitches(time, there.samples(time), np.zeros(len(time)))
+    assert [glitch.axis for glitch in found] == ["X"]
+    up = Line(length_mm=10.0, angle_deg=90.0, feed_mm_min=600.0)
+    assert glitches(time, up.samples(time), np.zeros(len(time))) == []

@@ -331,3 +331,8 @@ def test_what_stands_behind_the_end_of_a_program_is_no_code(end):
     text = f"G21\nG4 P1\nG1 X2 F100\n{end}\nTool list: T1 end mill\nG43 H1"
     assert len(gcode.blocks(text)) == 1
     assert [line.split(":")[0] for line in gcode.notes(text)] == ["line 2"]
+
+
+def test_feed_is_modal_and_moves_to_the_same_place_are_none(path_of):
+    path = path_of("G1 F60 X1\nX1\nX2\nF90\nX3\nG0 X3\n")
+    assert path.feed.tolist() == [60.0, 60.0, 90.0]

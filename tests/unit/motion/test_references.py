@@ -19,6 +19,7 @@ from hfc_design.motion.references import (
     Table,
     Trapezoidal,
 )
+from hfc_design.motion.samples import Simulation
 
 
 def at(reference, *times):
@@ -229,3 +230,30 @@ def test_relative_csv_is_found_beside_the_scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(elsewhere)
     (elsewhere / "angle.csv").write_text("t,a\n0,0\n1,99\n")
     assert at(load_scenario(path).reference, 0.5) == [0.02]
+
+
+def test_trapezoidal_nowhere():
+    move = Trapezoidal(distance=0.0, velocity=1.0, acceleration=1.0)
+    assert at(move, 0.0, 1.0) == [0.0, 0.0]
+    assert rate(move, 0.0, 1.0) == [0.0, 0.0]
+
+
+def test_a_cubic_table_stands_still_where_its_rows_do(tmp_path):
+    """A move of 3 mm between two rests: a cubic from rest to rest, x = 3 t^2 - 2 t^3 scaled."""
+    path = tmp_path / "rest.csv"
+    rows = [(0.0, 1.0), (0.5, 1.0), (1.0, 1.0), (3.0, 4.0), (3.5, 4.0 + 1e-12), (5.0, 4.0)]
+    path.write_text("".join(f"{t},{x!r}\n" for t, x in rows))
+    time = np.linspace(0.0, 5.0, 101)
+    found = Table(file=path, interpolation="cubic").samples(time)
+    rests = (time < 1.0) | (time >= 3.0)
+    assert not found.reference_rate[rests].any()
+    assert not found.reference_acceleration[rests].any()
+    u = (time[~rests] - 1.0) / 2.0
+    np.testing.assert_allclose(found.target[~rests], 1.0 + 9.0 * u**2 - 6.0 * u**3, rtol=1e-12)
+    np.testing.assert_allclose(found.reference_rate[~rests], 9.0 * u - 9.0 * u**2, atol=1e-12)
+
+
+def test_samples_in_time():
+    simulation = Simulation(duration_s=0.3, sample_time_s=0.1)  # 0.3 / 0.1 is not quite 3
+    assert simulation.steps == 3
+    assert simulation.time.tolist() == pytest.approx([0.0, 0.1, 0.2])

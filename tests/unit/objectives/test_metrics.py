@@ -94,3 +94,21 @@ def test_single_sample():
     assert found["settling_time_s"] is None
     assert found["control_effort_V2s"] == 0.0
     assert found["rms_voltage_change_V"] is None
+
+
+def test_never_settles():
+    assert measured([10.0, 0.5, 5.0])["settling_time_s"] is None
+
+
+def test_no_error_at_all_has_settled_at_once():
+    found = measured([0.0, 0.0, 0.0])
+    assert found["settling_time_s"] == 0.0
+    assert found["max_error_rad"] == 0.0
+
+
+def test_run_shorter_than_settled_after_is_looked_at_as_a_whole():
+    speed = [0, 1, 0, 1]
+    found = measured(np.ones(4), speed=speed, error_rate=[1, 1, 1, 1], settled_after=1.0)
+    assert found["stick_events"] == 2
+    assert found["stick_share"] == 0.5
+    assert found["velocity_ripple_rad_s"] == 1.0

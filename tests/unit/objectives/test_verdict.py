@@ -171,3 +171,17 @@ def test_a_machine_that_fails_costs_twenty_medians_where_constraints_are_weighed
     assert ensemble.verdict(own, 6.0).weighed == pytest.approx(
         [4 / (1.5 + 10.0) * np.exp(-6 * 2 / 4)]
     )
+
+
+def test_a_search_may_allow_less():
+    ensemble = Ensemble((1.0,), (STUCK, LATE)).tighter(2.0)
+    assert [one.most for one in ensemble.constraints] == [0.0, 0.005]
+    assert ensemble.verdict(judged([[[1.0]]], stick=0.0, late=0.006)).rank == pytest.approx(
+        [-1 / 6]
+    )
+
+
+def test_half_of_the_machines_that_fail_are_weighed_against_nothing():
+    failed = np.array([[[False], [True], [True], [True]]])
+    own = judged(np.full((1, 4, 1), 2.0), failed, late=np.zeros((1, 4, 1)))
+    assert Ensemble((1.0,), (LATE,)).verdict(own, 6.0).weighed == pytest.approx([-6 / 4])

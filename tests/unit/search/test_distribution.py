@@ -94,3 +94,13 @@ def test_where_nothing_is_finite_nothing_is_climbed():
     tried = climbed(rng.normal(size=(20, 2)), lambda x: np.full(len(x), -np.inf), 1000, rng)
     assert len(tried.points) == 20
     assert not np.isfinite(tried.score).any()
+
+
+def test_it_turns_with_the_function():
+    """Rosenbrock's valley is bent: without correlations it takes ten times as long."""
+
+    def rosenbrock(x):
+        return np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1)
+
+    found = minimised(rosenbrock, 6, 12, 500, start=0.0)
+    assert found.mean == pytest.approx(np.ones(6), abs=1e-3)

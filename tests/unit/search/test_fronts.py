@@ -95,3 +95,8 @@ def test_the_knee_of_a_straight_front_is_its_first_point():
     for costs in shaken(0.1, 0.3, 0.7, 0.9):
         x = np.array([0.0, *costs, 1.0])
         assert fronts.knee(np.column_stack([0.3 * x, 0.7 - 0.7 * x])) == 0
+
+
+def test_a_cost_in_which_all_are_equal_says_nothing():
+    costs = np.array([[0.0, 3.0, 1.0], [1.0, 2.0, 1.0], [3.0, 0.0, 1.0]])
+    assert fronts.crowding(costs).tolist() == [np.inf, 2.0, np.inf]

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.by_numbers import chain, coordinates
-from hfc_design.search.polish import Polishable, Quadratic, polish
+from hfc_design.search.polish import Polishable, Quadratic, polish, proposals
 
 RNG = np.random.default_rng(11)
 NAMES = ("error", "deflection", "spindle_velocity")
@@ -142,3 +142,22 @@ def test_gains_follow_the_coordinates_as_the_chain_says():
     inside[FIRST:] |= np.abs(START[FIRST:]) < limit * (1 - 1e-4)
     np.testing.assert_allclose(np.diag(slope)[inside], expected[inside], rtol=1e-6)
     assert np.count_nonzero(slope - np.diag(np.diag(slope))) == 0
+
+
+NOTHING = np.zeros(len(START), bool)
+
+
+def test_without_derivatives_it_gets_better_too():
+    found = ended(task(quadratic=None), 40)[-1]
+    assert found.worth[0, 0] > 1.02 * found.first[0, 0]
+
+
+def test_proposals_at_bounds_leave_what_is_frozen():
+    quadratic = derived(ONE, np.random.default_rng(0))
+    frozen = NOTHING.copy()
+    frozen[SOME[:3]] = True
+    points, dampings = proposals(quadratic, frozen, 1.0, 50, np.random.default_rng(1))
+    assert points.shape == (50, len(START))
+    assert dampings.shape == (50,)
+    assert (points[:, frozen] == 0.0).all()
+    assert (points[:, SOME[3:]] != 0.0).any(axis=0).all()

@@ -10,8 +10,8 @@ from searches import same
 
 from hfc_design.controllers.genome import joined, replaced, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.genome import vectors
-from hfc_design.search.heats import heats
+from hfc_design.controllers.hierarchical.genome import from_vectors, vectors
+from hfc_design.search.heats import heats, room
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategies.lin_lee import LinLeeSettings
 from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, humbled
@@ -247,3 +247,23 @@ def test_steps_along_the_derivative_stay_within_the_bounds():
     assert np.abs(everyone.consequents[:, -1]).max() == 20.0
     assert (everyone.scales == 10.0).all()
     assert everyone.gains.min() >= 1.0
+
+
+def test_heats_without_gauss_newton_steps_are_a_quarter_as_long():
+    """Four heats of 105 to 14 islands and four of 7 to 1: 4 / 4 + 4 parts."""
+    sizes = [room(105, 8, k / 100) for k in range(100)]
+    assert [sizes.count(size) for size in heats(105)] == [5, 5, 5, 5, 20, 20, 20, 20]
+    equal = [room(105, 105, k / 80) for k in range(80)]
+    assert [equal.count(size) for size in heats(105)] == [10] * 8
+
+
+def test_vectors_and_back():
+    race = SuccessiveHalving(RACE, Task(genome(RACE)))
+    _, asked = race.start(np.random.default_rng(3))
+    some = taken(asked.population, np.array([5, 5, 5]))
+    points = vectors(some)
+    assert points.shape == (3, 2 + 5 + 4 * 49)
+    assert points[0, 1] == some.gains[0, 1]
+    assert points[0, 2] == some.scales[0, 0]
+    assert points[0, 7 + 49 + 7 + 2] == some.consequents[0, 1, 1, 2]
+    assert same(from_vectors(points, some), some)

@@ -111,3 +111,10 @@ def test_what_the_fitness_tolerates_is_compared():
     bout = Bout("m", scenario, {}, {}, dict.fromkeys(keys, ""))
     assert bout.compared() == [ERROR, "settled_rms_error_rad", "chatter_V"]
     assert bout._replace(scenario=load_scenario("c-axis-ramp")).compared() == keys[1:4:2]
+
+
+def test_a_signed_error_of_the_nominal_machine_is_a_magnitude_as_those_of_all():
+    far = Side(np.array([True]), True, {"final_error_mm": -0.163}, {"final_error_mm": [-0.2]})
+    assert far.of_nominal("final_error_mm") == 0.163
+    assert far.numbers()["metrics"]["final_error_mm"]["median"] == 0.2
+    assert Side(np.array([True]), True, {"fitness": -2.0}, {}).of_nominal("fitness") == -2.0

@@ -147,3 +147,19 @@ def test_few_records_are_filled_up_so_far_that_motions_of_all_usual_lengths_are_
     assert {filled_up_steps(steps, 4) for steps in (1, 500, 4096)} == {4096}
     for steps, recorded in ((16_385, 1), (6000, 4), (3000, 1000)):
         assert filled_up_steps(steps, recorded) == filled_up_steps(steps)
+
+
+def test_a_parameter_has_a_tolerance_of_its_own():
+    tolerances = {"stiffness": 0.5, "rotor_inertia": 0.01}
+    some, _ = drawn(C_AXIS, 0.2, 300, 0, tolerances)
+    widths = {name: abs(shares(some, name)).max() for name in ("stiffness", "rotor_inertia")}
+    assert 0.45 < widths["stiffness"] <= 0.5
+    assert 0.009 < widths["rotor_inertia"] <= 0.01
+    assert 0.18 < abs(shares(some, "spindle_inertia")).max() <= 0.2
+    assert (shares(some, "poles") == 0.0).all()
+
+
+def test_the_first_machines_of_a_seed_stay():
+    some, more = (drawn(C_AXIS, 0.2, count, 7)[0] for count in (5, 40))
+    for few, many in zip(some.true[0], more.true[0], strict=True):
+        assert few.tolist() == many[:6].tolist()

@@ -10,9 +10,10 @@ from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
 from hfc_design.simulation.in_use import MENDS, Stressed, stress_table, why_table
+from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import cases
-from hfc_design.simulation.why_not import least, widest
+from hfc_design.simulation.why_not import deviations, least, widest
 
 COUNT = 220
 SCENARIO = load_scenario(
@@ -178,3 +179,15 @@ def test_every_stress_has_its_own_mend():
         assert told, words
         assert all(re.search(words, name) for name in told)
     assert [name for name in found if MENDS[""] in found[name] and "friction" in name]
+
+
+def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
+    plant = load_scenario("milling-table-circle").plant
+    some, _ = drawn(plant, 0.1, 3, 1, {"load": 5.0})
+    found = deviations(some)
+    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.true])
+    assert np.abs(found["table_mass"]).tolist() == np.abs(masses).max(axis=0).tolist()
+    assert np.abs(found["load"]).tolist() == np.abs(some.around["load"][:, 1:]).max(axis=0).tolist()
+    half = deviations(why_not.nearer(some, 0.5))
+    assert half["load"] == pytest.approx(0.5 * found["load"])
+    assert half["table_mass"] == pytest.approx(0.5 * found["table_mass"])

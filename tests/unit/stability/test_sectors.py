@@ -205,3 +205,11 @@ def test_no_last_bit_makes_a_command_jump():
         assert np.isfinite(found[-1][2:]).all()
         np.testing.assert_allclose(found[-1][2:], found[0][2:], rtol=1e-6)
     assert found[0].k2 >= second
+
+
+def test_terms_that_only_touch_leave_a_place_without_a_rule():
+    touching = [*CHANGE_TERMS]
+    touching[4] = (1.0, 1.5, 2.5)
+    assert command(ERROR_TERMS, touching, rule_singletons("I"), 21.0, 1.0) == 0.0
+    found = true_sectors(ERROR_TERMS, touching, rule_singletons("I"))
+    assert found.k2_low == pytest.approx(-32 / 1.0, rel=1e-14)

@@ -222,3 +222,18 @@ def test_stability_and_sectors_do_not_import_jax():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+@settings(max_examples=50, deadline=None)
+@given(drives)
+def test_theorem_k1_is_where_the_frequency_response_says(drive):
+    k0, a, b = drive[:3]
+    z = np.exp(1j * np.logspace(-4, np.log10(np.pi), 4001))
+    real = (k0 * (z + a) / ((z - 1) * (z - b))).real
+    assert drive.k1_theorem == pytest.approx(-1 / real.min(), rel=1e-4)
+    assert drive.k1_theorem < drive.k1_linear
+
+
+@pytest.mark.parametrize("k1", [0.0, -1.0, np.nan, np.inf, [1.0, -2.0]])
+def test_k2_at_no_k1(k1):
+    assert np.ravel(DRIVE.k2_printed(k1))[-1] == np.ravel(DRIVE.k2(k1))[-1] == 0.0

@@ -13,6 +13,7 @@ from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
 from hfc_design.runs import individuals
 from hfc_design.stability.sectors import true_sectors
 from hfc_design.stability.stable_range import stable_range
@@ -118,3 +119,16 @@ def test_a_search_needs_a_middle_term(tmp_path):
     with refused() as found:
         genome_of(made_up.named(2, 2, 11), tmp_path)
     assert "error_terms" in found.refusal
+
+
+def test_a_start_inside_the_range_is_the_first_individual():
+    start = load_design("jee-koren-2004-aflc").controller
+    # At K = 10 the range is four times as wide and takes the table as it is.
+    own = genome("aflc", "plant.parameters.gain=10.0", "reference.feed_mm_min=100.0")
+    record = own.record(own.empty())
+    np.testing.assert_allclose(record["rules"]["centroids"], start.rules.centroids, atol=1e-12)
+    assert [tuple(row) for row in record["rules"]["labels"]] == list(start.rules.labels)
+    for key in ("error_terms", "error_change_terms"):
+        for mine, theirs in zip(record[key], getattr(start, key), strict=True):
+            assert mine["centre"] == pytest.approx(theirs.centre, abs=1e-12)
+            assert (mine["left"] is None) == (theirs.left is None)

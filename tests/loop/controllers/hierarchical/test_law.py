@@ -138,3 +138,11 @@ def test_a_turned_hierarchy_commands_the_same(design, canonical):
         jax.tree.map(np.asarray, other.law_gains())
     )
     assert found == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("level", [0.0, 1.6, 40.0])
+def test_no_rule_fires_far_outside(dtype, level):
+    table = (level + TABLE).astype(dtype)
+    for column, row in [(40.0, 0.1), (0.1, 40.0), (-40.0, 40.0), (1e30, 0.0)]:
+        assert inferred(table, dtype(column), dtype(row)) == 0.0

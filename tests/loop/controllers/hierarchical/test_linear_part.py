@@ -127,3 +127,10 @@ def test_a_blend_beyond_its_ends_is_a_design():
         record = {**genome.record(taken(blended, slice(k, k + 1))), "sample_time_s": 0.001}
         plant = {"name": "c-axis", "parameters": {}}
         Design.model_validate({"name": "one", "plant": plant, "controller": record})
+
+
+def test_a_signal_may_be_an_input_too():
+    data = json.loads(design_json(made_up.hierarchy_on_linear(7)))
+    data["controller"]["linear"]["signals"] = {"spindle_velocity": 2.0}
+    both = Design.model_validate(data)
+    assert both.kind.reads(both.controller).count("spindle_velocity") == 1

@@ -169,3 +169,27 @@ def test_the_first_stage_begins_with_two_regulators_that_are_alike(genome):
     for k in (0, 1):
         wanted = np.where(more[:, None], both[1 - k], both[k])
         np.testing.assert_array_equal(columns(genome, found, bool(k)), wanted)
+
+
+def test_every_tree_passes_the_shares_on_to_the_root(genome):
+    """As nearly as seven terms pass a value on; which inputs come beside the way is no matter."""
+    population, _ = two_laws(genome, [1.0, 0.0, 0.0, 1.0], count=genome.structures)
+    assert genome.structures > 1
+    for k in range(genome.structures):
+        design = design_of(genome, taken(population, slice(k, k + 1)))
+        pair = (columns(genome, taken(population, slice(k, k + 1)), law)[0] for law in (0, 1))
+        first, second = pair
+        width = population.first.linear[k, -2]
+        found = []
+        for u in (0.0, 0.4, 0.8, -0.4, -0.8, 1.0):
+            for told in readings(design, 6, reference_rate=u / SCALE):
+                one, other = (by_hand(genome, law, told, width) for law in (first, second))
+                found.append((u, (Controller(design).step(told) - one) / (other - one)))
+        wanted = {u: expected_share(u, design.controller.terms) for u, _ in found}
+        assert all(abs(share - wanted[u]) < 0.12 for u, share in found), design.controller.units
+
+
+def expected_share(u, terms):
+    off = [max(abs(u - term.centre) - term.half_width, 0.0) for term in terms]
+    degrees = [np.exp(-term.rate * x**2) for term, x in zip(terms, off, strict=True)]
+    return np.average([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0], weights=degrees)

@@ -155,3 +155,21 @@ def test_a_drive_that_cannot_be_differentiated_is_told_in_a_line(own):
     with refused() as found:
         of_sledge("lqi", "sledge")
     assert found.where == "plant 'sledge' cannot be linearised"
+
+
+def test_feed_forward_counts_what_the_gains_on_signals_give():
+    """At steady speed a gain on the deflection gives g s; that much less is fed forward."""
+    plain, fed = genome("pid+ff"), genome("pid+ff", **SIGNALS)
+    individual = fed.empty()
+    alone, gains = plain.gains(plain.empty()), fed.gains(individual)
+    delta = 0.4 / 200.0  # deflection at 1 rad/s of viscous friction [rad]
+    assert gains.velocity == pytest.approx(alone.velocity - gains.signals[0] * delta)
+    assert gains.coulomb == pytest.approx(alone.coulomb - gains.signals[0] * 0.7 / 200.0)
+
+
+def test_a_range_of_one_s_own():
+    made = genome("pid+ff", ranges={"kp": [1e3, 1e4], "velocity_multiple": [1.0, 1.0]})
+    values = made.values(fresh(made))
+    assert values["kp"].min() >= 1e3 * (1 - 1e-12)
+    assert values["kp"].max() <= 1e4 * (1 + 1e-12)
+    assert (values["velocity_multiple"] == 1.0).all()

@@ -228,3 +228,20 @@ def test_an_own_plant_needs_ranges_inside_too(own_plugins):
     with refused() as found:
         api.load_scenario({"plant": {"name": "own-table"}, "controller": each, **CIRCLE})
     assert "controller.axes.x.ranges" in found.refusal
+
+
+def test_the_gains_of_a_pid_make_errors_fade_and_keep_their_frequency(own):
+    """To first order: poles at exp(i w T) go inwards by T gain |error of a load of 1| / 2."""
+    made = of_sledge(
+        "pid+ff", ranges={name: [0.01, 0.01] for name in ("resonator_1", "resonator_2")}
+    )
+    record = made.record(made.empty()) | {"derivative_hz": 0.0}
+    poles = simulated_loop(record).poles()[1]
+    for found in record["resonators"]:
+        frequency = found["frequency_rad_s"]
+        gain = abs(complex(found["in_phase"], found["quadrature"]))
+        assert gain == pytest.approx(0.01 * record["kp"] * frequency)
+        rate = 0.5 * gain * abs(answer(record | {"resonators": []}, frequency * EVERY))
+        near = poles[np.argmin(np.abs(poles - np.exp(1j * frequency * EVERY)))]
+        assert -np.log(abs(near)) / EVERY == pytest.approx(rate, rel=0.05)
+        assert np.angle(near) / EVERY == pytest.approx(frequency, abs=0.1 * rate)

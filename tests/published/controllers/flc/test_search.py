@@ -2,6 +2,7 @@
 
 import pytest
 from feed_genomes import CIRCLE
+from resuming import whole_and_in_parts
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -56,3 +57,7 @@ def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
         assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]
         if name != "line":  # on which no axis reverses
             assert own["worst_glitch_BLU"] < 0.8 * published["worst_glitch_BLU"]
+
+
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path, no_baselines, known_use):
+    whole_and_in_parts(load_scenario(CIRCLE, ["controller.kind=flc", *SMALL]), tmp_path, 3)

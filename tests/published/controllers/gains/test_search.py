@@ -40,3 +40,21 @@ def test_pid_by_search_is_no_worse_than_by_pole_placement():
         scenario = api.load_scenario("feed-drive-line", changes | {"run.seed": seed})
         published = api.evaluate(api.load_design("jee-koren-2004-pid"), scenario)
         assert api.design(scenario).evaluation.fitness > published.fitness
+
+
+def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path, known_use):
+    """The run folder holds a copy of the table, under another path."""
+    table = tmp_path / "way.csv"
+    table.write_text("time_s,reference\n0,0\n1,0.01\n")
+    scenario = api.load_scenario(
+        {
+            "reference": {"kind": "csv", "file": str(table)},
+            "controller": {"kind": "pd"},
+            "search": {"population": 4, "generations": 2},
+            "simulation": {"duration_s": 0.2},
+        }
+    )
+    assert (
+        api.design(scenario, tmp_path / "run").design
+        == api.design(scenario, tmp_path / "run").design
+    )

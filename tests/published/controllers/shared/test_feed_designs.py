@@ -16,3 +16,10 @@ def test_the_loop_equals_the_runtime(name):
         found = jax_motion(controller, five(gains) if name in LARGE else gains, reference)
         assert np.abs(expected).max() > 10.0
         np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_single_precision_stays_single():
+    controller, gains = controller_of(DESIGNS["2004-aflc with all terms"])
+    found = jax_motion(controller, gains, circle(50), np.float32)
+    expected = list(runtime_motion(DESIGNS["2004-aflc with all terms"], circle(50)))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-4, atol=1e-3)

@@ -10,6 +10,8 @@ from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     blamed_aflc,
     blamed_soflc,
+    highest_term,
+    performance_indices,
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Judge, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer
@@ -223,3 +225,16 @@ def test_an_error_within_the_dead_zone_is_none():
     *_, (_, plain) = stepped(gains_of()._replace(flc=flc), blamed_aflc, [7.0, 0.0, 0.0, -7.0])
     assert dead == plain
     assert dead.integral == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "place"),
+    [
+        ([0, 0, 0, 0.4, 0.2, 0, 0], 3),
+        ([0, 0, 0, 0, 0, 0.4, 0.2], 5),
+        ([0, 0, 0.3, 0.3, 0, 0, 0], 3),
+    ],
+)
+def test_the_term_of_the_highest_degree_counts(degrees, place):
+    found = performance_indices(SCALARS, highest_term(SCALARS, degrees))
+    assert found == [row[place] for row in feed_oracle.INDEX]

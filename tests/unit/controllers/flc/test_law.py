@@ -225,3 +225,27 @@ def test_a_number_between_two_labels_has_the_lower_one_of_both():
         assert nearest_labels([[-largest, -between, between, largest]]) == [
             ["NL", "NM", "PS", "PL"]
         ]
+
+
+def test_compensation_shifts_every_singleton():
+    """JK04 eq. 29: adding u_d to all singletons adds it to the action."""
+    signals = {"error": 10.0, "velocity": 300.0}
+    law = flc.flc("PD", 0.01)
+    memory = law.initial_memory(0.0)
+    found, *_ = law.sample(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
+    u_d = 0.05 * 9 - 1.16 * 3 + 6.54
+    shifted = gains_of()._replace(singletons=[[u + u_d for u in r] for r in rule_singletons("I")])
+    expected, *_ = law.sample(SCALARS, law, shifted, memory, signals)
+    assert found == pytest.approx(expected)
+
+
+def test_what_adapts_is_labelled_by_what_it_is_by_now():
+    """Its numbers move past one another; a file of it from before is read all the same."""
+    own = named_design("jee-koren-2004-aflc")
+    table = np.array(own.controller.rules.centroids)
+    table[1, 2] = 20.0
+    moved = own.controller.rules.moved(table)
+    assert moved.labels[1][2] == "PM"
+    assert parsed(own, centroids=table.tolist()).labels == moved.labels
+    table[1, 2] = -15.0
+    assert own.controller.rules.moved(table).labels == own.controller.rules.labels

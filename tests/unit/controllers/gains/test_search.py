@@ -113,3 +113,9 @@ def test_mixing_goes_on_a_straight_line_within_the_ranges():
     found = GENOME.blended(one, other, share).places.T
     np.testing.assert_allclose(found, line.clip(0.0, 1.0), atol=1e-15)
     assert (found != line).any()
+
+
+def test_a_double_is_a_millionth_of_the_ranges_off():
+    before = middle()
+    off = GENOME.nudged(before, np.random.default_rng(34)).places - before.places
+    normal(off / 1e-6)

@@ -66,3 +66,13 @@ def test_weights_of_another_size_are_one_line(tmp_path):
     with refused() as found:
         checked(NeuralDesign, data, "mine.json", tmp_path)
     assert "mine.json: weights.hidden.3" in found.refusal
+
+
+def test_first_weights_are_uniform_and_the_seed_s():
+    found = [drawn(100, seed) for seed in (0, 0, 1)]
+    assert found[0] == found[1] != found[2]
+    values = np.concatenate([np.ravel(found[0].hidden), found[0].output])
+    assert values.size == 401
+    assert abs(values).max() <= 1.0
+    assert abs(values.mean()) < 0.1
+    assert values.std() == pytest.approx(1.0 / np.sqrt(3.0), rel=0.05)

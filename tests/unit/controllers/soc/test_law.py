@@ -141,3 +141,11 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
         "Rules of Y at the end: rules over error and change of error in a sample",
     ]
     assert len(sections(design.controller, shown._replace(signals=None))) == 1
+
+
+def test_an_error_beyond_the_sets_counts_as_the_outermost():
+    for error in (5.0, 80.0, 1e300):
+        _, rules = stepped([error])
+        wanted = np.zeros((SETS, SETS))
+        wanted[10, 10] = 0.5 * (0.5 * 5 + 0.5 * 5)
+        np.testing.assert_array_equal(rules, wanted)
