@@ -15,10 +15,10 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.gcode import notes, text_of
 from hfc_design.motion.references import Trapezoidal
 from hfc_design.motion.trajectories import GCode, Trajectory
-from hfc_design.objectives.measures import SWING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
+from hfc_design.objectives.unsettled import SWING
 
-#: Whether a motion settles is judged by each half of its last quarter (``measures.unsettled``),
+#: Whether a motion settles is judged by each half of its last quarter (``objectives.unsettled``),
 #: where what swings within SWING samples has to be seen.
 LEAST_SAMPLES = int(8 * SWING)
 #: Standard deviation of what rounding to whole steps is off by, of a step.

@@ -96,7 +96,7 @@ def way(target: Floats, rate: Floats) -> float:
 def beside(
     axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
 ) -> tuple[State, ...]:
-    """``start`` with the whole of each axis moved by a little, see ``measures.unsettled``.
+    """``start`` with the whole of each axis moved by a little, see ``objectives.unsettled``.
 
     ``ways`` are how far each axis goes, ``finest`` the steps that its sensors
     make beside those of its own encoder, in its units.

@@ -27,6 +27,7 @@ from hfc_design.files.machine import (
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
 from hfc_design.files.robust import AROUND, RobustSettings, unknown_parameter
 from hfc_design.files.stress import ALSO, StressSettings
+from hfc_design.motion.phases import Window, late_samples, settled_samples, slides
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
@@ -34,8 +35,7 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.measures import Units, in_units, path_fault
-from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
+from hfc_design.objectives.metric import Units, in_units, path_fault
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
@@ -154,7 +154,7 @@ class Scenario(Record, metaclass=Asked):
         for motion in self.each_motion():
             if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):
                 raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
-            bounds = [bound.measure for bound in constraints_on(self.constraints, self.units)]
+            bounds = [bound.metric for bound in constraints_on(self.constraints, self.units)]
             if fault := path_fault(bounds, motion.follows_path):
                 raise ValueError(f"constraints.{fault}")
         if "controller" in self.model_fields_set and (fault := self.unfit):
@@ -337,8 +337,8 @@ class Scenario(Record, metaclass=Asked):
         fitness = objective_of(self.fitness.on(self.units))
         evaluator = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
-        weighed = [one.measure for one in self.traded if one.measure is not None]
-        return evaluator._replace(measured=(*weighed, *(bound.measure for bound in bounds)))
+        weighed = [one.metric for one in self.traded if one.metric is not None]
+        return evaluator._replace(measured=(*weighed, *(bound.metric for bound in bounds)))
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""

@@ -27,13 +27,12 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.writing import MEANINGS, meanings_of
 from hfc_design.gather.comments import Comment, comments_of, described, first_line, said, source_in
 from hfc_design.gather.fields import fields_of, records_in
-from hfc_design.motion.contour import contour_meanings
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
-from hfc_design.objectives.measures import MEASURES, band_time
-from hfc_design.objectives.metrics import meanings
+from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM
+from hfc_design.objectives.metrics import RUNNING, band_time
 from hfc_design.objectives.objective import Objective, ObjectiveSettings
-from hfc_design.objectives.program_metrics import program_meanings
+from hfc_design.objectives.tables import columns
 from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
 from hfc_design.search.loop import STRATEGIES
@@ -100,13 +99,14 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
 def _metrics(machine: Machine) -> dict[str, str]:
     """What is read off a motion: of one axis; of two on a path in X-Y; of a program."""
     drive = machine.drives[0]
-    if len(machine.axes) > 1:
-        return program_meanings(machine)
-    found = dict(meanings(drive))
-    if drive.millimetres is not None:
-        path = contour_meanings([drive, drive])
-        found |= {name: f"in X-Y: {text}" for name, text in path.items() if name not in found}
-    return found
+    tables = {"": columns(machine, PROGRAM if len(machine.axes) > 1 else ALONE)}
+    if len(machine.axes) == 1 and drive.millimetres is not None:
+        tables["in X-Y: "] = columns(Machine("", ("x", "y"), (drive, drive)), PLANE)
+    texts: dict[str, str] = {}
+    for where, table in tables.items():
+        for key, column in table.items():
+            texts.setdefault(key, where + column.meaning)
+    return texts
 
 
 def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
@@ -198,7 +198,7 @@ def gather() -> list[Entry]:
             found += entries_of(group.get(name))
     for record in references:
         found += reference_entries(record, (*references, Load))
-    for one in (*MEASURES.values(), band_time(0.0)):
+    for one in (*RUNNING.values(), band_time(0.0)):
         meaning = one.meaning.replace("within 0", "within the band that is told beside it")
         metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
         found.append(metric._replace(meaning=meaning))

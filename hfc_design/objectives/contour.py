@@ -12,7 +12,7 @@ from hfc_design.core.records import NotNegative
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
-from hfc_design.objectives.measures import Units
+from hfc_design.objectives.metric import Units
 from hfc_design.objectives.objective import Left, Moment, Objective, Sums
 
 

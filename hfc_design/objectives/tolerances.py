@@ -11,15 +11,8 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.quantities import Quantity
 from hfc_design.core.records import Positive, Record
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.measures import (
-    BAND_TIME,
-    Measure,
-    Units,
-    in_units,
-    measure,
-    named,
-    path_fault,
-)
+from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
+from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 
@@ -47,7 +40,7 @@ class TolerancesSettings(ObjectiveSettings):
     @classmethod
     def _known(cls, tolerances: Tolerances) -> Tolerances:
         for name in tolerances:
-            measure(named(name))
+            metric(named(name))
         return {named(name): tolerated for name, tolerated in tolerances.items()}
 
     def on(self, units: Units) -> "TolerancesSettings":
@@ -63,7 +56,7 @@ class TolerancesSettings(ObjectiveSettings):
         for name, tolerated in self.tolerances.items():
             entry = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
             key = f"fitness.tolerances.{name}"
-            number = in_units(key, entry.tolerance, measure(name).unit, units)
+            number = in_units(key, entry.tolerance, metric(name).unit, units)
             if not number > 0.0:
                 raise ValueError(f"{key} = {entry.tolerance!r}: has to be more than zero")
             converted[name] = Weighed(tolerance=number, weight=entry.weight)
@@ -71,7 +64,7 @@ class TolerancesSettings(ObjectiveSettings):
 
 
 @cache
-def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
+def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
     """``1 / cost``; the cost is the weighted mean of measure / tolerance: 1 is just good enough.
 
     ``weighed`` has measures, tolerances [units of the drive] and weights.
@@ -115,13 +108,13 @@ def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
     return 1.0 / reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
 
 
-def tolerated(settings: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:
+def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:
     """Measures, tolerances [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
     for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``
-        rows.append((measure(name, settings.band), weighed.tolerance, weighed.weight))
+        rows.append((metric(name, settings.band), weighed.tolerance, weighed.weight))
     return tuple(rows)
 
 
-OBJECTIVE = tolerances(((measure("settled_rms_error"), 1e-3, 1.0),))
+OBJECTIVE = tolerances(((metric("settled_rms_error"), 1e-3, 1.0),))

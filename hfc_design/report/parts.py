@@ -102,7 +102,7 @@ def pass_conditions(scenario: Scenario) -> str:
         )
     units = scenario.units.signals
     limits = (
-        f"{one.measure.name} of {one.most:g} [{units.get(one.measure.unit, one.measure.unit)}]"
+        f"{one.metric.name} of {one.most:g} [{units.get(one.metric.unit, one.metric.unit)}]"
         for one in bounds
     )
     return f"the loop is stable, and has at most {', '.join(limits)}"

@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Floats, Integers, number_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.measures import in_units
+from hfc_design.objectives.metric import in_units
 from hfc_design.objectives.traded import Traded
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.fronts import dominated, knee, scaled

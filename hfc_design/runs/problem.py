@@ -357,7 +357,7 @@ class Problem:
         costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
         measured = iter(costs.T)  # those of constraints come last
         units = self._record.units_that_matter
-        columns = (next(measured) if x.measure else units(gains) for x in self._traded)
+        columns = (next(measured) if x.metric else units(gains) for x in self._traded)
         return np.stack([*columns], axis=1).astype(float)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:

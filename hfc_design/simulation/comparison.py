@@ -22,18 +22,15 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine, own_machine
+from hfc_design.simulation.evaluating import table_of
 from hfc_design.simulation.in_use import tolerated_metrics
 from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told
 
-#: Parts of the names of the metrics that are compared, in the order of every table.
-COMPARED = (
-    *("rms_contour_error", "max_contour_error", "worst_glitch", "path_error", "orientation"),
-    "rms_error",
-    *("max_error", "overshoot", "settling_time", "_change", "peak_", "stick_share"),
-)
+#: Rank of what is compared only because the scenario's fitness tolerates so much of it.
+LAST = 99
 #: Of these more is better, of every metric less.
 SCORES = ("fitness", "merit")
 #: What stands for all motions together.
@@ -113,11 +110,14 @@ class Bout(NamedTuple):
 
     def compared(self) -> list[str]:
         """The metrics that are compared, the most important first, what is tolerated among them."""
-        windows = () if self.scenario is None else self.scenario.windows
-        heads = tuple(f"{window.name}_" for window in windows)
-        keys = [key for key in self.meanings if not key.startswith(heads)]
-        parts = [*COMPARED, *(() if self.scenario is None else tolerated_metrics(self.scenario))]
-        return list(dict.fromkeys(key for part in parts for key in keys if part in key))
+        if self.scenario is None:  # of all motions together one metric, which is compared
+            return list(self.meanings)
+        tolerated = {
+            key: one.rank or LAST for key, (one, _) in tolerated_metrics(self.scenario).items()
+        }
+        ranks = tolerated | {key: one.rank for key, one in table_of(self.scenario).items()}
+        compared = [key for key in self.meanings if ranks.get(key)]
+        return sorted(compared, key=lambda key: ranks[key])
 
     def lost(self) -> Iterator[str]:
         """Why designs do not keep machines stable, a line each."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.core.arguments import number, wanted
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.machine import PlantSettings
@@ -24,8 +24,9 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import trailing
 
 
 class Judgements(NamedTuple):
@@ -99,21 +100,22 @@ def evaluate_many(
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
     """Of every individual on every machine; of those that fail anywhere in finer steps."""
 
-    def judged(where: Scenario, gains: Gains) -> Judged:
+    def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
+        some = jax.tree.map(lambda leaf: leaf[..., chosen], gains)
         loop = closed_loop(where, controller)
-        return population.scores(loop, machines, [where.samples()], gains, np.float64)
+        return population.scores(loop, machines, [where.samples()], some, np.float64).rows
 
-    judgement = Judged(*map(np.array, judged(scenario, gains)))
-    for where in finer(scenario):
-        lost = np.flatnonzero(judgement.failed.any(axis=(1, 2)))
-        if not len(lost):
-            break
-        again = judged(where, jax.tree.map(lambda leaf, lost=lost: leaf[..., lost], gains))
-        mended = judgement.failed[lost] & ~again.failed
-        judgement.merit[lost] = np.where(mended, again.merit, judgement.merit[lost])
-        judgement.values[lost] = np.where(mended[..., None], again.values, judgement.values[lost])
-        judgement.failed[lost] &= ~mended
-    return judgement
+    def merged(before: Judged, after: Judged) -> Judged:
+        """A machine that did not fail stays as it is."""
+        mended = before.failed & ~after.failed
+        merit = np.where(mended, after.merit, before.merit)
+        values = np.where(mended[..., None], after.values, before.values)
+        return Judged(merit, values, before.failed & after.failed)
+
+    def failed(row: Judged) -> bool:
+        return bool(row.failed.any())
+
+    return Judged.stacked(refined(scenario, trailing(gains), simulate, failed, merged))
 
 
 def _each(given: Any) -> Sequence[Any]:

@@ -4,7 +4,8 @@ And what tables say of several of them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, starmap
+from itertools import starmap
+from operator import attrgetter
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import Signals, within_rate
 from hfc_design.core.arguments import wanted
-from hfc_design.core.numbers import Floats, Gains, Json, Memory, Parameters
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.files.design import AnyDesign, Design, learned
@@ -21,21 +22,17 @@ from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
+from hfc_design.motion.contour import Contour, contour, during
+from hfc_design.motion.phases import settled_samples
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.tool_path import program_errors
-from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judge, Judged
-from hfc_design.objectives.program_metrics import (
-    AxisAlong,
-    length_unit,
-    program_meanings,
-    program_metrics,
-)
+from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM, AxisRecord, MotionRecord
+from hfc_design.objectives.tables import Column, columns, length_unit, values
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
-from hfc_design.simulation.divergence import Divergence, divergence_of, finer
+from hfc_design.simulation.divergence import Divergence, divergence_of, refined
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.repeats import (
     TOLD,
@@ -214,20 +211,19 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    results: dict[int, Evaluation] = {}
-    waiting = list(range(len(scenario.each_motion())))
-    for where in chain([scenario], finer(scenario)):
-        motions = [where.each_motion()[k] for k in waiting]
+
+    def simulate(where: Scenario, chosen: Integers) -> Iterator[Evaluation]:
+        motions = [where.each_motion()[k] for k in chosen]
         loop, many = louder(closed_loop(where, controller), gains)
-        each = evaluations(motions, loop, machines, many)
-        results |= {k: evaluation for k, (evaluation,) in zip(waiting, each, strict=True)}
-        waiting = [k for k in waiting if results[k].diverged]
-        if not waiting:
-            break
+        for (evaluation,) in evaluations(motions, loop, machines, many):
+            yield evaluation
+
+    count = len(scenario.each_motion())
+    results = refined(scenario, count, simulate, attrgetter("diverged"))
     if not scenario.motions:
         return results[0]
     names = (motion.name for motion in scenario.motions)
-    return _together(scenario, {name: results[k] for k, name in enumerate(names)})
+    return _together(scenario, dict(zip(names, results, strict=True)))
 
 
 def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
@@ -339,71 +335,58 @@ def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
 def _metrics(
     scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
 ) -> list[float | None]:
-    """Every metric of a part of the motion, in the order of ``meanings``."""
+    """Every metric of a part of the motion, in the order of ``_table``; None where it diverged."""
     time = scenario.simulation.time
-    motions = [jax.tree.map(lambda leaf: leaf[part], axis.motion) for axis in axes]
-    if path is not None and isinstance(path.trajectory, Program):
-        pairs = zip(axes, motions, strict=True)
-        along = [_along(scenario, axis, motion, part) for axis, motion in pairs]
-        return [*program_metrics(path.trajectory, during(path, time, part), along).values()]
-    if path is not None:
-        errors = np.stack([motion.error for motion in motions])
-        commands = np.stack([motion.command for motion in motions])
-        inside = during(path, time, part)
-        return list(
-            contour_metrics([axis.drive for axis in axes], inside, errors, commands).values()
-        )
-    values: list[float | None] = []
-    for axis, motion in zip(axes, motions, strict=True):
-        speeds = axis.velocity[part], axis.happens.reference_rate[part]
-        settled = scenario.fitness.settled_after_s
-        values += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
-    return values
+    settled = settled_samples(time[part], scenario.fitness.settled_after_s)
+    records = []
+    for axis in axes:
+        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        about = (axis.name, axis.drive, time[part], settled)
+        asked = (axis.reference[part], np.asarray(axis.happens.reference_rate)[part])
+        seen = (motion.error, motion.error_rate, axis.velocity[part], motion.command)
+        limit = scenario.limits.of(axis.name).command
+        limits = axis.drive.largest_commands(axis.parameters, limit)
+        records.append(AxisRecord(*about, *asked, *seen, limits))
+    whole = MotionRecord(tuple(records), None if path is None else during(path, time, part))
+    return [*values(_table(scenario), whole).values()]
 
 
-def _along(scenario: Scenario, axis: AxisMotion, motion: Recorded, part: slice) -> AxisAlong:
-    """What there is to read off one axis in a part of a program."""
-    reference = axis.reference[part]
-    limit = scenario.limits.of(axis.name).command
-    limits = axis.drive.largest_commands(axis.parameters, limit)
-    seen = (reference - motion.error, axis.velocity[part], motion.command)
-    return AxisAlong(axis.name, axis.drive, reference, *seen, limits)
+def _table(scenario: Scenario) -> dict[str, Column]:
+    """The metrics of one motion, without windows."""
+    path = ALONE
+    if scenario.follows_path:
+        path = PROGRAM if isinstance(scenario.path, Program) else PLANE
+    return columns(scenario.machine, path)
+
+
+def table_of(scenario: Scenario) -> dict[str, Column]:
+    """Every metric that an evaluation on a scenario has, by its key; those of windows follow."""
+    if scenario.motions:
+        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
+        return {
+            f"{_key(motion.name)}_{key}": column._replace(
+                meaning=f"{motion.name}: {column.meaning}"
+            )
+            for motion, alone in pairs
+            for key, column in table_of(alone).items()
+        }
+    whole = _table(scenario)
+    inside = {
+        f"{window.name}_{key}": column._replace(meaning=f"{window.name}: {column.meaning}", rank=0)
+        for window in scenario.windows
+        for key, column in whole.items()
+    }
+    return whole | inside
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
-    if scenario.motions:
-        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
-        return {
-            f"{_key(motion.name)}_{key}": f"{motion.name}: {text}"
-            for motion, alone in pairs
-            for key, text in meanings(alone).items()
-        }
-    machine = scenario.machine
-    if isinstance(scenario.path, Program):
-        descriptions = program_meanings(machine)
-    elif scenario.follows_path:
-        descriptions = contour_meanings(machine.drives)
-    else:
-        axes = machine.axes if len(machine.axes) > 1 else ("",)
-        each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
-        descriptions = {
-            key: text
-            for axis, axis_texts in each
-            for key, text in _headed(axis, axis_texts).items()
-        }
-    names = ("", *(window.name for window in scenario.windows))
-    return {key: text for name in names for key, text in _headed(name, descriptions).items()}
+    return {key: column.meaning for key, column in table_of(scenario).items()}
 
 
 def _key(motion: str) -> str:
     """A motion as it stands before a metric's name."""
     return motion.replace("-", "_")
-
-
-def _headed(name: str, texts: dict[str, str]) -> dict[str, str]:
-    """Keys and texts with a name before them; as they are where it is ""."""
-    return {f"{name}_{key}": f"{name}: {text}" for key, text in texts.items()} if name else texts
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:

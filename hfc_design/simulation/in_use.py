@@ -22,7 +22,8 @@ from hfc_design.files.pairing import controller_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import Constraint, constraints_on
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.metric import Metric
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.repeats import Repeats, chaos_told
@@ -366,7 +367,7 @@ def loop_in_use(
     """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
-    measures = tuple(one.measure for group in _measured(scenario) for one in group)
+    measures = tuple(one.metric for group in _measured(scenario) for one in group)
     return loop._replace(judge=loop.judge._replace(measured=measures)), gains
 
 
@@ -381,7 +382,7 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
     """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
     values, groups = np.asarray(judged.values), _measured(scenario)
     columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
-    return [{one.measure.name: (one, next(columns)) for one in group} for group in groups]
+    return [{one.metric.name: (one, next(columns)) for one in group} for group in groups]
 
 
 def units(scenario: Scenario) -> dict[str, str]:
@@ -389,12 +390,12 @@ def units(scenario: Scenario) -> dict[str, str]:
     return {one.name: _unit(one, scenario) for one in _told(scenario)}
 
 
-def _told(scenario: Scenario) -> tuple[Measure, ...]:
+def _told(scenario: Scenario) -> tuple[Metric, ...]:
     tracking = "estimated_rms_contour_error" if scenario.follows_path else "settled_rms_error"
-    return tuple(MEASURES[name] for name in (tracking, "chatter", "peak_command"))
+    return tuple(RUNNING[name] for name in (tracking, "chatter", "peak_command"))
 
 
-def _unit(one: Measure, scenario: Scenario) -> str:
+def _unit(one: Metric, scenario: Scenario) -> str:
     return scenario.units.signals.get(one.unit, one.unit)
 
 
@@ -420,7 +421,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
     return [Constraint(one, most) for one, most, _ in tolerated(fitness)]
 
 
-def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
+def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
     """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
     metrics = {}
     for one, _ in _tolerances(scenario):
@@ -440,7 +441,7 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     over = {}
     for name, (bound, _) in bounds_of(scenario, judged).items():
         most, values = bounds[name]
-        unit = _unit(bound.measure, scenario)
+        unit = _unit(bound.metric, scenario)
         over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
     why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]

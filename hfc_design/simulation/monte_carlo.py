@@ -1,14 +1,14 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import islice
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from hfc_design.core.arguments import share, wanted, whole
-from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
+from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import Interval, share_interval
@@ -19,7 +19,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
 from hfc_design.simulation.in_use import ENOUGH, tolerated_metrics
 from hfc_design.simulation.machines import NONE, drawn
@@ -148,21 +148,21 @@ def robustness(
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
-    results: dict[int, tuple[Evaluation, Judged]] = {}
-    waiting, at_once, refined = np.arange(machines.size), min(CHUNK, machines.size), 0
-    for where in chain([scenario], finer(scenario)):
+    again: list[int] = []
 
-        def more(done: int, total: int, before: int = len(results)) -> None:
+    def simulate(where: Scenario, chosen: Integers) -> Iterator[tuple[Evaluation, Judged]]:
+        first = where is scenario
+        again.extend([] if first else [len(chosen)])
+        before, at_once = (0, min(CHUNK, machines.size)) if first else (machines.size, FEW)
+
+        def more(done: int, total: int) -> None:
             progress(before + done, before + total)
 
-        motions = _motions(design, where, machines.take(waiting), more, at_once)
-        results |= zip(waiting.tolist(), motions, strict=True)
-        waiting, at_once = np.flatnonzero([one.diverged for one, _ in results.values()]), FEW
-        if not len(waiting):
-            break
-        refined = refined or len(waiting)
-    evaluations, judged = zip(*results.values(), strict=True)
-    measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
+        return _motions(design, where, machines.take(chosen), more, at_once)
+
+    results = refined(scenario, machines.size, simulate, lambda result: result[0].diverged)
+    evaluations, judged = zip(*results, strict=True)
+    _, measured, failed = map(np.asarray, Judged.stacked(judged))
     lost = failed | np.array([[one.diverged] for one in evaluations])
     why = {reason: mask[:, 0] for reason, mask in faults(measured, lost, [scenario]).items()}
     stable = ~np.logical_or.reduce([*why.values()])
@@ -182,7 +182,7 @@ def robustness(
         reasons,
         nominal_reasons,
     )
-    return Robustness(spread, seed, machines, refused, refined, *parts, meant)
+    return Robustness(spread, seed, machines, refused, again[0] if again else 0, *parts, meant)
 
 
 def _columns(

@@ -3,7 +3,7 @@
 On every machine
 
 - the motion is finite,
-- a copy that began a little off ends on the same motion (``measures.unsettled``): no limit cycle,
+- a copy that began a little off ends on the same motion (``unsettled.py``): no limit cycle,
   nothing that grows,
 - no drive stands at a limit of its command for more than a tenth of the last quarter,
 - the error of the last quarter is within ``MULTIPLE`` times that of the nominal machine or within
@@ -19,11 +19,12 @@ import numpy as np
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.metric import Metric
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.closed_loop import Loop
 
 #: What is to be measured of a loop, in the order in which ``faults`` has it.
-STABILITY = tuple(MEASURES[name] for name in ("unsettled", "limit_share", "late_error"))
+STABILITY = tuple(RUNNING[name] for name in ("unsettled", "limit_share", "late_error"))
 #: Largest share of a small disturbance of the start that may still move in the end.
 UNSETTLED = 0.3
 #: A drive that stands at a limit for a larger share of the last quarter no longer controls.
@@ -43,7 +44,7 @@ EXPLAINED = {
 }
 
 
-def measuring(loop: Loop, measures: Iterable[Measure] = ()) -> Loop:
+def measuring(loop: Loop, measures: Iterable[Metric] = ()) -> Loop:
     """The loop with its ``measures`` and what ``faults`` needs measured after everything."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
@@ -100,5 +101,5 @@ def _largest_reference(motion: Scenario) -> float:
 
 def _tolerance(motion: Scenario, largest: float) -> float:
     bounds = constraints_on(motion.constraints, motion.units)
-    late_bounds = [bound.most for bound in bounds if bound.measure.name == "late_error"]
+    late_bounds = [bound.most for bound in bounds if bound.metric.name == "late_error"]
     return late_bounds[0] if late_bounds else TOLERANCE * largest

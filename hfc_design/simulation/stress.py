@@ -21,10 +21,10 @@ from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.stress import MODES, Mode
+from hfc_design.motion.phases import late_samples
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import in_units
-from hfc_design.objectives.metrics import late_samples
+from hfc_design.objectives.metric import in_units
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.in_use import Stressed

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -22,7 +22,7 @@ from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import in_use, population
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.divergence import finer, refined
 from hfc_design.simulation.in_use import LARGEST_TRIED, NO, TRIED, Usable
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
@@ -127,16 +127,16 @@ class _InUse(NamedTuple):
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
         """The same; what diverges is simulated again in finer steps."""
-        judged = self.judged(machines)
-        for where in finer(self.scenario):
-            again = np.flatnonzero(judged.failed.any(axis=1))
-            if not len(again):
-                break
-            some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
-            refined = _InUse.of(design, where).judged(some)
-            for part, new in zip(judged, refined, strict=True):
-                part[again] = new[: len(again)]
-        return judged
+
+        def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
+            if where is self.scenario:
+                return self.judged(machines).rows
+            some = machines.take(np.resize(chosen, -(-len(chosen) // FEW) * FEW))
+            return _InUse.of(design, where).judged(some).rows[: len(chosen)]
+
+        count = machines.size
+        rows = refined(self.scenario, count, simulate, lambda row: bool(row.failed.any()))
+        return Judged.stacked(rows)
 
 
 def _gain(

@@ -24,7 +24,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import counted
@@ -120,7 +120,7 @@ def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
 
 
 def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -> Iterator[Change]:
-    required, late = ~np.array(scenario.nominal_only), MEASURES["late_error"]
+    required, late = ~np.array(scenario.nominal_only), RUNNING["late_error"]
     bounds = bounds_of(scenario, judged)
     if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
         bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
@@ -129,7 +129,7 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
         others = failing(scenario, {why: x for why, x in lost.items() if why not in reasons})
         worst = np.append(values[0].max(), np.where(required, values[1:], -np.inf).max(axis=1))
         most, limit = least(worst, others), scenario.constraints.get(name, "-")
-        written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.measure.unit
+        written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.metric.unit
         unit = written[2] if written and bound.most else scenario.units.signals.get(unit, unit)
         scale = float(written[1]) / bound.most if written and bound.most else 1.0
         needed = most and f"{three_digits(UP * most * scale)} {unit}".removesuffix(" 1")

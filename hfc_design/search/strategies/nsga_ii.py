@@ -17,7 +17,7 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Ordered, Positive
-from hfc_design.objectives.measures import named
+from hfc_design.objectives.metrics import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
 from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in

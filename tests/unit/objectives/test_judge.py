@@ -10,7 +10,7 @@ from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import judge
 from hfc_design.objectives.lin_lee import lin_lee
-from hfc_design.objectives.measures import band_time, measure
+from hfc_design.objectives.metrics import band_time, metric
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs import champion
 from hfc_design.search.loop import Archive, Search
@@ -76,7 +76,7 @@ SEARCH = "search={{preset='nsga-ii', objectives={}}}"
 
 def told(scenario, *names, changes=()):
     found = load_scenario(scenario, [SEARCH.format([*names]), *changes])
-    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+    return [(one.name, one.unit, one.metric and one.metric.name) for one in found.traded]
 
 
 def test_units_are_no_measure():
@@ -135,8 +135,8 @@ def test_overshoot_on_a_program_is_beyond_every_reversal(tmp_path):
 
 
 def test_a_band_is_a_program_once():
-    assert measure("band_time", 1e-3) is measure("band_time", 1e-3)
+    assert metric("band_time", 1e-3) is metric("band_time", 1e-3)
     assert band_time(1e-3).meaning == "from then on the error stays within 0.001"
     with refused(ValueError) as found:
-        measure("speed")
+        metric("speed")
     assert found.where == "speed"

@@ -5,11 +5,11 @@ import pytest
 from shaken import shaken
 
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.motion.phases import Window, settled_samples, slides
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
-from hfc_design.objectives.metrics import Window, settled_samples, slides
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.simulation.in_use import missed, not_kept
 from hfc_design.simulation.settling import faults
@@ -41,7 +41,7 @@ def bounded(values, most):
     """Of one machine in one motion, what is measured beside merits of 1."""
     merit, table = np.ones((len(values), 1, 1)), np.array(values, float)[:, None, None, None]
     found = Judged(merit, np.concatenate([merit[..., None], table], axis=-1), merit < 0.0)
-    return Ensemble((1.0,), (Constraint(MEASURES["peak_command"], most),)).verdict(found)
+    return Ensemble((1.0,), (Constraint(RUNNING["peak_command"], most),)).verdict(found)
 
 
 @pytest.mark.parametrize("most", [0.1, 0.3, 0.7, 10.0])
@@ -84,7 +84,7 @@ def test_a_share_of_the_machines_is_as_many_as_it_says(share, others, kept):
     values[0, 1 : kept + 1] = 1.0
     merit = np.ones_like(values)
     found = Judged(merit, np.stack([merit, values], axis=-1), merit < 0.0)
-    ensemble = Ensemble((1.0,), (Constraint(MEASURES["stick_slip"], 0.0),), forgiven=share)
+    ensemble = Ensemble((1.0,), (Constraint(RUNNING["stick_slip"], 0.0),), forgiven=share)
     assert ensemble.verdict(found).rank == pytest.approx([1.0])
     assert ensemble.reach(found, others + 1) == pytest.approx([1.0])
 

@@ -7,10 +7,10 @@ from wording import refused
 from hfc_design import api
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.verdict import Ensemble
 
-STUCK, LATE = Constraint(MEASURES["stick_slip"], 0.0), Constraint(MEASURES["late_error"], 0.01)
+STUCK, LATE = Constraint(RUNNING["stick_slip"], 0.0), Constraint(RUNNING["late_error"], 0.01)
 
 
 def judged(merit, failed=None, **values):
