@@ -7,7 +7,7 @@ all of them.
 import re
 from collections.abc import Iterable, Iterator
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from hfc_design.codegen.live import LEAVES, counted
 from hfc_design.codegen.nodes import (
@@ -20,9 +20,6 @@ from hfc_design.codegen.nodes import (
     Storage,
 )
 from hfc_design.codegen.recorder import Recorder
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.language import Language
 
 #: How close an operation binds.
 CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
@@ -72,13 +69,27 @@ def _everywhere(thing: Any) -> bool:
     return isinstance(thing, Function) or (isinstance(thing, Node) and thing.op == "number")
 
 
+class Syntax(Protocol):
+    """What a ``Printer`` asks a ``language.Language``, which says the same of each."""
+
+    fold: bool
+    chooses: frozenset[str]
+
+    def literal(self, value: float | bool, real: bool) -> str: ...  # noqa: D102
+    def comment(self, text: str) -> list[str]: ...  # noqa: D102
+    def leaf(self, node: Node, name: str) -> str: ...  # noqa: D102
+    def element(self, storage: Storage, name: str, place: str) -> str: ...  # noqa: D102
+    def operation(self, op: str, parts: list[str], node: Node) -> str: ...  # noqa: D102
+    def statement(self, printer: "Printer", item: Any) -> Iterator[str]: ...  # noqa: D102
+
+
 class Printer:
     """One function: what counts in it, and its lines."""
 
     def __init__(
         self,
         trace: Recorder,
-        syntax: "Language",
+        syntax: "Syntax",
         roots: Iterable[Any],
         around: Names,
         *others: Block,

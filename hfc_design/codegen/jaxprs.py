@@ -12,7 +12,7 @@ import numpy as np
 
 from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
-from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.recorder import Recorder
 
 #: Operations by their names here, those that are called otherwise first.
 OPERATIONS = {
@@ -52,7 +52,7 @@ BETWEEN = (*OWN, str(Path(jax.__file__).parent))
 FEW = 4
 
 
-def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
+def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> Any:
     """What a function of JAX gives for trees of nodes and numbers.
 
     Raises:
@@ -73,7 +73,9 @@ def _listed(value: Any) -> Any:
     return [_listed(one) for one in value] if isinstance(value, Array) else value
 
 
-def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]) -> list[Any]:
+def _evaluated(
+    trace: Recorder, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]
+) -> list[Any]:
     known: dict[Any, Any] = dict(zip(jaxpr.constvars, map(_number, consts), strict=True))
     known |= zip(jaxpr.invars, given, strict=True)
 
@@ -101,7 +103,7 @@ def _number(value: Any) -> Any:
     return np.asarray(value).item() if np.size(value) == 1 else value
 
 
-def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
+def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
     """What an equation gives for nodes and numbers."""
     name, told = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
@@ -151,7 +153,7 @@ OTHERS: dict[str, Callable[..., Any]] = {
 }
 
 
-def _chosen(trace: Trace, branches: Sequence[Any], given: list[Any]) -> list[Any]:
+def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[Any]:
     """Both branches of a condition, and of each result that of the one that holds."""
     if len(branches) != 2:
         raise TraceError("calls lax.switch, of which no code is made; write jnp.where instead")
@@ -160,7 +162,7 @@ def _chosen(trace: Trace, branches: Sequence[Any], given: list[Any]) -> list[Any
     return [trace.made("?", which, a, b) for a, b in zip(yes, no, strict=True)]
 
 
-def _scanned(trace: Trace, told: dict[str, Any], given: list[Any]) -> list[Any]:
+def _scanned(trace: Recorder, told: dict[str, Any], given: list[Any]) -> list[Any]:
     """A loop of a number of steps that is known, in which only what is carried changes."""
     inner, length = told["jaxpr"], told["length"]
     count, carried = told["num_consts"], told["num_carry"]

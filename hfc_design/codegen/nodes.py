@@ -8,12 +8,9 @@ import math
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from hfc_design.core.records import UserError
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.recorder import Recorder
 
 #: Types of numbers.
 REAL, WHOLE, TRUTH = "real", "whole", "truth"
@@ -45,10 +42,27 @@ def refusal(what: str) -> TraceError:
     return TraceError(what)
 
 
+class Tape(Protocol):
+    """What nodes and arrays are written down on: a ``recorder.Recorder``."""
+
+    running: Any  # that of the function that is being recorded
+    block: Any
+    bound: set["Node"]
+
+    def made(self, op: str, *args: Any) -> Any:
+        """The node of an operation."""
+
+    def read(self, storage: "Storage", place: Any) -> "Node":
+        """A number of an array in memory."""
+
+    def write(self, put: Any) -> Any:
+        """An array with other numbers in some places."""
+
+
 class Block:
     """Nodes and statements in order; a loop or a branch has one inside that around it."""
 
-    def __init__(self, trace: "Recorder", around: "Block | None" = None, branch: bool = False):
+    def __init__(self, trace: "Tape", around: "Block | None" = None, branch: bool = False):
         self.trace, self.around, self.branch = trace, around, branch
         self.depth: int = 0 if around is None else around.depth + 1
         self.items: list[Any] = []  # nodes, arrays that are declared, statements
@@ -155,7 +169,7 @@ class Storage:
 class Array:
     """A sequence of numbers or of rows, as a law sees it."""
 
-    trace: "Recorder"
+    trace: "Tape"
     shape: tuple[int, ...]
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -204,7 +218,7 @@ class Row(Array):
 class Stored(Array):
     """An array in memory, as it is since it was last written to."""
 
-    def __init__(self, trace: "Recorder", storage: Storage):
+    def __init__(self, trace: "Tape", storage: Storage):
         self.trace, self.storage, self.shape = trace, storage, storage.shape
         self.version = storage.version
 
@@ -218,7 +232,7 @@ class Stored(Array):
 class Lazy(Array):
     """An array whose numbers are computed where they are used."""
 
-    def __init__(self, trace: "Recorder", shape: tuple[int, ...], function: Callable[[Any], Any]):
+    def __init__(self, trace: "Tape", shape: tuple[int, ...], function: Callable[[Any], Any]):
         self.trace, self.shape, self.function = trace, shape, function
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -232,7 +246,7 @@ class Lazy(Array):
 class Each(Array):
     """An array of what a function makes of the numbers at the same place of others."""
 
-    def __init__(self, trace: "Recorder", function: Callable[..., Any], tables: list[Any]):
+    def __init__(self, trace: "Tape", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
         if any(table.shape != self.shape for table in tables):
             raise refusal("goes along tables of different sizes")
@@ -322,7 +336,7 @@ Statement: TypeAlias = Comment | Loop | Branch | Assign | Store | Call
 class Function:
     """What a law calls with numbers and arrays, and code has as a function of its own."""
 
-    def __init__(self, name: str, trace: "Recorder"):
+    def __init__(self, name: str, trace: Any):
         self.name, self.trace = name, trace
         self.what = ""  # in the law's words
         self.parameters: list[Node | Storage] = []

@@ -8,12 +8,9 @@ from contextlib import contextmanager
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from pathlib import Path
 from types import CodeType, FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hfc_design.codegen.nodes import INNER, Comment, Node, Stored
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.nodes import INNER, Comment, Node, Stored, Tape
 
 #: What a comment has that says where a formula is from.
 CITES = re.compile(r"\b(eq|fig)\. |\b(Table|Appendix|section|equation) \w", re.IGNORECASE)
@@ -30,7 +27,7 @@ FEW = 8
 
 
 @contextmanager
-def named(trace: "Trace") -> Iterator[None]:
+def named(trace: Tape) -> Iterator[None]:
     """Take names and comments from a law while it runs.
 
     Nodes and arrays get the names of the variables of the functions that made them; the first line

@@ -15,7 +15,7 @@ from hfc_design.controllers.controller import Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters, Plain
-from hfc_design.core.plugins import Group
+from hfc_design.core.plugins import GROUPS, Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
 
 if TYPE_CHECKING:
@@ -279,10 +279,8 @@ class ControllerRecord(Record):
 
 
 def kinds() -> Group[Any]:
-    """Every kind by its name."""
-    from hfc_design.controllers.kinds import KINDS  # which finds all that import this
-
-    return KINDS
+    """Every kind by its name: ``kinds.KINDS``, which finds all that import this."""
+    return GROUPS["controller"]
 
 
 def needed(capability: Any, design: Any, lacks: str) -> Any:

@@ -10,6 +10,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
+from hfc_design.core.quantities import without_unit
 from hfc_design.core.wording import Keys, near, one_of, rule
 
 #: Lines on one file; the others are counted.
@@ -159,8 +160,6 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
     else:
         message = rule(kind, context, keys.unit(key))
         if kind == "float_parsing":
-            from hfc_design.core.quantities import without_unit  # which has records in it
-
             message += without_unit(value, keys.unit(key))
         if kind == "literal_error" and isinstance(value, str):
             names = [

@@ -3,11 +3,7 @@
 import math
 import re
 from functools import cache
-from typing import Annotated, Any, TypeAlias
-
-from pydantic import AfterValidator
-
-from hfc_design.core.records import Finite
+from typing import Any
 
 #: A number and a unit; nothing that could be a long computation.
 WRITTEN = re.compile(
@@ -16,14 +12,11 @@ WRITTEN = re.compile(
 )
 
 
-def _known(text: float | str) -> float | str:
+def known(text: float | str) -> float | str:
+    """Validates a quantity; ValueError: a text is none."""
     if isinstance(text, str):
         _quantity(text, None)
     return text
-
-
-#: A number of the drive's unit, or a text with a unit of its own.
-Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(_known)]
 
 
 def number(quantity: float | str, unit: str, millimetres: float | None = None) -> float:

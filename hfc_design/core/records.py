@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -20,6 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticKnownError
 
+from hfc_design.core import quantities
 from hfc_design.core.faults import NO_KEYS, explained, with_keys
 from hfc_design.core.for_scripts import for_scripts
 from hfc_design.core.numbers import Plain
@@ -42,6 +43,8 @@ def _no_truth(value: Plain) -> Plain:
 Finite = Annotated[float, Field(allow_inf_nan=False), _no_truth]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), _no_truth]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), _no_truth]
+#: A number of the drive's unit, or a text with a unit of its own.
+Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(quantities.known)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Name = Annotated[str, Field(pattern=NAME)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]

@@ -5,8 +5,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.quantities import Quantity
-from hfc_design.core.records import NotNegative, Positive, Record
+from hfc_design.core.records import NotNegative, Positive, Quantity, Record
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Factor = Annotated[float, Field(ge=1, le=100)]

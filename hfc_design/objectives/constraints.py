@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 
 from pydantic import AfterValidator
 
-from hfc_design.core.quantities import Quantity
+from hfc_design.core.records import Quantity
 from hfc_design.objectives.metric import Metric, Units, in_units
 from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.stability.margins import ASKED

@@ -8,8 +8,7 @@ from jax.tree_util import Partial
 from pydantic import Field, field_validator
 
 from hfc_design.core.numbers import Scalar
-from hfc_design.core.quantities import Quantity
-from hfc_design.core.records import Positive, Record
+from hfc_design.core.records import Positive, Quantity, Record
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
 from hfc_design.objectives.metrics import BAND_TIME, metric, named

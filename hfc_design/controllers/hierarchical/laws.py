@@ -6,7 +6,7 @@ It is no kind of controller: its handful of numbers is searched in seconds, then
 along trees as tables (``planes``), from which a search of those goes on.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from hfc_design.controllers.linear.record import LqrSettings
 from hfc_design.core.numbers import Floats, Integers, Memory, Scalar, Xp, clipped, total
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
-
-if TYPE_CHECKING:
-    from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
 
 #: Sums of the slopes of an inner unit, in shares of its largest consequent: of first tables, and
 #: the ends. Its output is not clamped, but the terms of the unit that reads it end at 1: a large
@@ -75,8 +72,8 @@ class LinearLaws:
         UserError: the drive cannot be linearised, or no regulator of it was found.
     """
 
-    def __init__(self, genome: "HierarchicalGenome"):
-        self.genome = genome
+    def __init__(self, genome: Any):
+        self.genome = genome  # a ``HierarchicalGenome``, which lays them down
         target = genome.target
         model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
         seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
@@ -153,8 +150,8 @@ class LinearLaws:
         wide, inner_range = between(rng, UNIVERSE, count), rng.choice(REACH, count)
         return np.column_stack([points, np.log(wide), np.log(inner_range)])
 
-    def laid(self, points: Floats, tree: Integers, sizes: Floats) -> "Hierarchies":
-        """Laws along trees, by tables.
+    def laid(self, points: Floats, tree: Integers, sizes: Floats) -> Any:
+        """``Hierarchies``: laws along trees, by tables.
 
         The last two of the coordinates ``points`` (n, size + 2) are logarithms: of the universes in
         shares of ``sizes`` (inputs,), the largest magnitudes of the inputs where such a law is at
@@ -191,7 +188,7 @@ class LinearLaws:
         return type(genome.empty())(tree, gains, scales, limited)
 
 
-def laws_for(genome: "HierarchicalGenome") -> LinearLaws | None:
+def laws_for(genome: Any) -> LinearLaws | None:
     """Laws for the nominal drive; None where it has none."""
     try:
         return LinearLaws(genome)

@@ -200,14 +200,3 @@ def _idle(settings: HierarchicalSettings, units: int) -> Floats:
     levels = passing(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
-
-
-def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
-    """Of a hierarchy beside a PD alone, or on a linear part."""
-    if settings.linear is None:
-        return HierarchicalGenome(settings, target)
-    if settings.schedules:
-        from hfc_design.controllers.hierarchical.scheduled_genome import ScheduledGenome
-
-        return ScheduledGenome(settings, target)
-    return LinearHierarchyGenome(settings, target)

@@ -127,7 +127,7 @@ class HierarchicalDesign(ControllerRecord):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
     settings = later(f"{HERE}.record", "HierarchicalSettings")
-    genome = later(f"{HERE}.linear_genome", "genome_of")
+    genome = later(f"{HERE}.scheduled_genome", "genome_of")
     units_that_matter = later(f"{HERE}.units", "units_that_matter")
     reads = later(f"{HERE}.rules", "reads")
     rule_base = later(f"{HERE}.rules", "RULES")

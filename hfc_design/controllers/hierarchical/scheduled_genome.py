@@ -10,6 +10,7 @@ import numpy as np
 
 from hfc_design.controllers.gains.genome import STEP
 from hfc_design.controllers.genome import Genome, Stage
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.linear_genome import (
     EVERYTHING,
@@ -229,3 +230,11 @@ def _second(population: ScheduledHierarchies) -> LinearHierarchies:
 
 def _scaled(second: Floats, logarithms: Floats) -> Floats:
     return np.asarray(second[:1] * np.exp(np.clip(logarithms, -FAR, FAR)))
+
+
+def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
+    """Of a hierarchy beside a PD alone, on a linear part, or between two."""
+    if settings.linear is None:
+        return HierarchicalGenome(settings, target)
+    kind = ScheduledGenome if settings.schedules else LinearHierarchyGenome
+    return kind(settings, target)

@@ -5,7 +5,8 @@ import math
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from hfc_design.core.quantities import Quantity, number
+from hfc_design.core.quantities import number
+from hfc_design.core.records import Quantity
 
 READ = TypeAdapter(Quantity).validate_python
 
