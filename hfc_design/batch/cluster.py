@@ -74,10 +74,10 @@ class Workers(Place):
             return
         with self._reached():
             try:
-                found = wait(list(tasks), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
+                finished = wait(list(tasks), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
             except TimeoutError:
                 return
-            for task in found:
+            for task in finished:
                 try:
                     yield task, checked(Outcome, task.result(), "what it sent", Path())
                 except (CancelledError, OSError):

@@ -10,16 +10,16 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
-from hfc_design.core.carried import AnyFile
-from hfc_design.core.dotted import Changes, flat, set_keys
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
+from hfc_design.core.overrides import Changes, flat, set_keys
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.labels import LABEL
+from hfc_design.files.loop_setup import load_design, machine, own_scenario
 from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
-from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario
 from hfc_design.simulation.evaluating import meanings
 
@@ -56,10 +56,10 @@ class Published(Record):
     @property
     def sides(self) -> list[tuple[Json, str]]:
         """Settings and metric of the runs, and of those that they are put over in a ratio."""
-        found = [(self.of, self.metric)]
+        pairs = [(self.of, self.metric)]
         if self.over or self.over_metric:
-            found.append((self.over or self.of, self.over_metric or self.metric))
-        return found
+            pairs.append((self.over or self.of, self.over_metric or self.metric))
+        return pairs
 
 
 class BatchNotes(Record):
@@ -144,8 +144,8 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     some = [cell for cell in cells if matches(wanted, cell.settings)]
     if not some:
         raise UserError(f"no cell has {_listed(flat(wanted))}")
-    found = (key for cell in some for key in meanings(cell.scenario))
-    known = list(dict.fromkeys(["fitness", "merit", *found]))
+    metrics = (key for cell in some for key in meanings(cell.scenario))
+    known = list(dict.fromkeys(["fitness", "merit", *metrics]))
     if metric not in known:
         raise UserError(f"{metric!r} is no metric of these cells; {one_of(metric, known)}")
 

@@ -23,19 +23,19 @@ NAMED = 12
 OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
 
 
-def show_findings(page: Path, found: Findings | None) -> None:
+def show_findings(page: Path, findings: Findings | None) -> None:
     """Print what the runs gave, if it is more than one, and where the page is."""
-    if found is not None:
-        for task in found.tasks[:TASKS]:
-            groups = found.of_task(task)
+    if findings is not None:
+        for task in findings.tasks[:TASKS]:
+            groups = findings.of_task(task)
             _show_medians(groups)
-            for said in (sentence(groups, found.comparisons), broken(groups)):
+            for said in (sentence(groups, findings.comparisons), broken(groups)):
                 if said:
                     terminal().print(Text(harmless(said)))
             terminal().print()
-        if len(found.tasks) > TASKS:
-            terminal().print(f"{len(found.tasks) - TASKS} more tasks are in groups.csv\n")
-        show_structures(found.winners)
+        if len(findings.tasks) > TASKS:
+            terminal().print(f"{len(findings.tasks) - TASKS} more tasks are in groups.csv\n")
+        show_structures(findings.winners)
     print(page)
 
 

@@ -31,15 +31,15 @@ def _shares(context: click.Context, option: click.Parameter, values: Texts) -> d
     """Spreads of single parameters, as in ``backlash=0.5``."""
     from hfc_design.core.numbers import number_or_none
 
-    found = {}
+    shares = {}
     for value in values:
         name, _, share = value.partition("=")
         if (number := number_or_none(share)) is None:
             raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
         if not 0.0 < number < 1.0:
             raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
-        found[name] = number
-    return found
+        shares[name] = number
+    return shares
 
 
 @command("Put DESIGNS side by side.", last=common.ON_A_PLANT)
@@ -77,8 +77,8 @@ def compare(
     motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.files.design_set import labelled
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.together import labelled
     from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparison import compare
@@ -95,18 +95,18 @@ def compare(
         where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
     with Progress() as bar:
-        found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
+        comparison = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    options = _options(found, scenarios, changes)
-    again = common.again(["hfc", "compare", *designs], options, found.designs.values())
-    written = _written(found, again, {html: PAGE, csv: TABLE}, out, paper)
+    options = _options(comparison, scenarios, changes)
+    again = common.again(["hfc", "compare", *designs], options, comparison.designs.values())
+    written = _written(comparison, again, {html: PAGE, csv: TABLE}, out, paper)
     if plot is not None:
-        save(machines_drawn(found), plot)
+        save(machines_drawn(comparison), plot)
         written.append(plot)
-    return Answer(found.numbers(), partial(show, found), written)
+    return Answer(comparison.numbers(), partial(show, comparison), written)
 
 
-def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
+def _options(comparison: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
     """Those of the command that compares the same once more."""
     from hfc_design.files.machine import ALL_PLANTS
 
@@ -115,15 +115,15 @@ def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str,
         "--scenario": scenarios,
         "--plant": (ALL_PLANTS.source(plant) or plant,) if plant else (),
         "--set": changes,
-        "--spread": (f"{found.spread:g}",),
-        "--tolerance": tuple(f"{name}={share:g}" for name, share in found.tolerances.items()),
-        "--machines": (str(found.machines),),
-        "--seed": (str(found.seed),),
+        "--spread": (f"{comparison.spread:g}",),
+        "--tolerance": tuple(f"{name}={share:g}" for name, share in comparison.tolerances.items()),
+        "--machines": (str(comparison.machines),),
+        "--seed": (str(comparison.seed),),
     }
 
 
 def _written(
-    found: "Comparison",
+    comparison: "Comparison",
     again: str,
     wanted: dict[Path | None, str],
     folder: Path | None,
@@ -136,11 +136,11 @@ def _written(
     from hfc_design.report.comparison.page import page
     from hfc_design.report.comparison.tables import rows
 
-    drawn = cache(lambda: page(found, again))
+    drawn = cache(lambda: page(comparison, again))
     made: dict[str, Callable[[], str | bytes]] = {
         PAGE: lambda: drawn().html,
-        TABLE: lambda: csv_text(rows(found)),
-        NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
+        TABLE: lambda: csv_text(rows(comparison)),
+        NUMBERS: lambda: json.dumps(comparison.numbers(), indent=1) + "\n",
     }
     paths = {path: name for path, name in wanted.items() if path is not None}
     if folder is not None:

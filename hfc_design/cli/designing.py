@@ -51,7 +51,7 @@ def design(
     sensors and limits as drives have them.
     """
     from hfc_design.cli.search_progress import Watch, free_folder
-    from hfc_design.core.lock import alone
+    from hfc_design.core.lock import exclusive
     from hfc_design.runs import run
 
     options = {
@@ -68,21 +68,21 @@ def design(
     if not resume:
         if anyway:
             raise refusal("--anyway needs --resume")
-        found = _scenario(scenario or DEFAULT, pareto, settings, changes)
+        task = _scenario(scenario or DEFAULT, pareto, settings, changes)
         if gains is not None:
-            by_hand = _by_hand(found, gains)
-        folder = out or free_folder(found.name)
+            by_hand = _by_hand(task, gains)
+        folder = out or free_folder(task.name)
     elif out is None or scenario is not None or settings or changes or pareto or gains:
         raise refusal("--resume needs --out DIR and nothing else: config.toml says the rest")
     else:
-        folder, found = out, run.opened_run(out)
-    click.get_current_context().with_resource(alone(folder))  # until the report is written
+        folder, task = out, run.opened_run(out)
+    click.get_current_context().with_resource(exclusive(folder))  # until the report is written
     if not resume:
-        found = run.new_run(found, folder, by_hand)
-    _warn(found)
-    watch = None if quiet or by_hand is not None else Watch(found)
-    result = _searched(found, folder, anyway, watch)
-    _show(found, folder, result, watch.summary() if watch else "", quiet)
+        task = run.new_run(task, folder, by_hand)
+    _warn(task)
+    watch = None if quiet or by_hand is not None else Watch(task)
+    result = _searched(task, folder, anyway, watch)
+    _show(task, folder, result, watch.summary() if watch else "", quiet)
 
 
 def _scenario(
@@ -95,31 +95,31 @@ def _scenario(
     changes = (*common.choosing("plant", "fitness", "controller"), *changes)
     if pareto is not None:
         settings = trading(name, pareto, settings, changes)
-    found = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
-    known = common.named_part("strategy") or found.search.preset
-    if known != found.search.preset:  # it is easily thought to be the one that searches
+    loaded = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
+    known = common.named_part("strategy") or loaded.search.preset
+    if known != loaded.search.preset:  # it is easily thought to be the one that searches
         raise refusal(
-            f"--strategy: makes {known} known, and the search would be {found.search.preset}; "
+            f"--strategy: makes {known} known, and the search would be {loaded.search.preset}; "
             f"add --preset {known}"
         )
-    check_memory(found)
-    return found
+    check_memory(loaded)
+    return loaded
 
 
 def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.calls.searching import with_gains
-    from hfc_design.core.dotted import changed
+    from hfc_design.core.overrides import overridden
 
     numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, changed({}, numbers, "--gains"))
+    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "--gains"))
 
 
 def _warn(scenario: "Scenario") -> None:
     """A search with a wrong unit takes as long as with the right one."""
     from hfc_design.core.records import in_a_line
-    from hfc_design.files.doubts import doubts
+    from hfc_design.files.plausibility import plausibility_warnings
 
-    for line in doubts(scenario):
+    for line in plausibility_warnings(scenario):
         click.echo(in_a_line(f"hfc: warning: {line}"), err=True)
 
 

@@ -36,7 +36,7 @@ def export(
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
     from hfc_design.core.wording import one_of
-    from hfc_design.files.pairing import load_design, made_for
+    from hfc_design.files.loop_setup import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.deployment.readme import origin
 
@@ -44,24 +44,24 @@ def export(
         raise refusal(f"--to {target}: no such format; {one_of(target, FORMATS)}")
     if lookup is not None and target != "c":
         raise refusal(f"--lookup {lookup}: only --to c has it, not --to {target}")
-    found = load_design(design, others)
+    loaded = load_design(design, others)
     if scenario or changes:
         chosen = (scenario,) if scenario else ()
-        found = made_for(found, *common.scenarios_of(found, design, chosen, changes))
-    check_score(found, anyway)
-    if (verdict := origin(found).usable) and not verdict.startswith("usable"):
-        click.echo(f"hfc: warning: design {found.name}: {verdict.replace('**', '')}", err=True)
+        loaded = made_for(loaded, *common.scenarios_of(loaded, design, chosen, changes))
+    check_score(loaded, anyway)
+    if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
+        click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
     form = FORMATS[target]
-    name = identifier(found.name) if form.called else found.name
+    name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
     connect = connecting(form, bare)
     if lookup is None:
-        form.write(found, path, connect)
+        form.write(loaded, path, connect)
         if note := form.note():
             click.echo(note)
     else:
-        for axis, off in c_folder.write_lookup(found, path, lookup, connect).items():
-            for line in off.told:
+        for axis, off in c_folder.write_lookup(loaded, path, lookup, connect).items():
+            for line in off.lines:
                 click.echo(f"{axis}: {line}" if axis else line)
             if off.coarse:
                 click.echo(COARSE.format(lookup=lookup), err=True)
@@ -72,8 +72,8 @@ def term_counts(text: str | None) -> tuple[int, int] | None:
     """How many terms each input has: of one number for both, or of two."""
     if text is None:
         return None
-    found = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
-    counts = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
+    match = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
+    counts = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
     if not all(2 <= count <= 11 for count in counts):
         raise refusal(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")
     return counts
@@ -125,9 +125,9 @@ def import_(
         if not equals:
             raise refusal(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
         pairs[key] = signal
-    own = plant and ALL_PLANTS.resolve(plant).name
+    plant_name = plant and ALL_PLANTS.resolve(plant).name
     counts = term_counts(terms)
-    wish = reading.Wish(kind, name, own, sample_time, like, pairs, counts, axis, output)
+    wish = reading.Wish(kind, name, plant_name, sample_time, like, pairs, counts, axis, output)
     design = reading.imported(file, wish)
     path = out or common.free(Path(f"{design.name}.json"))
     FORMATS["json"].write(design, path)
@@ -136,5 +136,5 @@ def import_(
         if holes := reading.left_out_told(sample):
             click.echo(f"hfc: warning: {holes}", err=True)
     note = reading.assumed(wish, design)
-    for line in (*reading.told(design.provenance), *filter(None, [note]), path):
+    for line in (*reading.assumptions_text(design.provenance), *filter(None, [note]), path):
         click.echo(line)

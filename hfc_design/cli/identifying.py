@@ -73,23 +73,23 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
-    page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
-    return Answer(found.numbers(), partial(_show, found), [path], indent=1)
+    result = identified.identify(*recording.recordings(task, logs, sample_time), tell)
+    page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
+    return Answer(result.numbers(), partial(_show, result), [path], indent=1)
 
 
-def _show(found: "Identified") -> None:
+def _show(result: "Identified") -> None:
     from hfc_design.core.console import show_rows
     from hfc_design.identify.outcome import CHECKED, HEADS
 
-    parameters = HEADS, found.parameter_rows(), found.interval_line()
-    checks = CHECKED, found.check_rows(), ""
+    parameters = HEADS, result.parameter_rows(), result.interval_line()
+    checks = CHECKED, result.check_rows(), ""
     for heads, rows, below in (parameters, checks):
         show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
-    for line in (found.agreeing_line(), *found.untold_lines(), *found.notes):
+    for line in (result.agreeing_line(), *result.untold_lines(), *result.notes):
         click.echo(line)
-    if line := found.advice_line():
+    if line := result.advice_line():
         click.echo(f"record next: {_plain(line)}")
 
 

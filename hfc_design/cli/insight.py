@@ -32,11 +32,11 @@ def explain(
     the controller steps through them from rest, and adapts.
     """
     from hfc_design.cli.explain_tables import show
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
     from hfc_design.runtime.explain import explained
 
-    found = explained(load_design(design, others), samples, axis)
-    return Answer(found, partial(show, found, least))
+    explanation = explained(load_design(design, others), samples, axis)
+    return Answer(explanation, partial(show, explanation, least))
 
 
 @command("Gains that keep a drive stable; margins of a loop.", last=common.KNOWING)
@@ -65,12 +65,12 @@ def stability(
     if design is None and others:
         raise refusal("--change needs a DESIGN")
     drive = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
-    found = calls.stability(design, others, scenario=scenario, **drive)
+    result = calls.stability(design, others, scenario=scenario, **drive)
     if plot is not None:
         from hfc_design.pictures.files import save
 
-        save(found.figure(), plot)
-    return Answer(found.numbers(), found.show, [plot] if plot else [])
+        save(result.figure(), plot)
+    return Answer(result.numbers(), result.show, [plot] if plot else [])
 
 
 NEAR_HELP = "Say how near this design comes [default: that of the run]."
@@ -101,21 +101,21 @@ def attainable(
     folder, every = Path(name), [*common.choosing("plant"), *changes]
     if (folder / DESIGN).is_file() and not (every or design):
         scenario, result = finished_run(folder)
-        found = keep_attained(scenario, result.design, folder)
+        numbers = keep_attained(scenario, result.design, folder)
         write_page(scenario, result, folder)
     else:
         source = str(folder / "config.toml") if folder.is_dir() else name
-        found = attained(load_scenario(source, every), design)
-    return Answer(found, partial(_show_attained, found))
+        numbers = attained(load_scenario(source, every), design)
+    return Answer(numbers, partial(_show_attained, numbers))
 
 
-def _show_attained(found: "Json") -> None:
+def _show_attained(numbers: "Json") -> None:
     from hfc_design.core.console import show_rows
     from hfc_design.runs.attained import HEADS, attained_rows, left_out
 
-    named = any("sum_error" in one for one in found["motions"].values())
+    named = any("sum_error" in one for one in numbers["motions"].values())
     shown = HEADS if named else HEADS[:2]
     heads = ["motion", *(head.replace(" ", "\n") for head in shown)]
-    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(found))
-    caption = f"sum |e| over all samples [rad]{left_out(found)}"
+    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(numbers))
+    caption = f"sum |e| over all samples [rad]{left_out(numbers)}"
     show_rows(heads, rows, caption=caption, caption_justify="left")

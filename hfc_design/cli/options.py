@@ -171,7 +171,7 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
     Without scenarios it is the one that it was made for.
     """
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
 
     design = load_design(name, others)
     every = (*choosing(*parts), *changes)
@@ -180,8 +180,8 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
 def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
     """The scenarios with changes, without any the one that the design of a name was made for."""
+    from hfc_design.files.loop_setup import own_scenario
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
 
     named = [load_scenario(one, changes) for one in scenarios]
     return named or [own_scenario(design, name, changes)]

@@ -39,8 +39,8 @@ class NameOrWhat(Named):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Both, and files."""
-        found = super().shell_complete(ctx, param, incomplete)
-        return found + completions(WHATS, incomplete) if ctx.params.get("what") else found
+        items = super().shell_complete(ctx, param, incomplete)
+        return items + completions(WHATS, incomplete) if ctx.params.get("what") else items
 
 
 NAME_OR_WHAT = NameOrWhat("design")
@@ -75,7 +75,7 @@ def plot(
     folders and of folders of runs: the best so far in each generation, of many runs the median of
     each group over a band between its quartiles.
     """
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
     from hfc_design.pictures.column import in_column
     from hfc_design.pictures.files import save
     from hfc_design.report.designs import picture
@@ -116,14 +116,14 @@ def _check(names: Texts, what: str) -> None:
 
 
 def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
-    from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
+    from hfc_design.files.design_set import differences, labelled, own_machine, shared_machine
     from hfc_design.report.overlaid import motions
     from hfc_design.simulation.evaluating import evaluate, notes
 
     designs = labelled(names)
     first = next(iter(designs.values()))
     (where,) = common.scenarios_of(first, names[0], (scenario,) if scenario else (), changes)
-    shared = on_one_machine(designs, where)
+    shared = shared_machine(designs, where)
     if note := own_machine(next(iter(designs)), where, shared):
         click.echo(note, err=True)
     for name, design in designs.items():

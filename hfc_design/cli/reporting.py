@@ -74,7 +74,13 @@ def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     findings: list[Any] = []
     try:
         with busy("writing the pages"):
-            report(place, each, parquet, lambda *found: findings.append(found), papers(place, ""))
+            report(
+                place,
+                each,
+                parquet,
+                lambda *page_findings: findings.append(page_findings),
+                papers(place, ""),
+            )
     finally:
-        for found in findings:
-            show_findings(*found)
+        for page_findings in findings:
+            show_findings(*page_findings)

@@ -101,7 +101,7 @@ def _check_ranges(controller: str, plant: str, units: dict[str, str]) -> None:
 
     settings = KINDS.get(controller).settings
     if isinstance(settings, type) and issubclass(settings, GainsSettings):
-        own = settings.model_construct(kind=controller)
+        defaults = settings.model_construct(kind=controller)
         counted = f"(errors in {units.get('error', '?')}, commands in {units.get('command', '?')})"
-        if lacking := own.lacking(plant, counted):
+        if lacking := defaults.lacking(plant, counted):
             raise UserError(f"--controller {controller}: {lacking}")

@@ -39,7 +39,7 @@ def score(
     the last quarter stays near that of the nominal machine or within 5 % of the way.
     """
     from hfc_design.cli.scoring import score_one
-    from hfc_design.files.pairing import machine
+    from hfc_design.files.loop_setup import machine
 
     options = {"samples": samples, "seed": seed, "plot": plot}
     given: dict[str, Any] = {name: x for name, x in options.items() if x is not None}
@@ -61,11 +61,11 @@ def score(
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
     """What of its own a design keeps on a scenario that it was not made with."""
-    from hfc_design.files.kept import kept
+    from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]
     if loops.elsewhere or where.plant.name != loops.design.plant.name:
-        for note in kept(loops.design, where):
+        for note in transfer_report(loops.design, where):
             click.echo(note, err=err)
 
 
@@ -141,16 +141,16 @@ def train(
     """
     from hfc_design.controllers.neural.record import Lesson
     from hfc_design.formats import FORMATS
-    from hfc_design.simulation.teaching import taught
+    from hfc_design.simulation.imitation import taught
 
     lesson = {"hidden": hidden, "seed": seed, "rate": training_rate, "passes": passes}
     given: dict[str, Any] = {key: value for key, value in lesson.items() if value is not None}
-    found = taught(loops.design, loops.only, network, start, Lesson()._replace(**given))
-    path = out or common.free(Path(f"{found.design.name}.json"))
-    FORMATS["json"].write(found.design, path)
-    training, unit = found.training, found.unit
+    result = taught(loops.design, loops.only, network, start, Lesson()._replace(**given))
+    path = out or common.free(Path(f"{result.design.name}.json"))
+    FORMATS["json"].write(result.design, path)
+    training, unit = result.training, result.unit
     click.echo(
-        f"{found.samples} samples of {training.taught:.3g} {unit} rms: off by "
+        f"{result.samples} samples of {training.taught:.3g} {unit} rms: off by "
         f"{training.before:.3g} {unit} before, by {training.after:.3g} {unit} after"
     )
     click.echo(path)

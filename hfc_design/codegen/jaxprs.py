@@ -64,8 +64,8 @@ def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> An
         made, shape = jax.make_jaxpr(
             lambda *values: function(*jax.tree.unflatten(tree, values)), return_shape=True
         )(*given)
-    found = _evaluated(trace, made.jaxpr, made.consts, leaves)
-    return jax.tree.unflatten(jax.tree.structure(shape), found)
+    results = _evaluated(trace, made.jaxpr, made.consts, leaves)
+    return jax.tree.unflatten(jax.tree.structure(shape), results)
 
 
 def _listed(value: Any) -> Any:
@@ -84,10 +84,10 @@ def _evaluated(
 
     for equation in jaxpr.eqns:
         try:
-            found = _done(trace, equation, [value(x) for x in equation.invars])
+            result = _done(trace, equation, [value(x) for x in equation.invars])
         except TraceError as error:
             raise error.at(_place(equation)) from None
-        known |= zip(equation.outvars, found, strict=True)
+        known |= zip(equation.outvars, result, strict=True)
     return [value(x) for x in jaxpr.outvars]
 
 
@@ -105,27 +105,27 @@ def _number(value: Any) -> Any:
 
 def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
     """What an equation gives for nodes and numbers."""
-    name, told = equation.primitive.name, equation.params
+    name, params = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
         raise TraceError(f"calls {name} of arrays, of which no code is made; write it in scalars")
-    rounds = name == "convert_element_type" and not np.issubdtype(told["new_dtype"], np.floating)
+    rounds = name == "convert_element_type" and not np.issubdtype(params["new_dtype"], np.floating)
     if rounds and kind_of(given[0]) == REAL:
         raise TraceError("makes whole numbers of real ones; write jnp.floor instead")
     if name in NOTHING:
         return given
     if name in INNER:
-        inner = told.get("jaxpr") or told.get("call_jaxpr") or told["fun_jaxpr"]
+        inner = params.get("jaxpr") or params.get("call_jaxpr") or params["fun_jaxpr"]
         consts = getattr(inner, "consts", ())
         return _evaluated(trace, getattr(inner, "jaxpr", inner), consts, given)
     if name == "scan":
-        return _scanned(trace, told, given)
+        return _scanned(trace, params, given)
     if name == "cond":
-        return _chosen(trace, told["branches"], given)
+        return _chosen(trace, params["branches"], given)
     if name in OPERATIONS:
         return [trace.made(OPERATIONS[name], *given)]
     if name not in OTHERS:
         raise TraceError(f"calls {name}, of which no code is made; write it with other functions")
-    return [OTHERS[name](trace.made, told, *given)]
+    return [OTHERS[name](trace.made, params, *given)]
 
 
 def _large(equation: Any) -> bool:
@@ -133,23 +133,23 @@ def _large(equation: Any) -> bool:
 
 
 def _power(made: Callable[..., Any], x: Any, power: int) -> Any:
-    found = x
+    product = x
     for _ in range(abs(power) - 1):
-        found = made("*", found, x)
-    return found if power > 0 else made("/", 1.0, found)
+        product = made("*", product, x)
+    return product if power > 0 else made("/", 1.0, product)
 
 
 #: The others, of (made, parameters, what they are given).
 OTHERS: dict[str, Callable[..., Any]] = {
-    "sign": lambda made, told, x: made(
+    "sign": lambda made, params, x: made(
         "?", made(">", x, 0.0), 1.0, made("?", made("<", x, 0.0), -1.0, 0.0)
     ),
-    "square": lambda made, told, x: made("*", x, x),
-    "integer_pow": lambda made, told, x: _power(made, x, told["y"]),
-    "rsqrt": lambda made, told, x: made("/", 1.0, made("sqrt", x)),
-    "select_n": lambda made, told, which, a, b: made("?", which, b, a),
-    "clamp": lambda made, told, low, x, high: made("min", made("max", x, low), high),
-    "logistic": lambda made, told, x: made("/", 1.0, made("+", 1.0, made("exp", made("neg", x)))),
+    "square": lambda made, params, x: made("*", x, x),
+    "integer_pow": lambda made, params, x: _power(made, x, params["y"]),
+    "rsqrt": lambda made, params, x: made("/", 1.0, made("sqrt", x)),
+    "select_n": lambda made, params, which, a, b: made("?", which, b, a),
+    "clamp": lambda made, params, low, x, high: made("min", made("max", x, low), high),
+    "logistic": lambda made, params, x: made("/", 1.0, made("+", 1.0, made("exp", made("neg", x)))),
 }
 
 
@@ -162,10 +162,10 @@ def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[
     return [trace.made("?", which, a, b) for a, b in zip(yes, no, strict=True)]
 
 
-def _scanned(trace: Recorder, told: dict[str, Any], given: list[Any]) -> list[Any]:
+def _scanned(trace: Recorder, params: dict[str, Any], given: list[Any]) -> list[Any]:
     """A loop of a number of steps that is known, in which only what is carried changes."""
-    inner, length = told["jaxpr"], told["length"]
-    count, carried = told["num_consts"], told["num_carry"]
+    inner, length = params["jaxpr"], params["length"]
+    count, carried = params["num_consts"], params["num_carry"]
     fixed, carry = given[:count], given[count : count + carried]
     if len(given) > count + carried or len(inner.jaxpr.outvars) > carried:
         raise TraceError("calls lax.scan over arrays, of which no code is made")

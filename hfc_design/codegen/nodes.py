@@ -29,9 +29,9 @@ class TraceError(UserError):
         """The same of a ``place``, FILE:LINE, unless one is told already."""
         if self.placed or not place:
             return self
-        found = TraceError(f"{place}: {self}")
-        found.placed = True
-        return found
+        located = TraceError(f"{place}: {self}")
+        located.placed = True
+        return located
 
 
 def refusal(what: str) -> TraceError:
@@ -237,10 +237,10 @@ class Lazy(Array):
 
     def element(self, places: tuple[Any, ...]) -> Any:
         """What the function gives for a place."""
-        found = self.function(places[0])
+        value = self.function(places[0])
         for place in places[1:]:
-            found = found[place]
-        return found
+            value = value[place]
+        return value
 
 
 class Each(Array):
@@ -278,10 +278,10 @@ class Put(Array):
 
 def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
     """Where in memory the number at ``places`` is."""
-    found = places[0]
+    index = places[0]
     for place, size in zip(places[1:], shape[1:], strict=True):
-        found = found * size + place
-    return found
+        index = index * size + place
+    return index
 
 
 class Comment(NamedTuple):

@@ -55,7 +55,7 @@ class Sensing(NamedTuple):
     fields: tuple[str, ...]  # readings: all that the machine's sensors tell
     #: {reading: value} as the machine's own sensors report them, and -> what else is told of them.
     measured: Callable[[dict[str, Scalar]], dict[str, Scalar]]
-    told: Callable[[dict[str, Scalar]], dict[str, Scalar]]
+    signals: Callable[[dict[str, Scalar]], dict[str, Scalar]]
 
 
 class Connection(NamedTuple):
@@ -302,7 +302,7 @@ def _sensed(
             angles[angle] = (expected + alpha * off,)
             read[rate] = rates[angle] = memory.rates[angle] + beta * off / every
     law_signals = {name: signals.get(name, 0.0) for name in FOLLOWED}
-    law_signals |= xp.foreign(sensing.told, read)
+    law_signals |= xp.foreign(sensing.signals, read)
     law_signals |= {name: _in_steps(xp, read[name], step) for name, step in sensing.apart.items()}
     law_signals["error"] = law_signals["reference"] - read[sensing.position]
     law_signals["error"] = _folded(xp, sensing, sensing.position, law_signals["error"])

@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import HALF, check
+from hfc_design.core.lock import TEMPORARY, check
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -35,7 +35,7 @@ def write_whole(path: Path, content: bytes) -> None:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
             now; what was there stays.
     """
-    temporary = path.with_name(secrets.token_hex(8).join(HALF))
+    temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     with writing(path):
         with temporary.open("xb") as file:  # never what somebody else has put or linked there
             try:
@@ -65,7 +65,7 @@ def synced(folder: Path) -> None:
 
 def tidy(folder: Path) -> None:
     """Remove what killed processes have left half written; nobody else may be writing there."""
-    for half in folder.glob("*".join(HALF)):
+    for half in folder.glob("*".join(TEMPORARY)):
         with suppress(OSError):
             if half.is_dir() and not half.is_symlink():
                 shutil.rmtree(half)
@@ -84,7 +84,7 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
 
 
 @contextmanager
-def doubted(path: Path) -> Iterator[None]:
+def corrupt_as_error(path: Path) -> Iterator[None]:
     """Whatever the file makes zipfile, NumPy and others raise becomes a RunError: it is damaged."""
     try:
         yield
@@ -95,7 +95,7 @@ def doubted(path: Path) -> Iterator[None]:
 
 
 def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
-    """What made the search in a file of at most ``largest`` bytes, and its arrays; see ``doubted``.
+    """What made the search in a file of at most ``largest`` bytes, and its arrays.
 
     Raises:
         RunError: another version has written it.

@@ -61,14 +61,14 @@ def _argument(match: re.Match[str]) -> str:
     if value is None:
         return f"{head}{name}" if match["first"] else f"{name}="
     if option not in SEVERAL:
-        return f"{head}{name}={_told(value)}"
+        return f"{head}{name}={_text(value)}"
     key, equals, inside = value.partition("=")
     if not equals or "=" in inside:
         return f"{head}{name}: {value}"
-    return f"{head}{name}={{{key!r}: {_told(inside)}}}"
+    return f"{head}{name}={{{key!r}: {_text(inside)}}}"
 
 
-def _told(value: str) -> str:
+def _text(value: str) -> str:
     """A value as Python has it; what stands for one, as NAME, stays."""
     plain = re.fullmatch(
         r"[-+]?[\d.]+(e[-+]?\d+)?|[-+]?inf|nan|True|False|None|[A-Z]+|['\"\[{(].*", value

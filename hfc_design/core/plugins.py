@@ -30,11 +30,11 @@ from pydantic import (
     create_model,
 )
 
-from hfc_design.core.dotted import flat
-from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
-from hfc_design.core.own_faults import raised
+from hfc_design.core.overrides import flat
 from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.user_code_errors import describe
+from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import near, one_of
 
 Thing = TypeVar("Thing")
@@ -257,7 +257,7 @@ def own_code(
         if not user_parts or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{raised(error)}") from error
+        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{describe(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
@@ -365,7 +365,7 @@ def _found_at(reference: str) -> Any:
     try:
         target = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        raise UserError(f"{module} cannot be imported: {raised(error)}") from error
+        raise UserError(f"{module} cannot be imported: {describe(error)}") from error
     for part in name.split("."):
         if not hasattr(target, part):
             known = [x for x in vars(target) if not x.startswith("_")]

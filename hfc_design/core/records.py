@@ -21,9 +21,9 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from hfc_design.core import quantities
-from hfc_design.core.faults import NO_KEYS, explained, with_keys
 from hfc_design.core.for_scripts import for_scripts
 from hfc_design.core.numbers import Plain
+from hfc_design.core.validation_errors import NO_KEYS, format_errors, with_keys
 from hfc_design.core.wording import Keys
 
 
@@ -73,7 +73,7 @@ class Asked(type(BaseModel)):  # type: ignore[misc]
             return super().__call__(*given, **fields)
         except ValidationError as error:
             again = cls.model_validate
-            raise UserError(*explained(error, fields, again)).within(cls.__name__) from None
+            raise UserError(*format_errors(error, fields, again)).within(cls.__name__) from None
 
 
 class Record(BaseModel):
@@ -201,7 +201,7 @@ def checked(
     try:
         return check(data)
     except ValidationError as error:
-        raise UserError(*explained(error, data, check, keys)).within(source) from None
+        raise UserError(*format_errors(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
         fault = "a number in it is too large or too small to compute with"
         raise UserError(f"{source}: {fault}") from None

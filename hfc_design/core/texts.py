@@ -1,7 +1,7 @@
 """What the files of users say: read within limits, and only what can be worked with and written.
 
 Whatever is wrong with a text is a ``ValueError`` that does not name the file, for those who check
-a part of another file; ``about`` makes a line for the user of it.
+a part of another file; ``as_user_error`` makes a line for the user of it.
 """
 
 import codecs
@@ -168,7 +168,7 @@ def writable(data: Json) -> Json:
 
 
 @contextmanager
-def about(source: object) -> Iterator[None]:
+def as_user_error(source: object) -> Iterator[None]:
     """What is wrong with a text becomes a UserError about the ``source`` that it is from."""
     try:
         yield
@@ -178,13 +178,13 @@ def about(source: object) -> Iterator[None]:
 
 def read_text(path: str | Path) -> str:
     """What a user's file says, in UTF-8; UserError: it cannot be read."""
-    with about(path):
+    with as_user_error(path):
         return decoded(content(path))
 
 
 def read_toml(path: str | Path) -> Json:
     """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
-    with about(path):
+    with as_user_error(path):
         return toml_of(decoded(content(path)))
 
 

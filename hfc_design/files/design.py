@@ -13,13 +13,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.controller import Controller, rate_limited, within_rate
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.dotted import Changes, changed, lists, set_keys
-from hfc_design.core.faults import inside
 from hfc_design.core.numbers import Json, Memory, finite
+from hfc_design.core.overrides import Changes, lists, overridden, set_keys
 from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
 from hfc_design.core.records import (
     Asked,
@@ -32,8 +31,9 @@ from hfc_design.core.records import (
     UserError,
     checked,
 )
-from hfc_design.core.shown import line, table
-from hfc_design.core.texts import about, json_of, no_such, read_text, toml_of, writable
+from hfc_design.core.reprs import line, table
+from hfc_design.core.texts import as_user_error, json_of, no_such, read_text, toml_of, writable
+from hfc_design.core.validation_errors import inside
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -147,14 +147,14 @@ class Design(Record, metaclass=Asked):
     _connected: Any = None  # see ``formats.connection``
 
     def __repr__(self) -> str:
-        return line("Design", self._told())
+        return line("Design", self._summary())
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return table("Design", self._told() | self.score)
+        return table("Design", self._summary() | self.score)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         controller = self.controller
         fields = {"name": self.name, "plant": self.plant.name, "kind": controller.kind}
         return {**fields, "sample_time_s": controller.sample_time_s}
@@ -274,7 +274,7 @@ def parse_design(text: str, source: str | Path) -> Design:
     Raises:
         UserError: text is no JSON, or is not a design that can run.
     """
-    with about(source):
+    with as_user_error(source):
         data = _json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
     with naming(provenance):
@@ -314,7 +314,7 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
         UserError: a change is not of that form, or what comes out cannot run.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
-    data = changed(design.model_dump(mode="json"), values, "--change")
+    data = overridden(design.model_dump(mode="json"), values, "--change")
     start = "controller."
     controller_keys = [key.removeprefix(start) for key in values if key.startswith(start)]
     if controller_keys and isinstance(data["controller"], dict):
@@ -363,7 +363,7 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
     if not finite(memory):
         raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
     controller = learnt(design.controller, tuple(axes), within_rate(memory))
-    return with_learned(design, needed(controller, design, "it does not adapt"), origin)
+    return with_learned(design, require(controller, design, "it does not adapt"), origin)
 
 
 def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> Design:

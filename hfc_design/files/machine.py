@@ -14,10 +14,10 @@ from pydantic import (
 )
 
 from hfc_design.core import devices
-from hfc_design.core.faults import MOST, beside
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.validation_errors import MOST, with_lines
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
@@ -93,12 +93,12 @@ class PlantSettings(Record):
         try:
             parameters: dict[str, float] = handler(given)
         except ValidationError as error:
-            raise beside(error, unknown.values()) from None
+            raise with_lines(error, unknown.values()) from None
         if unknown:
             rest = {name: x for name, x in parameters.items() if name not in unknown}
             wrong = filter(None, (drive.fault(rest) for drive in drives))
             values = dict.fromkeys(one.removeprefix("parameters.") for one in wrong)
-            raise beside(None, [*unknown.values(), *values])
+            raise with_lines(None, [*unknown.values(), *values])
         return parameters
 
     @model_validator(mode="after")

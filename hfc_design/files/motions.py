@@ -93,7 +93,7 @@ def way(target: Floats, rate: Floats) -> float:
     return min(whole, speed) if speed else whole
 
 
-def beside(
+def copy_started(
     axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
 ) -> tuple[State, ...]:
     """``start`` with the whole of each axis moved by a little, see ``objectives.unsettled``.

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import tomli_w
 
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.carried import AnyFile
 from hfc_design.core.checkpoint import CONFIG
-from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.embedded_files import AnyFile
+from hfc_design.core.overrides import Changes, overridden
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.core.texts import no_such, read_toml
@@ -51,7 +51,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
             return source
         source = source.model_dump(mode="json", exclude_none=True)
     if isinstance(source, Mapping):
-        data = changed({"name": "scenario"} | dict(source), changes)
+        data = overridden({"name": "scenario"} | dict(source), changes)
         return scenario_of(data, "scenario", Path())
     if not isinstance(source, str | Path):
         raise UserError(f"{a_kind(source)} is no scenario, nor the name of one")
@@ -66,7 +66,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     reference = data.get("reference", {})
     if built_in and "file" in reference:  # a file in a change lies where the user is
         reference["file"] = str(BUILTIN / reference["file"])
-    data = changed({"name": Path(name).stem} | data, changes)
+    data = overridden({"name": Path(name).stem} | data, changes)
     if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
         raise UserError(
             f"{name}: the name of the file cannot be that of the scenario, which has to be "
@@ -89,11 +89,11 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
         UserError: its text or a value is not allowed.
     """
 
-    def beside(name: str) -> Design:
+    def load(name: str) -> Design:
         path = folder / name
         return named_design(str(path) if exists(path) else name)
 
-    return checked(Scenario, data, source, folder, keys_in(data, own_plant), named_design=beside)
+    return checked(Scenario, data, source, folder, keys_in(data, own_plant), named_design=load)
 
 
 def own_plant(name: str) -> list[Entry]:

@@ -14,9 +14,9 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Asked, Name, Record, UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.files.design import Limits
-from hfc_design.files.following import check_following, motion_of, reference_of
+from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
 from hfc_design.files.machine import (
     PlantSettings,
     SensorSettings,
@@ -24,7 +24,7 @@ from hfc_design.files.machine import (
     feedback_fault,
     reading_fault,
 )
-from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
+from hfc_design.files.motions import AnyReference, Motion, Start, copy_started, started, way
 from hfc_design.files.robust import AROUND, RobustSettings, unknown_parameter
 from hfc_design.files.stress import ALSO, StressSettings
 from hfc_design.motion.phases import Window, late_samples, settled_samples, slides
@@ -96,14 +96,14 @@ class Scenario(Record, metaclass=Asked):
     stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:
-        return line("Scenario", self._told())
+        return line("Scenario", self._summary())
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return table("Scenario", {"description": self.description} | self._told())
+        return table("Scenario", {"description": self.description} | self._summary())
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         fields = {"name": self.name, "plant": self.plant.name, "controller": self.controller.kind}
         simulation = self.simulation
         more = {"motions": ", ".join(one.name for one in self.motions)} if self.motions else {}
@@ -223,7 +223,7 @@ class Scenario(Record, metaclass=Asked):
                 raise ValueError(f"{fault} of {steps:.0f} samples")
         self._has_windows()
         self._speaks_of_its_axes()
-        check_following(self.plant, self.reference, self.simulation)
+        check_feasible(self.plant, self.reference, self.simulation)
         started(self.plant.machine, self.start, self.places)
 
     @property
@@ -383,4 +383,4 @@ class Scenario(Record, metaclass=Asked):
             for axis_samples, place in begun
         ]
         finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
-        return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))
+        return Samples(tuple(axes), frame, *rest, copy_started(each, start, ways, finest))

@@ -10,7 +10,7 @@ from hfc_design.formats.writing import Format
 
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if module.name != "reading"]
 _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
-_FOUND = {found.name: found for part in _PARTS for found in getattr(part, "FORMATS", ())}
+_FOUND = {one.name: one for part in _PARTS for one in getattr(part, "FORMATS", ())}
 #: Every format by its name.
 FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
 

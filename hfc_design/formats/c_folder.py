@@ -43,7 +43,7 @@ class Tabulated(NamedTuple):
         return max(self.share, self.off_share) >= COARSE
 
     @property
-    def told(self) -> list[str]:
+    def lines(self) -> list[str]:
         """It in words."""
         size = f"{self.deviation:.2g} {self.unit}".rstrip()
         first = f"{size}, {100 * self.share:.2g} per cent of the largest that the rules give"
@@ -59,7 +59,7 @@ def write_lookup(
     design: Design,
     path: Path,
     points: int,
-    connect: Callable[[Design], Design] = lambda own: own,
+    connect: Callable[[Design], Design] = lambda design: design,
 ) -> dict[str, Tabulated]:
     """Write the same without ``exp``, with degrees tabulated at ``points`` values.
 
@@ -70,17 +70,17 @@ def write_lookup(
         UserError: the controller has no terms with an exponential; or as ``folder``.
         RunError: the folder ``path`` cannot be written.
     """
-    found = {}
+    tables = {}
 
     def content(part: Design) -> Content:
-        files, found[part.axis], vectors = _tabulated(part, points)
-        told = "; ".join(found[part.axis].told)
+        files, tables[part.axis], vectors = _tabulated(part, points)
+        accuracy = "; ".join(tables[part.axis].lines)
         return with_check(
-            part, files, vectors, f"Its terms are tabulated at {points} values: {told}."
+            part, files, vectors, f"Its terms are tabulated at {points} values: {accuracy}."
         )
 
-    Format("c", C, content, beside=of_axes).write(design, path, connect)
-    return found
+    Format("c", C, content, companions=of_axes).write(design, path, connect)
+    return tables
 
 
 def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, Vectors]:
@@ -97,4 +97,4 @@ def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, 
 
 
 C = "a folder with the controller in C99, adaptation and all, a page on it and make check"
-FORMATS = (Format("c", C, folder, beside=of_axes, connects=True),)
+FORMATS = (Format("c", C, folder, companions=of_axes, connects=True),)

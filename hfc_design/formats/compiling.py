@@ -56,6 +56,6 @@ def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:
             raise RunError(f"{tool}: cannot compile an FMU: {error}") from None
         if done.returncode:
             lines = done.stderr.splitlines() or [f"exit code {done.returncode}"]
-            told = next((line for line in lines if "error" in line), lines[0])
-            raise RunError(f"{tool}: cannot compile an FMU: {told}")
+            message = next((line for line in lines if "error" in line), lines[0])
+            raise RunError(f"{tool}: cannot compile an FMU: {message}")
         return Path(folder, f"{name}.so").read_bytes()

@@ -192,24 +192,24 @@ CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
 def gather() -> list[Entry]:
     """Every entry of what is built in."""
     references = records_in(AnyReference)
-    found = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
+    entries = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
         for name in _built_in(group):
-            found += entries_of(group.get(name))
+            entries += entries_of(group.get(name))
     for record in references:
-        found += reference_entries(record, (*references, Load))
+        entries += reference_entries(record, (*references, Load))
     for one in (*RUNNING.values(), band_time(0.0)):
         meaning = one.meaning.replace("within 0", "within the band that is told beside it")
         metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
-        found.append(metric._replace(meaning=meaning))
-    found += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
+        entries.append(metric._replace(meaning=meaning))
+    entries += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
         meaning = read_toml(BUILTIN / f"{name}.toml").get("description", "")
-        found.append(Entry(reference.SCENARIO, name, meaning=meaning))
+        entries.append(Entry(reference.SCENARIO, name, meaning=meaning))
     for name in builtin_designs():
         meaning = str(named_design(name).provenance["source"])
-        found.append(Entry(reference.DESIGN, name, meaning=meaning))
-    return [one._replace(name=one.name or one.key) for one in found]
+        entries.append(Entry(reference.DESIGN, name, meaning=meaning))
+    return [one._replace(name=one.name or one.key) for one in entries]
 
 
 def live(kind: str, name: str) -> list[Entry]:

@@ -7,7 +7,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.fit import (
     Fit,
@@ -58,7 +58,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
         fit = _fit(task, wanted, name, log, tell)
-    with about(name):
+    with as_user_error(name):
         check_slopes(fit)
     known = certainty(fit)
     tell("how the fit grows worse beside the best values")
@@ -84,7 +84,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
 
 
 def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Tell) -> Fit:
-    with about(name):
+    with as_user_error(name):
         tried = [] if log.command is None else bandwidths(log, task.bandwidth)
     for line in filter(None, [wanted.wanted(), wanted.rest()]):
         tell(line)
@@ -147,14 +147,14 @@ def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: b
             "DOUBTFUL: the axes of this machine push one another, and one is replayed alone: what "
             "the others do to it has to be in the load"
         )
-    if not known.told.any():
+    if not known.identifiable.any():
         gone, unit = float(np.ptp(log.place)), fit.free.drive.units["error"]
         notes.append(
             f"NOT USABLE: {name} tells none of the parameters: does the axis move in it, and is "
             f"its unit right? it goes {gone:.5g} {unit} in {log.duration:.3g} s"
         )
     for parameter, factor in fit.free.away(fit.numbers).items():
-        if known.told[fit.free.names.index(parameter)]:
+        if known.identifiable[fit.free.names.index(parameter)]:
             notes.append(
                 f"DOUBTFUL: {name} is only replayed with {factor:.3g} times the {parameter} that "
                 "it began with; are the units of its columns right, mm or m, say?"

@@ -91,8 +91,8 @@ class Outcome(NamedTuple):
         share = f"{100 * CONFIDENCE:g} %"
         line = f"from and to are the ends of the {share} interval, if the model is right"
         states = zip(self.free.names, self.known.state, strict=True)
-        held = ", ".join(name for name, state in states if state == HELD)
-        return f"{line}; where 'given', if what is held ({held}) is right" if held else line
+        fixed = ", ".join(name for name, state in states if state == HELD)
+        return f"{line}; where 'given', if what is held ({fixed}) is right" if fixed else line
 
     def check_rows(self) -> Rows:
         """Of each replay what it is off, before and after."""
@@ -113,7 +113,7 @@ class Outcome(NamedTuple):
         """What to record next; "" if there is nothing to say."""
         one, units = self.advice, self.free.drive.units
         if one is None:
-            return "" if self.known.told.all() else NOTHING
+            return "" if self.known.identifiable.all() else NOTHING
         gains = ", ".join(
             f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
         )
@@ -126,10 +126,10 @@ class Outcome(NamedTuple):
 
     def verdict(self) -> str:
         """What came out, in a sentence."""
-        told, check = self.known.told, self.checks[0]
+        identifiable, check = self.known.identifiable, self.checks[0]
         return (
-            f"the log tells {sum(told) or 'none'} of {len(told)} parameters that were looked for, "
-            f"and the replay is {self.readable(check.after)} off (rms); it was "
+            f"the log tells {sum(identifiable) or 'none'} of {len(identifiable)} parameters that "
+            f"were looked for, and the replay is {self.readable(check.after)} off (rms); it was "
             f"{self.readable(check.before)} with the values that it began with"
         )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.identify.request import Task
 from hfc_design.logs.columns import Column, parse_columns, rates_of
 from hfc_design.logs.reading import read_log
@@ -100,10 +100,10 @@ def sources(
     drive = task.drive_axis.drive
     if others and check_log is None:
         raise UserError("--check-column: needs --check-log")
-    with about(log):
+    with as_user_error(log):
         logs = {log_name(log): Source(log, parse_columns(columns, drive))}
     if check_log is not None:
-        with about(check_log):
+        with as_user_error(check_log):
             both = {
                 x.name: x for x in (*parse_columns(columns, drive), *parse_columns(others, drive))
             }
@@ -124,7 +124,7 @@ def recordings(
     recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():
         columns = read_log(source.path)
-        with about(source.path):
+        with as_user_error(source.path):
             even = signals(columns, axis.drive, source.columns, sample_time)
             recorded[name] = recording(even, axis.drive)
     every = next(iter(recorded.values())).sample_time

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import NUMBER
+from hfc_design.core.overrides import Changes, overridden
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.machine import ALL_PLANTS, Axis
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_parameters
 
@@ -35,7 +35,7 @@ class Task(NamedTuple):
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
     """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
-    tables = changed({}, changes)
+    tables = overridden({}, changes)
     plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
     axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
     names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}

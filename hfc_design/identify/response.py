@@ -143,8 +143,8 @@ def _mode(
     def left(*columns: Any) -> tuple[float, Floats]:
         weighted = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
         *rows, wanted = (np.append(x.real, x.imag) for x in weighted)
-        found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
-        return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
+        solution = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
+        return float(np.sum((np.stack(rows, axis=1) @ solution - wanted) ** 2)), solution
 
     least, best = np.inf, None
     for hz, damping in product(np.geomspace(seen[0], highest, MODES), DAMPINGS):
@@ -152,8 +152,8 @@ def _mode(
         swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
         tried = [(left(1.0 - swing, s * (1.0 - swing))[0], -1.0)]
         if hz <= seen[-1]:
-            squares, found = left(1.0 + 0.0 * s, s, swing)
-            tried.append((squares, found[2] / found[0]))
+            squares, solution = left(1.0 + 0.0 * s, s, swing)
+            tried.append((squares, solution[2] / solution[0]))
         for squares, share in tried:
             if squares < least and abs(share) * np.abs(swing[counts]).max() > CHANGES:
                 least, best = squares, (hz, damping, share)

@@ -243,7 +243,7 @@ def rates_of(drive: Drive) -> dict[str, str]:
 
 def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     """Columns that are called like a signal, with or without a unit; not of those ``said``."""
-    found = dict[str, Column]()
+    by_name = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
         if name in said:
@@ -255,8 +255,8 @@ def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, 
             both = " and ".join(one.column for one in columns[:2])
             raise ValueError(f"{both} may be the {name}: which one? {column_hint(name)}")
         if columns:
-            found[name] = columns[0]
-    return found
+            by_name[name] = columns[0]
+    return by_name
 
 
 def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) -> str | None:

@@ -45,19 +45,19 @@ class Numbers(NamedTuple):
         return 1 < prod(self.shape) == max(self.shape)
 
 
-def mat_log(found: bytes) -> Log:
+def mat_log(data: bytes) -> Log:
     """The vectors of a MAT file, also in structs: of the longest length.
 
     Raises:
         ValueError: it is none, or of another version, or has no vectors.
     """
-    if found.startswith(NEWER):
+    if data.startswith(NEWER):
         raise ValueError("is of MATLAB 7.3; save it with -v7")
-    if len(found) >= 20 and 0 in found[:4]:  # others begin with a text
+    if len(data) >= 20 and 0 in data[:4]:  # others begin with a text
         raise ValueError("is of MATLAB 4, or no MAT file; save it with -v7")
     values, others = dict[str, Numbers](), dict[str, str]()
     try:
-        for variable, value in _Reader(found).variables():
+        for variable, value in _Reader(data).variables():
             if isinstance(value, str):
                 others[variable] = "a text" if isinstance(value, Text) else value
             for name, matrix in _signals(variable, value).items():
@@ -82,24 +82,24 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
         return {name: value} if value.is_vector else {}
     if not isinstance(value, list):
         return {}
-    found = dict[str, Numbers]()
+    by_name = dict[str, Numbers]()
     for k, record in enumerate(value):
-        own = name if len(value) == 1 else f"{name}({k + 1})"
+        full_name = name if len(value) == 1 else f"{name}({k + 1})"
         if len(value) == 1 and {"time", "signals"} <= record.keys():  # structure with time
-            found |= _signals("time", record["time"])
+            by_name |= _signals("time", record["time"])
             signals = record["signals"] if isinstance(record["signals"], list) else []
             for j, signal in enumerate(signals):
                 label = signal.get("label")
-                labelled = isinstance(label, Text) and label.strip() and label not in found
-                found |= _split(
+                labelled = isinstance(label, Text) and label.strip() and label not in by_name
+                by_name |= _split(
                     str(label) if labelled else f"{name}.signals({j + 1})", signal["values"]
                 )
         elif len(value) == 1 and {"Time", "Data"} <= record.keys():  # a timeseries as a struct
-            found |= _signals("time", record["Time"]) | _split(name, record["Data"])
+            by_name |= _signals("time", record["Time"]) | _split(name, record["Data"])
         else:
             for field, inside in record.items():
-                found |= _signals(f"{own}.{field}", inside)
-    return found
+                by_name |= _signals(f"{full_name}.{field}", inside)
+    return by_name
 
 
 def _split(name: str, value: Any) -> dict[str, Numbers]:
@@ -124,11 +124,11 @@ def _next(parts: Iterator[Element]) -> Element:
 class _Reader:
     """Elements of a file, within limits of what all of them may take."""
 
-    def __init__(self, found: bytes):
-        order = {LITTLE: "<", BIG: ">"}.get(found[HEAD - 4 : HEAD])
+    def __init__(self, data: bytes):
+        order = {LITTLE: "<", BIG: ">"}.get(data[HEAD - 4 : HEAD])
         if order is None:
             raise ValueError("its header is damaged, or of another format")
-        self.order, self.data = order, memoryview(found)[HEAD:]
+        self.order, self.data = order, memoryview(data)[HEAD:]
         self.parts, self.bytes, self.count = MOST_PARTS, MOST_BYTES, MOST_NUMBERS
 
     def variables(self) -> Iterator[tuple[str, Any]]:
@@ -177,11 +177,11 @@ class _Reader:
         kind, data = element
         if kind not in TYPES:
             raise ValueError(f"an element has to be numbers (got kind {kind})")
-        found = np.frombuffer(data, self.order + TYPES[kind])
-        self.count -= len(found)
+        numbers = np.frombuffer(data, self.order + TYPES[kind])
+        self.count -= len(numbers)
         if self.count < 0:
             raise ValueError(f"unpacks to more than {MOST_NUMBERS} numbers")
-        return found
+        return numbers
 
     def _text(self, element: Element) -> str:
         kind, data = element
@@ -198,8 +198,8 @@ class _Reader:
         flags = int(self._numbers(_next(parts))[0])
         kind = flags & 0xFF
         if kind == OPAQUE:
-            name, _, own = (self._text(_next(parts)) for _ in range(3))
-            return name, f"an object of class {own[:40]}"
+            name, _, text = (self._text(_next(parts)) for _ in range(3))
+            return name, f"an object of class {text[:40]}"
         shape = tuple(self._numbers(_next(parts)).tolist())
         if len(shape) < 2 or min(shape) < 0:
             raise ValueError(f"a matrix has to have two sizes or more (got {shape[:4]})")

@@ -36,9 +36,9 @@ def encoder_step(values: Floats) -> float | None:
     least = np.quantile(gaps, 1.0 - MOST, method="lower")
     step = float(gaps[gaps <= SINGLE * least].mean())
     # Shorter gaps first, so that no long one is miscounted; then what a wrong value has divided.
-    for reach, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
+    for width, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
         some = np.diff(places[::every])
-        some = some[some <= reach * step]
+        some = some[some <= width * step]
         step = float(some.sum() / np.round(some / step).sum()) if some.size else step
     counts = np.round(places / step)
     step, start = np.polyfit(counts, places, 1).tolist()

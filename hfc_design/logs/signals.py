@@ -72,10 +72,10 @@ def signals(
     if missing := [name for name in needed if name not in known.keys() | timed]:
         raise ValueError(missing_columns(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
-    for name, asked in known.items():
-        column = find_column(asked, log, drive)
+    for name, wanted in known.items():
+        column = find_column(wanted, log, drive)
         unit = column.unit or units[name]
-        if asked.unit is None or (name in named and unit != units[name]):
+        if wanted.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {column.column} in {unit}")
         values[name] = scale(column, drive) * log.columns[column.column]
         if units[name] == drive.units["error"]:
@@ -83,17 +83,24 @@ def signals(
     turned = unwrap_turns(values, [*places], drive)
     _check(values, drive)
     step = encoder_step(values[drive.seen[0]])
-    found = resampled(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
-    if not FASTEST <= found.sample_time <= SLOWEST:
+    resampled_log = resampled(
+        values.pop("time", None), log.sample_time or sample_time, values, log.breaks
+    )
+    if not FASTEST <= resampled_log.sample_time <= SLOWEST:
         raise ValueError(
-            f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
-            f"{SLOWEST:g} s: which unit has its time? {column_hint('time')}"
+            f"is sampled every {resampled_log.sample_time:.3g} s; a drive's log every {FASTEST:g} "
+            f"to {SLOWEST:g} s: which unit has its time? {column_hint('time')}"
         )
     for name, column in places.items():
-        check_travel(column, found.values[name], drive, found.sample_time * len(found.usable))
+        check_travel(
+            column,
+            resampled_log.values[name],
+            drive,
+            resampled_log.sample_time * len(resampled_log.usable),
+        )
     notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
-    found = found._replace(notes=[*notes, *found.notes, *turned], step=step)
-    return _trusted(found, drive)
+    resampled_log = resampled_log._replace(notes=[*notes, *resampled_log.notes, *turned], step=step)
+    return _trusted(resampled_log, drive)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -147,7 +154,7 @@ def saturated(values: Floats) -> Mask:
 
     One that comes to rest there slows down before; one that is cut off does not.
     """
-    found = np.zeros(len(values), bool)
+    mask = np.zeros(len(values), bool)
     change = np.abs(np.diff(values))
     moves = change[change > 0] if (change > 0).any() else np.zeros(1)
     least = max(ARRIVES * np.median(moves), STEPS * moves.min())
@@ -157,8 +164,8 @@ def saturated(values: Floats) -> Mask:
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
             # In whole steps of an encoder one of them may be just that share of four.
             if end - begin >= STAYS and arrives > least * (1.0 + SAME_SINGLE):
-                found[begin:end] = True
-    return found
+                mask[begin:end] = True
+    return mask
 
 
 def resampled(
@@ -196,8 +203,8 @@ def resampled(
         mean = _shared(time[~twice], np.flatnonzero(~twice), usual)
         log = resampled(None, sample_time or mean, values, broken)
         of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
-        told = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
-        return log._replace(notes=[told, *log.notes])
+        message = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
+        return log._replace(notes=[message, *log.notes])
     if twice.any():
         notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
     time, broken = time[~twice], broken[~twice]
@@ -234,13 +241,13 @@ def _places(time: Floats, period: float) -> Floats:
     The clock follows the stamps by a share, so that neither their trembling nor a ``period`` that
     is a little off miscounts them; a gap is a whole number of periods.
     """
-    found, now, clock = [0.0], 0.0, float(time[0])
+    places, now, clock = [0.0], 0.0, float(time[0])
     for stamp in time[1:].tolist():
         steps = max(round((stamp - clock) / period), 1)
         now, clock = now + steps, clock + steps * period
         clock += FOLLOWS * (stamp - clock)
-        found.append(now)
-    return np.array(found)
+        places.append(now)
+    return np.array(places)
 
 
 def _period(place: Floats, time: Floats) -> float:
@@ -274,13 +281,13 @@ def _filled(
     recorded = np.zeros(len(steps), bool)
     recorded[place.astype(int)] = True
     before = np.searchsorted(place, steps, side="right") - 1
-    found = {
+    filled = {
         name: value[before] if name in HELD else np.interp(steps, where, value)
         for name, value in values.items()
     }
     if missing := int((~recorded).sum()):
         notes.append(f"{missing} of {len(steps)} samples are missing")
-    return EvenLog(period, found, recorded, notes)
+    return EvenLog(period, filled, recorded, notes)
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:

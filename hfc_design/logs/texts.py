@@ -78,12 +78,12 @@ def text_log(text: str) -> Log:
     """
     lines = text.splitlines()
     first = lines[0] if lines else ""
-    if found := SCOPE.fullmatch(first):
-        return _scope(lines[1:], 1e-9 * int(found[1]))
-    if found := OLD_SCOPE.fullmatch(first):
-        return _old_scope(_rows(lines[1:], 2), 1e-9 * int(found[1]))
-    if found := SAID.fullmatch(first):
-        return _table(_rows(lines[1:], 2), found[1])
+    if match := SCOPE.fullmatch(first):
+        return _scope(lines[1:], 1e-9 * int(match[1]))
+    if match := OLD_SCOPE.fullmatch(first):
+        return _old_scope(_rows(lines[1:], 2), 1e-9 * int(match[1]))
+    if match := SAID.fullmatch(first):
+        return _table(_rows(lines[1:], 2), match[1])
     return _table(_rows(lines, 1), None)
 
 
@@ -93,8 +93,8 @@ def _scope(lines: list[str], sample_time: float) -> Log:
         raise ValueError("line 2: has no names of the channels")
     names = lines[0].split(";")
     form = Form(";", len(names), [*range(len(names))])
-    found = _numbers(_rows(lines[1:], 3), form, names)
-    return Log(_named(names, found), sample_time, format="halscope")
+    numbers = _numbers(_rows(lines[1:], 3), form, names)
+    return Log(_named(names, numbers), sample_time, format="halscope")
 
 
 def _old_scope(rows: Rows, sample_time: float) -> Log:
@@ -288,8 +288,8 @@ def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
             raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
         for k in texts:
             if form.number(cells[k]) is not None:
-                told = f"column {names[k][:60] or k + 1} has a number here"
-                raise ValueError(f"line {place}: {told}, and none in other lines")
+                message = f"column {names[k][:60] or k + 1} has a number here"
+                raise ValueError(f"line {place}: {message}, and none in other lines")
         for sign in ",." if form.commas else "":
             if any(sign in cells[k] for k in form.numeric):
                 signs.setdefault(sign, place)

@@ -16,8 +16,8 @@ from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.core.carried import AnyFile, content_of
-from hfc_design.core.texts import about, decoded
+from hfc_design.core.embedded_files import AnyFile, content_of
+from hfc_design.core.texts import as_user_error, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 #: A comment, blanks, or a letter with the number that belongs to it.
@@ -201,7 +201,7 @@ def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
     Raises:
         UserError: the file cannot be read or used; the line says file, line number and why.
     """
-    with about(file):
+    with as_user_error(file):
         return segments(text_of(file), rapid)
 
 

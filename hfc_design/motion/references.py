@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.carried import WRITTEN, AnyFile, content_of, readable_by
+from hfc_design.core.embedded_files import WRITTEN, AnyFile, content_of, readable_by
 from hfc_design.core.numbers import LARGEST_NUMBER, Floats, passed
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.texts import LARGEST_TABLE, decoded

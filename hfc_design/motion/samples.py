@@ -70,7 +70,7 @@ class Samples(NamedTuple):
     time: Series  # (steps,) [s]
     late: Series  # (steps,) 1 and 2 in the halves of the last quarter, before that 0
     start: tuple[State, ...]  # of each axis before the first sample, numbers
-    beside: tuple[State, ...]  # start of a copy of the machine, a little off, see ``unsettled``
+    copy_start: tuple[State, ...]  # start of a copy of the machine, a little off, see ``unsettled``
 
 
 class Simulation(Record):

@@ -21,10 +21,10 @@ from pydantic import (
     model_validator,
 )
 
-from hfc_design.core.carried import WRITTEN, readable_by
+from hfc_design.core.embedded_files import WRITTEN, readable_by
 from hfc_design.core.numbers import SAME, Floats, floored
 from hfc_design.core.records import Finite, Label, Positive, Record
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, Limits, MovedAxis
 from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
@@ -190,7 +190,7 @@ class GCode(Trajectory):
         if fault := self._fault(axes):
             raise ValueError(fault)
         start = tuple(self.start.get(letter.lower(), 0.0) for letter in gcode.AXES)
-        with about(self.file):
+        with as_user_error(self.file):
             return _planned(
                 gcode.text_of(self.file), start, axes, tuple(self.limits.items()), cycle
             )

@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.metric import Metric
-from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Remaining, Sums
 from hfc_design.objectives.stick_share import stick_share
 
 #: Every objective by its name: the files here, and what users add.
@@ -93,7 +93,7 @@ class Judge(NamedTuple):
         """Of each objective, of whose sums these are."""
         return [one.score(totals) for one, totals in zip(self.objectives, sums, strict=True)]
 
-    def best(self, sums: tuple[Sums, ...], left: Left) -> Individuals:
+    def best(self, sums: tuple[Sums, ...], left: Remaining) -> Individuals:
         """The merit that each of a population can still reach, infinite where nobody knows.
 
         A merit grows with every objective.

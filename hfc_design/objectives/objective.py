@@ -36,14 +36,14 @@ class Moment(NamedTuple):
     apart_rate: Scalar = 0.0  # [1/s]
 
 
-class Left(NamedTuple):
+class Remaining(NamedTuple):
     """What is still to come of a motion."""
 
     samples: Scalar
     settled: Scalar  # those of them that count as settled
 
 
-NOTHING_LEFT = Left(0.0, 0.0)
+NONE_REMAINING = Remaining(0.0, 0.0)
 
 
 class ObjectiveSettings(Ordered):
@@ -82,7 +82,7 @@ class Objective(NamedTuple):
     fault: Callable[[int, bool], str | None] = lambda axes, path: None
     positive: bool = False  # never below zero
     #: What the number can be at most in the end, of the sums by now; None: anything.
-    best: Callable[[Sums, Left], Scalar] | None = None
+    best: Callable[[Sums, Remaining], Scalar] | None = None
 
     def __repr__(self) -> str:
         return f"Objective({self.name!r})"

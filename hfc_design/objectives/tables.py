@@ -42,8 +42,8 @@ def columns(machine: Machine, table: str) -> dict[str, Column]:
             for one in listed
             for key, meaning in [labelled(one, drive)]
         }
-    found = [one for one in listed if one.exists is None or one.exists(machine.drives)]
-    return {key: column for one in found for key, column in _of_machine(one, machine)}
+    existing = [one for one in listed if one.exists is None or one.exists(machine.drives)]
+    return {key: column for one in existing for key, column in _of_machine(one, machine)}
 
 
 def values(table: Mapping[str, Column], motion: MotionRecord) -> dict[str, float | None]:

@@ -132,7 +132,7 @@ def _rounded(curve: re.Match[str]) -> str:
     numbers = (
         x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
     )
-    return f' d="{_LETTER.sub(lambda found: found[1], ",".join(numbers))}"'
+    return f' d="{_LETTER.sub(lambda match: match[1], ",".join(numbers))}"'
 
 
 _LETTER = re.compile(r",?([A-Za-z]),?")

@@ -87,13 +87,13 @@ def _panel(axes: Axes, front: Front, x: int, y: int) -> None:
         axes.annotate(
             str(k + 1), (across[k], up[k]), (6, 4), textcoords="offset points", fontsize=9
         )
-    for values, scale, own in (
+    for values, scale, marked in (
         (across, axes.set_xscale, axes.xaxis),
         (up, axes.set_yscale, axes.yaxis),
     ):
         if values.min() > 0.0 and values.max() > 20.0 * values.min():
             scale("log")
-            own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            marked.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.margins(0.1)
     names = [front.objectives[k].name for k in (x, y)]
     gridded(axes, _label(names[0], unit_x), _label(names[1], unit_y))

@@ -17,7 +17,7 @@ from hfc_design.objectives.traded import Traded
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.fronts import dominated, knee, scaled
 from hfc_design.search.loop import Search
-from hfc_design.simulation.in_use import ENOUGH
+from hfc_design.simulation.acceptance import ENOUGH
 from plants import in_a_name
 
 FRONT = "front.csv"
@@ -64,11 +64,11 @@ def front_of(search: Search, scenario: Scenario) -> Front | None:
         most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
         robust = scenario.robust.model_copy(update={"forgiven": most})
         scenario = scenario.model_copy(update={"robust": robust})
-    found = final_problem(scenario).weighed(population)
-    left = np.flatnonzero(found.violation == 0.0)
-    left = left[~dominated(found.costs[left], found.costs[left])]
-    left = left[np.lexsort(found.costs[left].T[::-1])]
-    return Front(objectives, found.costs[left], found.score[left], left)
+    weighed = final_problem(scenario).weighed(population)
+    left = np.flatnonzero(weighed.violation == 0.0)
+    left = left[~dominated(weighed.costs[left], weighed.costs[left])]
+    left = left[np.lexsort(weighed.costs[left].T[::-1])]
+    return Front(objectives, weighed.costs[left], weighed.score[left], left)
 
 
 def _heads(objectives: tuple[Traded, ...]) -> list[str]:

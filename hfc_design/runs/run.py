@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.core import checkpoint
-from hfc_design.core.carried import AnyFile
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.texts import json_of, read_text
 from hfc_design.files.design import Design, design_json, naming, read_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs import champion, stored
 from hfc_design.runs.champion import LAP, LEAST_VIOLATED, Lap
@@ -26,8 +26,8 @@ from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
+from hfc_design.simulation.acceptance import NO, Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.in_use import NO, Usable
 from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
@@ -151,7 +151,7 @@ def run(
         if k + 1 < champion.laps(scenario):
             on_lap(lap)
     assert best is not None
-    individual, design, evaluation = best.found
+    individual, design, evaluation = best.finalist
     if best.number:
         design = noted(design, {LAP: best.number})
         _save_history(folder, best.search)

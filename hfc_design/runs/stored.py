@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import archive, checkpoint, interrupt
-from hfc_design.core.carried import AnyFile
-from hfc_design.core.faults import short
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.plugins import origins
 from hfc_design.core.records import RunError
+from hfc_design.core.validation_errors import short
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import genome_of, parts_of
@@ -61,7 +61,7 @@ def read(
     """
     if not path.exists():
         return None
-    with checkpoint.doubted(path):
+    with checkpoint.corrupt_as_error(path):
         made_by, arrays = checkpoint.read(path, largest)
         for key, now in needed.items():
             if (was := made_by.get(key)) is None:
@@ -82,10 +82,10 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
 
     def search(arrays: archive.Arrays) -> Search:
         fields = {"state": state, "population": empty, Population: empty}
-        found: Search = checkpoint.record_of(Search, fields, arrays)
-        if wrong := fault(found, empty, settings):
+        loaded: Search = checkpoint.record_of(Search, fields, arrays)
+        if wrong := fault(loaded, empty, settings):
             raise ValueError(wrong)
-        return found
+        return loaded
 
     return read(path, SPARE + tried * (each + SPARE_EACH), needed, search, hint)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Explain, needed
+from hfc_design.controllers.kind import Explain, require
 from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError
@@ -38,7 +38,7 @@ def part(design: Design, axis: str) -> Design:
 
 
 def _inside(design: Design, axis: str) -> Design:
-    from hfc_design.files.pairing import axes_of  # with JAX
+    from hfc_design.files.loop_setup import axes_of  # with JAX
 
     records = design.controller.inside(axes_of(design))
     if "" in records:  # of all axes, with others inside
@@ -96,14 +96,14 @@ def explanation(
         UserError: the design has no rules, or signals are missing, unknown or no numbers.
     """
     record = design.controller
-    kind: Explain = needed(design.kind.explain, design, "it has no rules")
+    kind: Explain = require(design.kind.explain, design, "it has no rules")
     names = _own_names(kind, record)
     samples = [_sample(text, names) for text in texts]
     alone = len(samples) == 1
     for sample in samples:
         _check(design, kind, sample, alone, names)
     # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
-    changes = {"controller": record.held(), "limits": design.limits.without_rate()}
+    changes = {"controller": record.without_adaptation(), "limits": design.limits.without_rate()}
     frozen = design.model_copy(update=changes) if alone else design
     controller = Controller(frozen)
     before = _memory(kind, samples[0])
@@ -111,7 +111,7 @@ def explanation(
         raise UserError(TOO_LARGE.format(texts[0][:60]))
     controller.remember(before)
     for text, sample in zip(texts, samples, strict=True):
-        command, parts = controller.told(sample)
+        command, parts = controller.step_in_parts(sample)
         if math.isnan(command):
             raise UserError(TOO_LARGE.format(text[:60]))
     units = units_of(drive.units)

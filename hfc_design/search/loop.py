@@ -124,7 +124,7 @@ def generations(
         more = {name: getattr(candidates, name, None) for name in ("machines", "needed", "broken")}
         named = {name: value for name, value in more.items() if value is not None}
         judged = evaluate(candidates.population, generation, **named)
-        fitness = judged.told if isinstance(judged, Weighed) else judged
+        fitness = judged.fitness if isinstance(judged, Weighed) else judged
         score = judged if isinstance(judged, np.ndarray) else judged.score
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)

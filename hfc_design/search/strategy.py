@@ -63,7 +63,7 @@ class Weighed(NamedTuple):
     """
 
     score: Floats  # (n,) what they are ranked by elsewhere; no finite number where one failed
-    told: Floats | Scored
+    fitness: Floats | Scored
 
 
 #: What only its strategy knows: what it remembers, and what it asks, a record with a

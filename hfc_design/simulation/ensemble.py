@@ -13,13 +13,13 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.arguments import number, wanted
+from hfc_design.core.arguments import check_number, check_type
 from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
@@ -45,7 +45,7 @@ class Judgements(NamedTuple):
         Raises:
             UserError: ``how`` is none of these, or ``share`` is not between 0 and 1.
         """
-        number("share", share)
+        check_number("share", share)
         if not 0 <= share <= 1:
             raise UserError(f"share = {share}: has to lie between 0 and 1")
         quantile = partial(np.quantile, q=share, method="lower")
@@ -125,7 +125,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
-    wanted(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
+    check_type(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in plant.axes.items()}
     for key in changes.keys() - every.keys():

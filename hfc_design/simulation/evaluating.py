@@ -13,14 +13,14 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals, within_rate
-from hfc_design.core.arguments import wanted
+from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.files.design import AnyDesign, Design, learned
-from hfc_design.files.doubts import doubts
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
+from hfc_design.files.plausibility import plausibility_warnings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import Contour, contour, during
 from hfc_design.motion.phases import settled_samples
@@ -38,10 +38,10 @@ from hfc_design.simulation.repeats import (
     TOLD,
     Each,
     averaged,
-    ends_told,
-    louder,
-    range_told,
+    ends_text,
+    range_text,
     repeats_of,
+    scaled_command,
     together,
 )
 from hfc_design.simulation.stepping import Motions
@@ -82,7 +82,7 @@ class AxisMotion(NamedTuple):
         fixed = self.drive.coefficients(self.parameters)
         return _arrays(self.drive.signals(fixed, self.motion.state))
 
-    def told(self) -> dict[str, Floats]:
+    def sensed(self) -> dict[str, Floats]:
         """What the axis told the control by its own sensors, signal -> (steps,)."""
         fixed = self.drive.coefficients(self.parameters)
         seen = self.drive.measured(fixed, self.motion.state)
@@ -114,12 +114,12 @@ class Evaluation(NamedTuple):
     memory: Memory = None  # what the controller remembers in the end
 
     def __repr__(self) -> str:
-        return line("Evaluation", self._told())
+        return line("Evaluation", self._summary())
 
     def _repr_html_(self) -> str:
-        return table("Evaluation", self._told() | self.metrics)
+        return table("Evaluation", self._summary() | self.metrics)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         axes, steps = ", ".join(axis.name for axis in self.axes), len(self.time)
         summary = {"fitness": self.fitness, "merit": self.merit, "diverged": self.diverged}
         more = {"motions": ", ".join(self.motions)} if self.motions else {}
@@ -161,7 +161,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     Raises:
         UserError: it is no evaluation.
     """
-    wanted(evaluation, Evaluation, EVALUATED)
+    check_type(evaluation, Evaluation, EVALUATED)
     columns = {"time_s": evaluation.time}
     several = len(evaluation.axes) > 1
     for axis in evaluation.axes:
@@ -214,7 +214,7 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
 
     def simulate(where: Scenario, chosen: Integers) -> Iterator[Evaluation]:
         motions = [where.each_motion()[k] for k in chosen]
-        loop, many = louder(closed_loop(where, controller), gains)
+        loop, many = scaled_command(closed_loop(where, controller), gains)
         for (evaluation,) in evaluations(motions, loop, machines, many):
             yield evaluation
 
@@ -234,7 +234,7 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     Raises:
         UserError: it does not adapt, has diverged, or the evaluation is of another controller.
     """
-    wanted(evaluation, Evaluation, EVALUATED)
+    check_type(evaluation, Evaluation, EVALUATED)
     design, axes = load_design(design), evaluation.machine.axes
     begun = within_rate(design.commanding(axes).initial_memory(0.0))
     remembered: list[Memory] = [begun, within_rate(evaluation.memory)]
@@ -251,7 +251,7 @@ def evaluations(
 ) -> Iterator[Iterator[Evaluation]]:
     """Of each motion what is read off that of each of ``machines``, all simulated together.
 
-    On a single machine ``gains`` may be those of ``louder``.
+    On a single machine ``gains`` may be those of ``scaled_command``.
     """
     samples = [motion.samples() for motion in motions]
     trajectories = population.trajectories(loop, machines, samples, gains, machines.size)
@@ -271,7 +271,7 @@ def _evaluations(
     loop_machine, time = loop.machine, scenario.simulation.time
     many = len(judged.merit) > machines.size
     for k in range(machines.size):
-        true = tuple(map(plain, machines.true))
+        true = tuple(map(plain, machines.actual))
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
         each = zip(
@@ -342,11 +342,11 @@ def _metrics(
     for axis in axes:
         motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
         about = (axis.name, axis.drive, time[part], settled)
-        asked = (axis.reference[part], np.asarray(axis.happens.reference_rate)[part])
+        commanded = (axis.reference[part], np.asarray(axis.happens.reference_rate)[part])
         seen = (motion.error, motion.error_rate, axis.velocity[part], motion.command)
         limit = scenario.limits.of(axis.name).command
         limits = axis.drive.largest_commands(axis.parameters, limit)
-        records.append(AxisRecord(*about, *asked, *seen, limits))
+        records.append(AxisRecord(*about, *commanded, *seen, limits))
     whole = MotionRecord(tuple(records), None if path is None else during(path, time, part))
     return [*values(_table(scenario), whole).values()]
 
@@ -431,7 +431,7 @@ def _score(evaluation: Evaluation, key: str) -> str:
     if evaluation.diverged:
         return "diverged"
     many = evaluation.ranges.get(key)
-    return range_told(many) if many else f"{getattr(evaluation, key):.4f}"
+    return range_text(many) if many else f"{getattr(evaluation, key):.4f}"
 
 
 def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
@@ -447,7 +447,7 @@ def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[lis
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
-    lines, substeps = doubts(scenario), scenario.simulation.substeps
+    lines, substeps = plausibility_warnings(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
             tried = f", with {one.substeps} substeps too" if one.substeps > substeps else ""
@@ -458,7 +458,7 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
             )
         if one.chaotic:
             keys = (key for key in scenario.judge().titles if key in one.ranges)
-            ranges = [f"{key} ranges from {ends_told(one.ranges[key])}" for key in keys]
+            ranges = [f"{key} ranges from {ends_text(one.ranges[key])}" for key in keys]
             lines.append(
                 f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all else is of the unchanged run"
             )

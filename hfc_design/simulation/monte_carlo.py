@@ -7,24 +7,24 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.arguments import share, wanted, whole
+from hfc_design.core.arguments import check_share, check_type, check_whole
 from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
+from hfc_design.simulation.acceptance import ENOUGH, tolerated_metrics
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
-from hfc_design.simulation.in_use import ENOUGH, tolerated_metrics
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import STABILITY, faults, measuring
+from hfc_design.simulation.stability_criteria import STABILITY, instabilities, measuring
 
 Progress = Callable[[int, int], None]
 
@@ -58,12 +58,12 @@ class Robustness(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit; of a score its title
 
     def __repr__(self) -> str:
-        return line("Robustness", self._told())
+        return line("Robustness", self._summary())
 
     def _repr_html_(self) -> str:
-        return table("Robustness", self._told() | self.nominal)
+        return table("Robustness", self._summary() | self.nominal)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         summary = {"spread": self.spread, "machines": len(self.stable)}
         return {
             **summary,
@@ -164,7 +164,7 @@ def robustness(
     evaluations, judged = zip(*results, strict=True)
     _, measured, failed = map(np.asarray, Judged.stacked(judged))
     lost = failed | np.array([[one.diverged] for one in evaluations])
-    why = {reason: mask[:, 0] for reason, mask in faults(measured, lost, [scenario]).items()}
+    why = {reason: mask[:, 0] for reason, mask in instabilities(measured, lost, [scenario]).items()}
     stable = ~np.logical_or.reduce([*why.values()])
     reasons = {reason: int(mask[1:].sum()) for reason, mask in why.items() if mask[1:].any()}
     nominal_reasons = tuple(reason for reason, mask in why.items() if mask[0])
@@ -207,7 +207,7 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Of every machine in turn its evaluation, without the motion, and what ``faults`` needs.
+    """Evaluation of every machine in turn, without the motion, and what ``instabilities`` needs.
 
     At most ``at_once`` step together. The first one has its motion still.
     """
@@ -243,12 +243,12 @@ def check_draw(
     option: str = "--samples",
 ) -> None:
     """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
-    share("--spread", spread)
-    wanted(tolerances, Mapping, "table of parameters and their tolerances")
+    check_share("--spread", spread)
+    check_type(tolerances, Mapping, "table of parameters and their tolerances")
     for name, tolerance in tolerances.items():
-        share(f"--tolerance {name}=", tolerance)
-    whole(option, samples, 1, MAX_SAMPLES)
-    whole("--seed", seed, 0)
+        check_share(f"--tolerance {name}=", tolerance)
+    check_whole(option, samples, 1, MAX_SAMPLES)
+    check_whole("--seed", seed, 0)
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:
@@ -256,7 +256,7 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
     step = scenario.simulation.sample_time_s / substeps
     for drive, parameters, happens in zip(
-        drives, machines.true, scenario.samples().axes, strict=True
+        drives, machines.actual, scenario.samples().axes, strict=True
     ):
         limit = min(
             drive.fastest(type(parameters)(*row), step) for row in zip(*parameters, strict=True)

@@ -25,9 +25,9 @@ from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.metrics import RUNNING
-from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
+from hfc_design.simulation.acceptance import ENOUGH, bounds_of, broken_by
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import counted
+from hfc_design.simulation.stability_criteria import counted
 from hfc_design.stability.margins import ASKED
 from hfc_design.stability.nominal import nominal
 from plants import Drive
@@ -64,7 +64,7 @@ def why_not(
     ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
     others in the same loop; ``short``: margins that are not kept, as they are.
     """
-    lost, off, candidates = not_kept(scenario, judged), deviations(machines), list[Change]()
+    lost, off, candidates = broken_by(scenario, judged), deviations(machines), list[Change]()
     if short:  # no other change of the scenario mends it
         (name, (value, _)), *more = short.items()
         bad = failing(scenario, lost)
@@ -171,7 +171,7 @@ def _spread(
 
     @cache
     def lost(part: float) -> dict[str, Mask]:
-        return not_kept(scenario, again(nearer(machines, part)))
+        return broken_by(scenario, again(nearer(machines, part)))
 
     def passing(part: float, but: int | None) -> float:
         return float(1.0 - failing(scenario, lost(part), but)[1:].mean())
@@ -195,9 +195,9 @@ def _spread(
 
 def nearer(machines: Machines, part: float) -> Machines:
     """The machines at a part of the way from the first of them."""
-    values = (machines.true, dict(machines.around))
+    values = (machines.actual, dict(machines.around))
     moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), values)
-    return Machines(machines.told, *moved)
+    return Machines(machines.nominal, *moved)
 
 
 def deviations(machines: Machines) -> dict[str, Floats]:
@@ -207,7 +207,7 @@ def deviations(machines: Machines) -> dict[str, Floats]:
     """
     each: dict[str, list[Floats]] = {}
     for name, x in (
-        (name, x) for parameters in machines.true for name, x in parameters._asdict().items()
+        (name, x) for parameters in machines.actual for name, x in parameters._asdict().items()
     ):
         if np.ptp(x):
             each.setdefault(name, []).append(x[1:] / x[0] - 1.0)
@@ -260,14 +260,14 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):
         worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
-        axes = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
+        axes = zip(motion.plant.each(), machines.actual, motion.samples().axes, strict=True)
         for axis, parameters, samples in axes:
             most, drive = motion.limits.of(axis.name).command, axis.drive
             some = [type(parameters)(*(float(x[i]) for x in parameters)) for i in (0, *worst)]
             pairs = np.array([needed(drive, x, samples, most, every) for x in some])
             for n, unit in enumerate(("command", "error_rate")):
                 share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
-                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
+                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.actual) > 1)
                 if share.max() <= NEAR:
                     low |= {name: share.max()} if saturated[:, k].any() and n == 0 else {}
                     continue

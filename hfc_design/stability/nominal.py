@@ -293,11 +293,11 @@ def nominal(
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
         slides = Slides(drive, parameters)
-        operating_point = _found(slides, sample_time, speed)
+        operating_point = _operating_point(slides, sample_time, speed)
         if operating_point is None and (
             mean := averaged(drive, parameters, sample_time / SUBSTEPS)
         ):
-            slides, operating_point = mean, _found(mean, sample_time, speed)
+            slides, operating_point = mean, _operating_point(mean, sample_time, speed)
     if operating_point is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
         cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
@@ -319,7 +319,7 @@ def nominal(
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
 
 
-def _found(
+def _operating_point(
     slides: Slides, sample_time: float, speed: float | None
 ) -> tuple[Motion, Step, int] | None:
     """A steady motion, a step from it, and how many of them make a control sample."""

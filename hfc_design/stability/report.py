@@ -10,7 +10,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Parameters, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
 if TYPE_CHECKING:
@@ -214,9 +214,9 @@ class LoopMargins(NamedTuple):
                 rows.append([one.name, *["-"] * (len(heads) - 1)])
                 continue
             stable = bool(one.numbers["stable"])
-            nominal = [_told(one.numbers[key]) if stable else "-" for key in COLUMNS]
+            nominal = [_cell(one.numbers[key]) if stable else "-" for key in COLUMNS]
             ends = [one.band.get(key) for key in COLUMNS]
-            bands = ["" if end is None else "\n" + "..".join(map(_told, end)) for end in ends]
+            bands = ["" if end is None else "\n" + "..".join(map(_cell, end)) for end in ends]
             cells = [text + band for text, band in zip(nominal, bands, strict=True)]
             rows.append([one.name, "yes" if stable else "no", *cells])
         return heads, rows
@@ -266,7 +266,7 @@ def _value(row: At, key: str, more: bool) -> float:
     return inf if value is None else float(value)
 
 
-def _told(value: float | bool | None) -> str:
+def _cell(value: float | bool | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 

@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hfc_design.files.loop_setup import controller_of, load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.objectives.metrics import metric
 from hfc_design.objectives.objective import Moment
 from hfc_design.simulation import population

@@ -14,8 +14,8 @@ from wandering import wandering
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
+from hfc_design.files.loop_setup import DEFAULT_SCENARIOS, load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
 from hfc_design.formats import code
 from hfc_design.formats.code import sources
 from hfc_design.formats.connection import connect
@@ -133,7 +133,7 @@ def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
     scenario = load_scenario("c-axis-ramp-cutting" if on_c_axis else DEFAULT_SCENARIOS[plant])
     found = built(program("gcc"), design, tmp_path / "c")
     for axis in evaluate(design, scenario).axes:
-        told = axis.told()
+        told = axis.sensed()
         samples = np.stack([told[name] for name in code.signals(design)], axis=1)
         assert len(samples) >= 3000
         for seen in (samples, np.round(samples)):

@@ -9,8 +9,8 @@ from hal_session import exported as exported_bare
 
 from hfc_design import runtime
 from hfc_design.files.design import design_json, named_design
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario, scenario_of
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs.individuals import design_with
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
@@ -74,7 +74,7 @@ def test_sensors_and_converter_of_the_scenario_are_in_the_component(hal, name, t
     ):
         size = abs(axis.motion.command).max()
         assert np.median(abs(command - axis.motion.command)) <= 1e-4 * size
-        own = axis.told()["error"]
+        own = axis.sensed()["error"]
         assert np.median(abs(error - own)) <= 1e-4 * abs(own).max()
 
 
@@ -159,7 +159,7 @@ def test_milling_tables_move_as_in_the_simulator(hal, encoder, tmp_path):
     axes = evaluate(design, scenario).axes
     for (error, command, position), axis in zip(motion(folder), axes, strict=True):
         assert abs(position - axis.motion.state.position).max() <= 1e-6
-        assert abs(error - axis.told()["error"]).max() <= 1e-6
+        assert abs(error - axis.sensed()["error"]).max() <= 1e-6
         assert abs(command - axis.motion.command).max() <= 1e-4
 
 

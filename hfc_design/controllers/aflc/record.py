@@ -132,7 +132,7 @@ class AdaptiveDesign(FuzzyRecord):
             raise UserError("controller.adaptation: an overlap is too small beside a term's centre")
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
         return self.model_copy(update={"adaptation": steps})

@@ -5,14 +5,14 @@ from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.flc import section as flc
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.section import rule_table, terms
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import SCALARS
 from hfc_design.pictures.section import Drawing, Section
 
 JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
 
 
-def sections(record: AflcDesign, shown: Shown) -> list[Section]:
+def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
     """The table, the terms, what the adaptation made of them, the gains in the stable range."""
     steps = record.adaptation
     parameters: flc.Parameters = [
@@ -35,7 +35,7 @@ def sections(record: AflcDesign, shown: Shown) -> list[Section]:
     ]
 
 
-def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
+def at_the_end(record: AflcDesign, shown: ReportContext) -> dict[str, FuzzyRecord]:
     """The controller of each axis at the end of the motion, by the axis' name.
 
     Stepped over what the axis measured, some 0.1 ms a sample.

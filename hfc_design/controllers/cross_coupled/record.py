@@ -7,7 +7,7 @@ from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import Limits, Target, later, reach_of
+from hfc_design.controllers.kind import Limits, Target, input_ranges, later
 from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.numbers import Memory
 from hfc_design.core.records import Finite, Label, Record, UserError
@@ -45,10 +45,10 @@ class CrossCoupledDesign(OuterDesign):
         """With what is inside as the ``memory`` has made it."""
         return super().learnt(axes, memory.inner)
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: where its velocity alone commands the limit, or 1."""
         largest = max(map(abs, self.feed_forward.values()), default=0.0)
-        return reach_of({"reference_rate": largest}, limit)
+        return input_ranges({"reference_rate": largest}, limit)
 
     def law_gains(self) -> CrossGains:
         """The numbers of one individual."""

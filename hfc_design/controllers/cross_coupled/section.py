@@ -1,7 +1,7 @@
 """What the page shows of a cross-coupled controller."""
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
@@ -12,7 +12,7 @@ ABOUT = (
 CAPTION = "Gains on the contour error, positive to the left of the motion, and fed forward."
 
 
-def sections(record: CrossCoupledDesign, shown: Shown) -> list[Section]:
+def sections(record: CrossCoupledDesign, shown: ReportContext) -> list[Section]:
     """Its gains with units, then what is inside."""
     position, command = shown.units["error"], shown.units["command"]
     units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")

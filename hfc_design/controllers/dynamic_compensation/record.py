@@ -35,7 +35,7 @@ class CompensationDesign(OuterDesign):
         """Signals of a sample, of what is inside as well."""
         return list(dict.fromkeys(["error", "reference_rate", *self.inner_reads()]))
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: beyond the dead zone, up to the programmed speed."""
         return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
 

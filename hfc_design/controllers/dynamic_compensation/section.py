@@ -1,7 +1,7 @@
 """What the page shows of dynamic compensation."""
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
@@ -11,7 +11,7 @@ ABOUT = (
 )
 
 
-def sections(record: CompensationDesign, shown: Shown) -> list[Section]:
+def sections(record: CompensationDesign, shown: ReportContext) -> list[Section]:
     """Its numbers with units, then what is inside."""
     rows = [["dead zone, e_max", f"{record.dead_zone:.6g}", "units of the errors"]]
     along = ", ".join(axis.upper() for axis in record.path_axes) or "all axes"

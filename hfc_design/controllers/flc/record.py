@@ -17,8 +17,8 @@ from hfc_design.controllers.kind import (
     DeadZone,
     Target,
     controller_named,
+    dead_zone_note,
     later,
-    zone_told,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
@@ -191,7 +191,7 @@ class FuzzyRecord(ControllerRecord):
         low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
         return self.model_copy(update={"low_velocity": low})
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres, and to the velocity that is compensated."""
         ranges = {
             name: max(abs(term.centre) for term in terms)
@@ -207,7 +207,7 @@ class FuzzyRecord(ControllerRecord):
     def connecting(self) -> list[str]:
         """What happens to the signals inside."""
         notes = [] if self.control_form() == "P" else [CHANGES]
-        notes += zone_told(self)
+        notes += dead_zone_note(self)
         if low := self.low_velocity:
             highest = low.highest_velocity_mm_s / low.blu_mm
             description = f"not of the reference; from {highest!r} on nothing is compensated"

@@ -93,7 +93,7 @@ class RulesRecord(Record):
         for label in filter(by_label.__contains__, LABELS):
             lowest = min(by_label[label])
             if highest[0] > lowest[0]:
-                return _told(below, highest, label, lowest)
+                return _text(below, highest, label, lowest)
             highest, below = max(by_label[label]), label
         return None
 
@@ -113,7 +113,7 @@ class RulesRecord(Record):
 Cell = tuple[float, int, int]
 
 
-def _told(low: str, higher: Cell, high: str, lower: Cell) -> str:
+def _text(low: str, higher: Cell, high: str, lower: Cell) -> str:
     (a, i, j), (b, m, n) = higher, lower
     return (
         f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a larger "

@@ -17,7 +17,7 @@ from hfc_design.controllers.flc.record import (
     called,
     signals_of,
 )
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neighbours import Partition, memberships
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
@@ -41,13 +41,13 @@ FORMS = {
 Parameters = Sequence[tuple[str, float | str, str]]
 
 
-def sections(record: FlcDesign, shown: Shown) -> list[Section]:
+def sections(record: FlcDesign, shown: ReportContext) -> list[Section]:
     """The table, the terms, the gains in the stable range."""
     form = ("form of the controller (JK95 eq. 1)", record.form, "\u2013")
     return [controller(record, FORMS[record.form], before=[form]), stable_gains(record, shown)]
 
 
-def table_sections(record: FuzzyRecord, shown: Shown) -> list[Section]:
+def table_sections(record: FuzzyRecord, shown: ReportContext) -> list[Section]:
     """The same of another kind, as far as it is the same."""
     return [controller(record), stable_gains(record, shown)]
 
@@ -124,7 +124,7 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
 
 
 def stable_gains(
-    record: FuzzyRecord, shown: Shown, adapted: Mapping[str, FuzzyRecord] = {}
+    record: FuzzyRecord, shown: ReportContext, adapted: Mapping[str, FuzzyRecord] = {}
 ) -> Section:
     """Sectors of the table in the stable range of the axis with the largest gain."""
     gains = record.table_gains()
@@ -173,7 +173,7 @@ def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) ->
     panels = []
     for key, label in zip(("error_terms", "error_change_terms"), labels, strict=True):
         side_terms: Terms = getattr(record, key)
-        span = _reach(side_terms)
+        span = _ranges(side_terms)
         curves = {term.label: _triangle(term, span) for term in side_terms}
         grey = () if before is None else getattr(before, key)
         old = [_triangle(term, span) for term in grey]
@@ -220,7 +220,7 @@ def surface(record: FuzzyRecord, title: str) -> Surface:
 def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
     """The error and its change, as far as their terms are drawn."""
     names = record.names
-    error, change = _reach(record.error_terms), _reach(record.error_change_terms)
+    error, change = _ranges(record.error_terms), _ranges(record.error_change_terms)
     return (
         Side(called(names.error, USUAL.error, "error"), "BLU", (-error, error)),
         Side(
@@ -231,7 +231,7 @@ def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
     )
 
 
-def _reach(terms: Terms) -> float:
+def _ranges(terms: Terms) -> float:
     return BEYOND * max(abs(term.centre) for term in terms)
 
 

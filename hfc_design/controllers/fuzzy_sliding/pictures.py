@@ -9,7 +9,7 @@ from hfc_design.controllers import surfaces
 from hfc_design.controllers.fuzzy_sliding.export import units as rule_units
 from hfc_design.controllers.fuzzy_sliding.law import degrees, sliding
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
@@ -142,7 +142,7 @@ class Learning(NamedTuple):
     moves: Floats  # (steps, 7, 7) of the consequents from where they were designed
 
 
-def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
+def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
     """The controller; of each axis where it was in the phase plane and what its rules learnt."""
     report = [_controller(record, shown)]
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
@@ -164,7 +164,7 @@ def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) ->
     return Learning(signals["error"], signals["error_rate"], np.array(moves))
 
 
-def _controller(record: SlidingDesign, shown: Shown) -> Section:
+def _controller(record: SlidingDesign, shown: ReportContext) -> Section:
     units, layer, adaptation = shown.units, record.sliding, record.adaptation
     error, rate, command = units["error"], units["error_rate"], units["command"]
     of_error, of_rate = record.judge()
@@ -195,7 +195,7 @@ def _controller(record: SlidingDesign, shown: Shown) -> Section:
     return Section("The controller", ABOUT, listing, [drawing, drawn])
 
 
-def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Section:
+def _learnt(record: SlidingDesign, shown: ReportContext, name: str, motion: Learning) -> Section:
     command = shown.units["command"]
     moved = record.with_moves(tuple(map(tuple, motion.moves[-1].tolist())))
     after, every = np.array(moved.table()), record.sample_time_s
@@ -223,7 +223,7 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
     return Section(f"What {name} learns", "", None, drawings)
 
 
-def _surface(record: SlidingDesign, shown: Shown, title: str, when: str) -> Drawing:
+def _surface(record: SlidingDesign, shown: ReportContext, title: str, when: str) -> Drawing:
     return surfaces.drawing(
         surface(record, shown.units, title),
         f"Control surface {when}: what the rules command, without the switching part"

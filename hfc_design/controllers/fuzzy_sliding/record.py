@@ -117,7 +117,7 @@ class SlidingDesign(ControllerRecord):
         dynamics = self.adaptation.error_dynamics
         return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres."""
         return {"error": self.largest_error, "error_rate": self.largest_error_rate}
 
@@ -158,7 +158,7 @@ class SlidingDesign(ControllerRecord):
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         learning = self.adaptation.model_copy(update={"rate": 0.0})
         return self.model_copy(update={"adaptation": learning})

@@ -25,8 +25,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Target,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
@@ -198,7 +198,7 @@ class HierarchicalDesign(ControllerRecord):
         adaptation = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": adaptation})
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation, with the root as it has become."""
         pairs = zip(self.units, self.tables(), strict=True)
         units = tuple(unit.model_copy(update={"consequents": table}) for unit, table in pairs)
@@ -243,12 +243,12 @@ class HierarchicalDesign(ControllerRecord):
             part.law_gains() if (part := self.scheduled_part) else None,
         )
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to where inputs are clamped; others as far as the laws beside the hierarchy ask."""
         ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
-            ranges |= part.reach(limit or self.output_scale) if part else {}
-        ranges |= reach_of({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
+            ranges |= part.input_range(limit or self.output_scale) if part else {}
+        ranges |= input_ranges({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
         inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the furthest last
         return ranges | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
 

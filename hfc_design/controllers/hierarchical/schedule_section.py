@@ -18,7 +18,7 @@ def factor(record: HierarchicalDesign, points: Floats) -> Floats:
     """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
     layout = layout_of(record)
     degrees = partial(memberships, ARRAYS, layout.terms)
-    units, _ = outputs(ARRAYS, degrees, layout.reach, record.law_gains(), list(points.T))
+    units, _ = outputs(ARRAYS, degrees, layout.input_range, record.law_gains(), list(points.T))
     return np.asarray(record.output_scale * units[-1].output)
 
 

@@ -19,7 +19,7 @@ from hfc_design.controllers.hierarchical.linear_genome import (
     LinearHierarchies,
     LinearHierarchyGenome,
 )
-from hfc_design.controllers.hierarchical.planes import passing
+from hfc_design.controllers.hierarchical.linear_tables import passthrough
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
@@ -46,7 +46,7 @@ class ScheduledGenome(Genome):
         self.on_one = LinearHierarchyGenome(settings, target)
         self.structures = self.on_one.structures
         self.leading = self.on_one.fuzzy.sources.min(axis=(1, 2))  # (trees,) first input of each
-        self.passing = passing(settings)
+        self.passing = passthrough(settings)
 
     def empty(self) -> ScheduledHierarchies:
         """Row t has tree t and the first regulator."""

@@ -10,7 +10,7 @@ from hfc_design.controllers.hierarchical.drawn_tree import (
 from hfc_design.controllers.hierarchical.pictures import surface, table
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear import section as linear
 from hfc_design.pictures.section import Drawing, Listing, Section
 
@@ -20,7 +20,7 @@ UNITS = (
 )
 
 
-def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
+def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
     """The gains, the tree, the units."""
     tree = Drawing(
         drawn_tree(record, shown.machine.drives[0]),
@@ -40,7 +40,7 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
     ]
 
 
-def _unit(record: HierarchicalDesign, shown: Shown, k: int) -> list[Drawing]:
+def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Drawing]:
     """Table and surface of unit ``k`` of the list."""
     unit, root = record.units[k], k == len(record.units) - 1
     name = f"unit {unit.id}{', the root' if root else ''}"

@@ -13,8 +13,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Target,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.linear.law import (
     AHEAD,
@@ -150,13 +150,13 @@ class LinearDesign(ControllerRecord):
         """Signals of a sample."""
         return [*ERRORS, *self.signals, *AHEAD]
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Where each signal alone commands the limit, or 1."""
         ahead = self.feed_forward
         gains = {"error": self.kp, "error_rate": self.kd, **self.signals}
         gains |= {"reference_rate": ahead.velocity, "reference_acceleration": ahead.acceleration}
         whole = {"reference_rate": ahead.coulomb_width} if ahead.coulomb_width else {}
-        return whole | reach_of(gains, limit)
+        return whole | input_ranges(gains, limit)
 
     def connecting(self) -> list[str]:
         """What is filtered inside."""
@@ -166,7 +166,7 @@ class LinearDesign(ControllerRecord):
         return [f"`error_rate` passes {cut}: do not filter it once more."]
 
     @property
-    def kept(self) -> float:
+    def filter_pole(self) -> float:
         """Share of the filtered rate that a sample keeps: a lag of the first order, sampled."""
         if not self.derivative_hz:
             return 0.0
@@ -179,7 +179,7 @@ class LinearDesign(ControllerRecord):
             self.kp,
             self.ki,
             self.kd,
-            self.kept,
+            self.filter_pole,
             tuple(self.signals.values()) or None,
             ahead.velocity,
             ahead.acceleration,

@@ -1,14 +1,14 @@
 """What the page shows of a linear controller: its gains with units."""
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
 from hfc_design.pictures.section import Listing, Section
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
-def sections(record: LinearDesign, shown: Shown) -> list[Section]:
+def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
     """The gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
     gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)

@@ -14,8 +14,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     Target,
     controller_named,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.neural.law import (
     NeuralGains,
@@ -26,7 +26,7 @@ from hfc_design.controllers.neural.law import (
     neural,
     passed,
 )
-from hfc_design.core.arguments import positive, whole
+from hfc_design.core.arguments import check_positive, check_whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked
 
@@ -92,13 +92,13 @@ class NeuralDesign(ControllerRecord):
         """What is formed inside."""
         return [CHANGES]
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Where the network to begin with, were all its weights of one sign, commands the limit."""
         hidden = list(zip(self.weights.hidden, self.weights.output, strict=False))
         first = self.command_unit * self.slope
         error, change = (first * sum(abs(row[k] * out) for row, out in hidden) for k in (0, 1))
         gains = {"error": error / self.error_unit, "error_change": change / self.change_unit}
-        return reach_of(gains, limit)
+        return input_ranges(gains, limit)
 
     def network(self) -> Weights:
         """What it begins with."""
@@ -198,8 +198,8 @@ def begun(
     if start is not None and not isinstance(start, NeuralDesign):
         raise UserError(f"--start: is of kind {start.kind}; has to be of kind neural")
     for key, low, high in (("hidden", 1, MOST), ("seed", 0, None), ("passes", 1, None)):
-        whole(f"--{key}", getattr(lesson, key), low, high)
-    positive("--training-rate", lesson.rate)
+        check_whole(f"--{key}", getattr(lesson, key), low, high)
+    check_positive("--training-rate", lesson.rate)
     if lesson.rate > FASTEST:
         raise UserError(f"--training-rate {lesson.rate:g}: has to be {FASTEST:g} at most")
     if start is not None:

@@ -8,17 +8,17 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
-from hfc_design.controllers.beside import BesideGenome, SideBySide
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Limits,
-    Shown,
+    ReportContext,
     Target,
     kinds,
     later,
 )
+from hfc_design.controllers.product_genome import ProductGenome, ProductPopulation
 from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
@@ -112,7 +112,7 @@ class PerAxisDesign(ControllerRecord):
                 learned[axis] = after
         return self.model_copy(update={"axes": self.axes | learned}) if learned else None
 
-    def sections(self, shown: Shown) -> list[Any]:
+    def sections(self, shown: ReportContext) -> list[Any]:
         """Those of each axis, with its name before their titles."""
         sections = []
         for axis, design in self.axes.items():
@@ -215,7 +215,7 @@ class PerAxisSettings(ControllerSettings):
         return None
 
 
-class PerAxisGenome(BesideGenome):
+class PerAxisGenome(ProductGenome):
     """Its parts are the axes.
 
     Raises:
@@ -233,7 +233,7 @@ class PerAxisGenome(BesideGenome):
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
         return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
-    def record(self, individual: SideBySide) -> Json:
+    def record(self, individual: ProductPopulation) -> Json:
         """The record of each axis."""
         each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
         return {"kind": "per-axis", "axes": dict(each)}

@@ -58,7 +58,7 @@ class SocDesign(ControllerRecord):
         ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost sets."""
         gains = self.law_gains()
         return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
@@ -81,7 +81,7 @@ class SocDesign(ControllerRecord):
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         still = self.adaptation.model_copy(update={"gamma": 0.0})
         return self.model_copy(update={"adaptation": still})

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hfc_design.controllers import surfaces
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.rules import RuleUnit, Triangle
 from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, SocMemory, degrees, soc
 from hfc_design.controllers.soc.record import SocDesign
@@ -23,7 +23,7 @@ from plants import Drive
 SHARES = (0.02, 0.25, 1.0)
 
 
-def sections(record: SocDesign, shown: Shown) -> list[Section]:
+def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
     """Gains, the rules at the start, and what each axis has learnt by several moments."""
     units = shown.units
     text = (
@@ -59,7 +59,7 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
 
 
 def _learning(
-    record: SocDesign, shown: Shown, axis: str, rules: dict[float, Floats]
+    record: SocDesign, shown: ReportContext, axis: str, rules: dict[float, Floats]
 ) -> list[Drawing]:
     """The rules of an axis by several moments, and the last of them with a cursor."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
@@ -74,11 +74,11 @@ def _learning(
     ]
 
 
-def _surface(record: SocDesign, shown: Shown, title: str, caption: str) -> Drawing:
+def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) -> Drawing:
     return surfaces.drawing(surface(record, shown.units, title), caption)
 
 
-def named(shown: Shown) -> dict[str, dict[str, Floats]]:
+def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
     """What each axis measured, by the axis' name for people."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}

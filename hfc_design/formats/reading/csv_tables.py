@@ -44,8 +44,8 @@ def _instead(folder: Path) -> str:
     command = f"hfc import {quote(str(folder / others[0]))}"
     if len(others) == 1:
         return f"of an engine a file is imported, as in {command}"
-    told = f"its {len(others)} files are the units of a hierarchy"
-    return f"{told}; each is imported alone, {command}, and all together from --to json"
+    message = f"its {len(others)} files are the units of a hierarchy"
+    return f"{message}; each is imported alone, {command}, and all together from --to json"
 
 
 def read(texts: dict[str, str]) -> System:
@@ -58,15 +58,15 @@ def read(texts: dict[str, str]) -> System:
     # Without a name what is there is that of a kind, or nothing.
     rows = tables.get("manifest.csv", [])
     named = [row[0].text for row in rows if row[-1].text == FILES[0]]
-    own = len(named) == 1 and named[0] not in KINDS.known
-    output = system.Output(named[0] if own else "")
-    found = System("", inputs, output, {}, SIGNALS)
+    unnamed = len(named) == 1 and named[0] not in KINDS.known
+    output = system.Output(named[0] if unnamed else "")
+    read_system = System("", inputs, output, {}, SIGNALS)
     labels = {}
     if "labels.csv" in tables:
         labels = {place: cell.text for place, cell in _cells(tables["labels.csv"], inputs)}
     for place, cell in _cells(rules, inputs):
-        found.add(cell, place, system.Singleton(labels.get(place, ""), cell.number()))
-    return found
+        read_system.add(cell, place, system.Singleton(labels.get(place, ""), cell.number()))
+    return read_system
 
 
 def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
@@ -74,8 +74,8 @@ def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int
     error, change = (item.labels for item in inputs)
     header, *rest = table
     if len(header) != len(change) + 1:
-        told = f"{len(header)} cells; needed are a corner and {len(change)} labels"
-        raise header[0].fault(told)
+        message = f"{len(header)} cells; needed are a corner and {len(change)} labels"
+        raise header[0].fault(message)
     columns = [label.place(change, f"label in {FILES[2]}") for label in header[1:]]
     for label, *cells in rest:
         row = label.place(error, f"label in {FILES[1]}")

@@ -54,7 +54,7 @@ def design_of(
         raise ValueError("one input has Gaussian terms and the other straight ones")
     like = None
     if wish.like is not None:
-        from hfc_design.files.pairing import load_design  # with JAX
+        from hfc_design.files.loop_setup import load_design  # with JAX
 
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
@@ -102,7 +102,7 @@ def design_of(
     return checked(Design, data, path, path.parent)
 
 
-def told(provenance: Json) -> list[str]:
+def assumptions_text(provenance: Json) -> list[str]:
     """What was made of the file that a user has to know, in lines."""
     names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
     more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
@@ -114,19 +114,23 @@ def assumed(wish: Wish, design: Design) -> str:
     """What of a design is neither the file's nor the user's, in a line; "": nothing."""
     if wish.like is not None:
         return ""
-    told = {}
+    assumptions = {}
     if wish.plant is None:
-        told["--plant"] = f"plant {design.plant.name}"
+        assumptions["--plant"] = f"plant {design.plant.name}"
     if wish.sample_time is None:
-        told["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
-    return f"{', '.join(told.values())} assumed: {', '.join(told)}" if told else ""
+        assumptions["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
+    return (
+        f"{', '.join(assumptions.values())} assumed: {', '.join(assumptions)}"
+        if assumptions
+        else ""
+    )
 
 
 def checked_name(name: str) -> str:
     """A name that a design may have; UserError: it is none."""
     if not re.fullmatch(NAME, name):
-        told = "a design's name is letters, digits, . _ and -, 64 at most"
-        raise UserError(f"--name {name[:70]!r}: {told}")
+        message = "a design's name is letters, digits, . _ and -, 64 at most"
+        raise UserError(f"--name {name[:70]!r}: {message}")
     return name
 
 
@@ -156,10 +160,10 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
 
 def _originals(system: System) -> Json:
     """Names of terms as the file has them, by those of their variables."""
-    found = {item.name.text: item.labels for item in system.inputs}
+    labels = {item.name.text: item.labels for item in system.inputs}
     if system.output.labels:
-        found[system.output.name] = list(system.output.labels)
-    return found
+        labels[system.output.name] = list(system.output.labels)
+    return labels
 
 
 def _variables(system: System) -> list[str]:
@@ -173,10 +177,10 @@ def _renamed(system: System) -> dict[str, str]:
     called = _variables(system)
     names = [*(item.name.text for item in system.inputs), system.output.name or called[2]]
     pairs = [*zip(called, names, strict=True)]
-    for item, own in zip(system.inputs, called, strict=False):
+    for item, called_here in zip(system.inputs, called, strict=False):
         labels = [item.labels[k] for k in item.order]
         terms = identifiers(labels, "term")
-        pairs += [(f"{own}.{new}", old) for new, old in zip(terms, labels, strict=True)]
+        pairs += [(f"{called_here}.{new}", old) for new, old in zip(terms, labels, strict=True)]
     return {new: old for new, old in pairs if new.rpartition(".")[2] != old}
 
 
@@ -219,11 +223,11 @@ def _ranges(error: Input, change: Input, output: Output, table: list[list[Single
     """Ranges of the variables; not those that an export gives them anyway."""
     usual = [range_of([term.edges() for term in item.triangles]) for item in (error, change)]
     usual.append(spread([[one.value for one in row] for row in table]))
-    told = [(item.low, item.high) for item in (error, change, output)]
+    ends_of = [(item.low, item.high) for item in (error, change, output)]
     return {
         name: ends
-        for name, ends, own in zip(VARIABLES, told, usual, strict=True)
-        if -inf < ends[0] < ends[1] < inf and ends != own
+        for name, ends, usual_ends in zip(VARIABLES, ends_of, usual, strict=True)
+        if -inf < ends[0] < ends[1] < inf and ends != usual_ends
     }
 
 

@@ -55,9 +55,9 @@ def read(text: str, wanted: str | None = None) -> System:
     for label, kind, value in terms_in(output):
         kind.one_of(f"kind of the output term {label.text}", ("constant",))
         singletons.append(Singleton(label.text, *numbers_of(value, 1)))
-    told = unquoted(output.get("Name")).text
+    output_name = unquoted(output.get("Name")).text
     low, high = numbers_of(output.get("Range", "[-inf inf]"), 2, finite=False)
-    named = Output(told, low, high, [one.label for one in singletons])
+    named = Output(output_name, low, high, [one.label for one in singletons])
     system = System(unquoted(head.get("Name")).text, (first, second), named, {})
     for _, rule in rules.entries:
         _add(system, rule, singletons)
@@ -100,15 +100,15 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
     check_count(head, "NumRules", len(sections["Rules"].entries))
     k = chosen([unquoted(section.get("Name")) for section in outputs], wanted)
     rules = [_of_output(rule, len(outputs), k) for _, rule in sections["Rules"].entries]
-    found = Block(sections["Rules"].name, [("", rule) for rule in rules if rule])
-    return [head, sections["Input1"], sections["Input2"], outputs[k], found]
+    checked = Block(sections["Rules"].name, [("", rule) for rule in rules if rule])
+    return [head, sections["Input1"], sections["Input2"], outputs[k], checked]
 
 
 def _of_output(rule: Token, count: int, k: int) -> Token | None:
     """A rule as if there were but output number ``k`` of ``count``; None: it says nothing of it."""
-    if count == 1 or not (found := rule.match(RULE)):
+    if count == 1 or not (match := rule.match(RULE)):
         return rule
-    first, second, numbers, weight, connection = found
+    first, second, numbers, weight, connection = match
     terms = numbers.words()
     if len(terms) != count:
         raise rule.fault(f"a rule has to name terms of {count} outputs (got {len(terms)})")
@@ -116,14 +116,14 @@ def _of_output(rule: Token, count: int, k: int) -> Token | None:
     return rule._replace(text=text) if numbers_in(rule, terms[k : k + 1]) != [0] else None
 
 
-def numbers_in(rule: Token, found: Sequence[Token]) -> list[int]:
+def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
     """The numbers of terms in a rule."""
     numbers = []
-    for part in found:
+    for part in tokens:
         whole = part._replace(text=part.text.strip()).match(NUMBER)
         if not whole:
-            told = f"the number of a term has to be whole (got {part.text.strip()[:20]})"
-            raise rule.fault(f"{told}; decimals are hedges, of Octave alone")
+            message = f"the number of a term has to be whole (got {part.text.strip()[:20]})"
+            raise rule.fault(f"{message}; decimals are hedges, of Octave alone")
         numbers.append(int(whole[0].text))
     return numbers
 
@@ -173,19 +173,19 @@ def _shape(label: Token, kind: Token, value: Token) -> Shape:
 
 def terms_in(section: Block) -> list[list[Token]]:
     """Label, shape and numbers of each term, MF1 first."""
-    found: list[list[Token]] = []
+    terms: list[list[Token]] = []
     for key, value in section.entries:
         if key in ("Name", "Range", "NumMFs"):
             continue
         term = value.match(TERM)
-        if key != f"MF{len(found) + 1}" or not term:
-            wanted = f"MF{len(found) + 1}='NAME':'SHAPE',[NUMBERS]"
-            told = f"{key[:20]}={value.text[:40]} cannot be imported"
+        if key != f"MF{len(terms) + 1}" or not term:
+            wanted = f"MF{len(terms) + 1}='NAME':'SHAPE',[NUMBERS]"
+            message = f"{key[:20]}={value.text[:40]} cannot be imported"
             quotes = ", names between apostrophes" * ("'" not in value.text)
-            raise value.fault(f"{told}; here belongs {wanted}{quotes}")
-        found.append(term)
-    check_count(section, "NumMFs", len(found))
-    return found
+            raise value.fault(f"{message}; here belongs {wanted}{quotes}")
+        terms.append(term)
+    check_count(section, "NumMFs", len(terms))
+    return terms
 
 
 def check_count(section: Block, key: str, count: int) -> None:
@@ -214,13 +214,13 @@ def corners_of(kind: str, value: Token, count: int) -> list[float]:
 
 
 def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
-    if not (found := rule.match(RULE)):
+    if not (match := rule.match(RULE)):
         raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
-    first, second, conclusion = numbers_in(rule, found[:3])
-    weight = found[3]._replace(text=found[3].text.strip())
+    first, second, conclusion = numbers_in(rule, match[:3])
+    weight = match[3]._replace(text=match[3].text.strip())
     if weight.number() != 1.0:
-        raise rule.fault(f"a rule of weight {found[3].text} cannot be imported, only of weight 1")
-    found[4].one_of("connection of a rule", ("1",))
+        raise rule.fault(f"a rule of weight {match[3].text} cannot be imported, only of weight 1")
+    match[4].one_of("connection of a rule", ("1",))
     counts = [*(len(item.labels) for item in system.inputs), len(singletons)]
     for term, count in zip((first, second, conclusion), counts, strict=True):
         if not 1 <= term <= count:
@@ -252,8 +252,8 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     head, *inputs, output, rules = checked_sections(text, SYSTEM | otherwise, wanted)
     first, second = (_variable(section) for section in inputs)
     conclusions = [] if mamdani else [_conclusion(*term) for term in terms_in(output)]
-    told = _variable(output) if mamdani else _variable(output, shaped=False)
-    ends = (told.low, told.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
+    result = _variable(output) if mamdani else _variable(output, shaped=False)
+    ends = (result.low, result.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
     places = np.linspace(*ends, PLACES)
     shares = np.ones(PLACES)
     shares[[0, -1]] = 0.5
@@ -263,14 +263,14 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     aggregation = aggregation if mamdani else "sum"
     by = conjunction, disjunction, implication, aggregation, defuzzifier
     methods = inference.Methods(*by, places, shares, default=nan)
-    counts = [len(found.terms) for found in (first, second, told)]
-    found = [_rule(rule, counts, mamdani) for _, rule in rules.entries]
+    counts = [len(variable.terms) for variable in (first, second, result)]
+    listed = [_rule(rule, counts, mamdani) for _, rule in rules.entries]
     name = unquoted(head.get("Name")).text
-    base = RuleBase(name, (first, second), told, found, methods, conclusions)
+    base = RuleBase(name, (first, second), result, listed, methods, conclusions)
     if mamdani:
         return base
     values = [value.text for _, _, value in terms_in(output)]
-    return base._replace(notes=notes_on(head, [values[rule.term] for rule in found]))
+    return base._replace(notes=notes_on(head, [values[rule.term] for rule in listed]))
 
 
 def _variable(section: Block, shaped: bool = True) -> Variable:
@@ -288,8 +288,8 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
         if kind.text == "dsigmf":
             places = np.linspace(low, high, 10 * PLACES)
             if (sigmoid(places, *numbers[1::-1]) < sigmoid(places, *numbers[:1:-1]) - SAME).any():
-                told = ": where its second sigmoid is the higher one Octave has 0 and MATLAB not"
-                raise label.fault(f"term {label.text}{told}")
+                message = ": where its second sigmoid is the higher one Octave has 0 and MATLAB not"
+                raise label.fault(f"term {label.text}{message}")
     if not terms:
         raise section.name.fault(f"[{section.name.text}] has no terms")
     return Variable(unquoted(section.get("Name")), low, high, terms)
@@ -304,9 +304,9 @@ def _conclusion(label: Token, kind: Token, value: Token) -> inference.Conclusion
 
 
 def _rule(rule: Token, counts: list[int], mamdani: bool) -> Rule:
-    if not (found := rule.match(RULE)):
+    if not (match := rule.match(RULE)):
         raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
-    numbers = numbers_in(rule, found[:3])
+    numbers = numbers_in(rule, match[:3])
     for number, count in zip(numbers, counts, strict=True):
         if abs(number) > count:
             raise rule.fault(f"term {number} in a rule; allowed is 1 to {count}, and 0 for any")
@@ -314,10 +314,10 @@ def _rule(rule: Token, counts: list[int], mamdani: bool) -> Rule:
         raise rule.fault("a rule needs a term of an input and one of the output")
     if numbers[2] < 0 and not mamdani:
         raise rule.fault(f"not before a conclusion, {numbers[2]}; of Sugeno terms there is none")
-    weight = found[3]._replace(text=found[3].text.strip()).number()
+    weight = match[3]._replace(text=match[3].text.strip()).number()
     if not 0.0 <= weight <= 1.0:
         raise rule.fault(f"a rule of weight {weight:g}; allowed is 0 to 1")
-    word = "and" if found[4].one_of("connection of a rule", ("1", "2")) == "1" else "or"
+    word = "and" if match[4].one_of("connection of a rule", ("1", "2")) == "1" else "or"
     said = [(abs(number) - 1, ["not"] if number < 0 else []) for number in numbers]
     clauses = [Clause(k, *said[k]) for k in (0, 1) if numbers[k]]
     return Rule([*clauses, *[word] * (len(clauses) - 1)], *said[2], weight)

@@ -52,10 +52,10 @@ def read(text: str, wanted: str | None = None) -> System:
     first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
-        found = _singleton(term)
-        if found.label in singletons:
-            raise term.fault(f"term {found.label} stands twice in output {output.name.text}")
-        singletons[found.label] = found
+        value = _singleton(term)
+        if value.label in singletons:
+            raise term.fault(f"term {value.label} stands twice in output {output.name.text}")
+        singletons[value.label] = value
     named = Output(output.name.text, *ends_of(output), list(singletons))
     system = System(head.name.text, (first, second), named, {})
     for rule in rules.all("rule"):
@@ -97,18 +97,18 @@ def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[B
 
 def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
     """The entries of a rule block without what they conclude of other outputs."""
-    found = []
+    clauses = []
     for key, value in block.entries:
         condition, then, rest = value.text.partition(" then ")
         said, by, weight = rest.partition(" with ")
         parts = said.split(" and ")
         if len(parts) > 1 and any(len(part.split()) > 3 for part in parts):
             raise value.fault("a hedge before one of several conclusions cannot be imported")
-        own = [part for part in parts if part.split(" is ")[0].strip() == name]
-        if key != "rule" or own or not then:
-            text = f"{condition}{then}{' and '.join(own)}{by}{weight}"
-            found.append((key, value if key != "rule" else value._replace(text=text)))
-    return found
+        about = [part for part in parts if part.split(" is ")[0].strip() == name]
+        if key != "rule" or about or not then:
+            text = f"{condition}{then}{' and '.join(about)}{by}{weight}"
+            clauses.append((key, value if key != "rule" else value._replace(text=text)))
+    return clauses
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
@@ -140,10 +140,10 @@ def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
 
 def ends_of(block: Block) -> tuple[float, float]:
     """The range of a variable; ValueError: it is not two numbers."""
-    told = block.get("range", "-inf inf")
-    ends = [word.edge() for word in told.words()]
+    span = block.get("range", "-inf inf")
+    ends = [word.edge() for word in span.words()]
     if len(ends) != 2:
-        raise told.fault(f"range: {told.text!r} has to be two numbers")
+        raise span.fault(f"range: {span.text!r} has to be two numbers")
     return ends[0], ends[1]
 
 
@@ -169,20 +169,20 @@ def _shape(term: Token) -> Shape:
 
 
 def _singleton(term: Token) -> Singleton:
-    if not (found := term.match(SINGLETON)):
-        told = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
-        raise term.fault(told)
-    return Singleton(found[0].text, found[1].number())
+    if not (match := term.match(SINGLETON)):
+        message = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
+        raise term.fault(message)
+    return Singleton(match[0].text, match[1].number())
 
 
 def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
     names = [item.name.text for item in system.inputs]
-    if not (found := rule.match(RULE)):
+    if not (match := rule.match(RULE)):
         raise rule.fault(
             f"rule {rule.text[:60]!r} cannot be imported, only: if {names[0]} is TERM and "
             f"{names[1]} is TERM then {output} is TERM"
         )
-    *pairs, target, conclusion, weight = found
+    *pairs, target, conclusion, weight = match
     if weight.text and weight.number() != 1.0:
         raise rule.fault(f"a rule of weight {weight.text} cannot be imported, only of weight 1")
     target.one_of("output of the rule", (output,))
@@ -228,20 +228,20 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     """
     head, first, second, output, rules = engine(text, ANY, wanted)
     inputs = _variable(first), _variable(second)
-    told = output.get("defuzzifier")
-    name, *more = told.words()
+    defuzzifier = output.get("defuzzifier")
+    name, *more = defuzzifier.words()
     name.one_of("defuzzifier", (*INTEGRALS, *WEIGHTED))
     shaped = name.text in INTEGRALS
     result = _variable(output, shaped)
-    kinds = {} if shaped else _kinds(told, more, output)
+    kinds = {} if shaped else _kinds(defuzzifier, more, output)
     conclusions = [] if shaped else [_conclusion(term, kinds) for term in output.all("term")]
-    count = _count(told, [word.text for word in more]) if shaped else 0
+    count = _count(defuzzifier, [word.text for word in more]) if shaped else 0
     conjunction, disjunction, implication = (
         rules.get(key, "none").text for key in ("conjunction", "disjunction", "implication")
     )
     by = conjunction, disjunction, implication, output.get("aggregation", "none").text
     if shaped and "none" in by[2:]:
-        raise told.fault(f"{name.text} needs an implication and an aggregation, not none")
+        raise defuzzifier.fault(f"{name.text} needs an implication and an aggregation, not none")
     shares: Floats = np.ones(count)
     width = result.high - result.low
     places = result.low + (shares.cumsum() - 0.5) * (width / max(count, 1))
@@ -252,32 +252,34 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
         raise output.get("range").fault("lock-range = true of a range that falls")
     limits = (result.low, result.high) if locked else (-inf, inf)
     methods = inference.Methods(*by, name.text, places, shares, number, limits)
-    found = [_rule(rule, (*inputs, result), by) for rule in rules.all("rule")]
-    if not found:
+    listed = [_rule(rule, (*inputs, result), by) for rule in rules.all("rule")]
+    if not listed:
         raise rules.name.fault("there is no rule")
-    base = RuleBase(head.name.text, inputs, result, found, methods, conclusions)
-    if not shaped and by[3] not in SUMS and len({rule.term for rule in found}) < len(found):
+    base = RuleBase(head.name.text, inputs, result, listed, methods, conclusions)
+    if not shaped and by[3] not in SUMS and len({rule.term for rule in listed}) < len(listed):
         note = f"{by[3]} of rules with one conclusion is taken as in fuzzylite 8; older ones add"
         return base._replace(notes=[note])
     return base
 
 
-def _kinds(told: Token, more: list[Token], output: Block) -> dict[str, int]:
+def _kinds(defuzzifier: Token, more: list[Token], output: Block) -> dict[str, int]:
     """Kinds that the terms of a weighted output may have, and how many numbers each has."""
     ramps = any(term.match(TERM)[1].text == "Ramp" for term in output.all("term"))
     kind = "Tsukamoto" if ramps else "TakagiSugeno"
     if [word.text for word in more] not in ([], ["Automatic"], [kind]):
-        raise told.fault(f"defuzzifier: {told.text!r} of terms that are {kind}'s")
+        raise defuzzifier.fault(f"defuzzifier: {defuzzifier.text!r} of terms that are {kind}'s")
     return {"Ramp": 2} if ramps else {"Constant": 1, "Linear": 3}
 
 
-def _count(told: Token, words: list[str]) -> int:
+def _count(defuzzifier: Token, words: list[str]) -> int:
     """Places of the output at which it is integrated."""
     if not words:
         return PLACES
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
     if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
-        raise told.fault(f"defuzzifier: {told.text!r}; allowed are 2 to {MOST_PLACES} places")
+        raise defuzzifier.fault(
+            f"defuzzifier: {defuzzifier.text!r}; allowed are 2 to {MOST_PLACES} places"
+        )
     return int(words[0])
 
 
@@ -286,8 +288,8 @@ def _variable(block: Block, shaped: bool = True) -> Variable:
     if shaped and not low < high:
         raise block.name.fault(f"{block.name.text}: its range has to rise")
     if shaped and not np.isfinite((low, high)).all():
-        told = f"range of {block.name.text}: has to be finite, to be sampled"
-        raise block.get("range").fault(told)
+        message = f"range of {block.name.text}: has to be finite, to be sampled"
+        raise block.get("range").fault(message)
     terms = [_term(term, shaped) for term in block.all("term")]
     if not terms:
         raise block.name.fault(f"{block.name.text} has no terms")
@@ -322,10 +324,10 @@ def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
 
 
 def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Rule:
-    if not (found := rule.match(SAMPLED_RULE)):
-        told = "is no rule, which is if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
-        raise rule.fault(f"{rule.text[:60]!r} {told}")
-    condition, target, conclusion, weight = found
+    if not (match := rule.match(SAMPLED_RULE)):
+        message = "is no rule, which is if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
+        raise rule.fault(f"{rule.text[:60]!r} {message}")
+    condition, target, conclusion, weight = match
     *inputs, output = variables
     target.one_of("output of the rule", (output.name.text,))
     number = weight.number() if weight.text else 1.0
@@ -337,36 +339,36 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Ru
     return Rule(_condition(condition, inputs, by), term, [], number)
 
 
-def _condition(told: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
+def _condition(condition: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
     """Clauses, "and" and "or" behind what they join; "and" comes before "or"."""
-    found: list[Clause | str] = []
+    clauses: list[Clause | str] = []
     waiting, words, before = ["("], [], ""
-    for text in [*WORD.findall(told.text), ")"]:
+    for text in [*WORD.findall(condition.text), ")"]:
         if text not in ("and", "or", ")", "("):
             words.append(text)
             continue
         if (text == "(" and words) or (text != "(" and bool(words) == (before == ")")):
             wanted = f"before {text!r} has to stand INPUT is TERM"
-            raise told.fault(f"{wanted} (got {' '.join([before, *words]).strip()[:40]!r})")
+            raise condition.fault(f"{wanted} (got {' '.join([before, *words]).strip()[:40]!r})")
         if words:
-            found.append(_clause(told._replace(text=" ".join(words)), inputs))
+            clauses.append(_clause(condition._replace(text=" ".join(words)), inputs))
         ahead = {"(": (), "and": ("and",)}.get(text, ("and", "or"))
         while waiting and waiting[-1] in ahead:
-            found.append(waiting.pop())
+            clauses.append(waiting.pop())
         if text == ")" and not waiting:
-            raise told.fault("a bracket that closes more than there is")
+            raise condition.fault("a bracket that closes more than there is")
         waiting[len(waiting) - (text == ")") :] = [] if text == ")" else [text]
         if text in ("and", "or") and by[text == "or"] == "none":
-            raise told.fault(f"{text} joins by a norm which the rule block has not: none")
+            raise condition.fault(f"{text} joins by a norm which the rule block has not: none")
         words, before = [], text
     if waiting:
-        raise told.fault("a bracket that does not close")
-    return found
+        raise condition.fault("a bracket that does not close")
+    return clauses
 
 
-def _clause(told: Token, inputs: list[Variable]) -> Clause:
-    if not (pair := told.match(CLAUSE)):
-        raise told.fault(f"{told.text[:40]!r} is no INPUT is TERM")
+def _clause(text: Token, inputs: list[Variable]) -> Clause:
+    if not (pair := text.match(CLAUSE)):
+        raise text.fault(f"{text.text[:40]!r} is no INPUT is TERM")
     k = pair[0].place([item.name.text for item in inputs], "input")
     return Clause(k, *_said(pair[1], inputs[k]))
 

@@ -44,7 +44,7 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
     underscore, ``prefix`` stands before what would begin with a digit. Of a name of which nothing
     is left the place decides: one of ``stand_ins``, or ``prefix`` with a number from 1 on.
     """
-    found: list[str] = []
+    result: list[str] = []
     taken: set[str] = set()
     for place, name in enumerate(names):
         text = re.sub(r"[^A-Za-z0-9]+", "_", _plain(name)).strip("_")
@@ -57,8 +57,8 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
             number += 1
             text = f"{short[: LONGEST - 4].rstrip('_')}_{number}"
         taken.add(text.casefold())
-        found.append(text)
-    return found
+        result.append(text)
+    return result
 
 
 #: Key -> values that can be imported.
@@ -86,13 +86,13 @@ class Token(NamedTuple):
 
     def match(self, pattern: re.Pattern[str]) -> "list[Token]":
         """The groups of a pattern; none if this is something else."""
-        found = pattern.fullmatch(self.text)
-        return [self._replace(text=part or "") for part in found.groups()] if found else []
+        match = pattern.fullmatch(self.text)
+        return [self._replace(text=part or "") for part in match.groups()] if match else []
 
     def pair(self, between: str) -> "list[Token]":
         """What stands before and behind the first ``between``; none if there is none."""
-        key, found, value = self.text.partition(between)
-        parts = (key, value) if found else ()
+        key, separator, value = self.text.partition(between)
+        parts = (key, value) if separator else ()
         return [self._replace(text=part.strip()) for part in parts]
 
     def words(self) -> "list[Token]":
@@ -135,7 +135,7 @@ class Block(NamedTuple):
 
     def all(self, key: str) -> list[Token]:
         """The values of a key."""
-        return [value for found, value in self.entries if found == key]
+        return [value for name, value in self.entries if name == key]
 
     def get(self, key: str, default: str = "") -> Token:
         """The value of a key."""
@@ -202,8 +202,8 @@ def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) ->
     ``letters`` are a for the first number and so on, of left, low, high and right; - and + are
     infinite.
     """
-    told = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
-    left, low, high, right = (told[letter] for letter in letters)
+    ends = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
+    left, low, high, right = (ends[letter] for letter in letters)
     if kind in GAUSSIANS:
         shape = Shape(label, True, left, low, high, right)
         if left != right:
@@ -269,8 +269,8 @@ class System(NamedTuple):
 def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> Input:
     """An input; ValueError: its terms are not those of a design."""
     if not FEWEST <= len(shapes) <= MOST:
-        told = f"input {name.text} has {len(shapes)} terms; a design has {FEWEST} to {MOST}"
-        raise name.fault(told)
+        fault = f"input {name.text} has {len(shapes)} terms; a design has {FEWEST} to {MOST}"
+        raise name.fault(fault)
     if not low < high:
         raise name.fault(f"input {name.text}: its range has to rise")
     labels = [shape.label.text for shape in shapes]
@@ -281,8 +281,8 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
         raise name.fault(f"input {name.text} mixes Gaussian and straight terms; a design does not")
     centres = [shape.centre(low, high) for shape in shapes]
     if shapes[0].gaussian and len(shapes) != TERMS:
-        told = f"input {name.text} has {len(shapes)} Gaussian terms; a hierarchy has {TERMS}"
-        raise name.fault(f"{told}; --terms N samples them into triangles")
+        fault = f"input {name.text} has {len(shapes)} Gaussian terms; a hierarchy has {TERMS}"
+        raise name.fault(f"{fault}; --terms N samples them into triangles")
     order = sorted(range(len(shapes)), key=centres.__getitem__)
     terms = [shapes[k] for k in order]
     if terms[0].gaussian:

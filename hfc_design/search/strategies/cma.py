@@ -17,8 +17,8 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
-from hfc_design.search.heats import heats
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
+from hfc_design.search.successive_halving import heats
 
 #: How often it is asked in a search which machines are hard, if they were from the start.
 ASKING = 18
@@ -84,7 +84,7 @@ class Cma(NamedTuple):
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
         """The first stage about the genome's first individual."""
         about, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
-        return self._asked(self._begun(place, about, rng), place, rng)
+        return self._candidates(self._begun(place, about, rng), place, rng)
 
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
@@ -105,7 +105,7 @@ class Cma(NamedTuple):
                 score=state.score[survivors],
                 islands=islands,
             )
-        return self._asked(state, place, rng)
+        return self._candidates(state, place, rng)
 
     def tell(self, state: CmaState, candidates: Asked, score: Floats) -> CmaState:
         """The island after its samples have been scored."""
@@ -209,7 +209,7 @@ class Cma(NamedTuple):
     def _stage(self, about: Population, number: int) -> Stage:
         return self.task.genome.stage(number, about if number else None)
 
-    def _asked(
+    def _candidates(
         self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)

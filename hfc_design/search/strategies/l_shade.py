@@ -13,7 +13,7 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Ordered, Positive
-from hfc_design.search.by_numbers import Coordinates, coordinates
+from hfc_design.search.coordinates import Coordinates, coordinates
 from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
 

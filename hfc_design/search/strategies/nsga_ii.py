@@ -20,8 +20,8 @@ from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.objectives.metrics import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
-from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
 from hfc_design.search.distribution import Distribution
+from hfc_design.search.nondominated_archive import Front, Judged, best_first, both, chosen, insert
 from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import Probability, Scored, Strategy, StrategySettings, Task
 
@@ -147,7 +147,7 @@ class Nsga2(NamedTuple):
         everybody = both(Judged(*state[:5]), children)
         units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
         best = chosen(everybody, best_first(everybody, units)[: s.population])
-        return Nsga2State(*best, taken_in(state.front, children, s.front), *state[6:])
+        return Nsga2State(*best, insert(state.front, children, s.front), *state[6:])
 
     @property
     def _leader(self) -> cma.Cma:

@@ -10,9 +10,9 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.search.heats import room, shares
 from hfc_design.search.newton import individuals, some_numbers
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
+from hfc_design.search.successive_halving import room, shares
 
 #: A double may score this much of its original before luck is suspected.
 LUCK = 0.99

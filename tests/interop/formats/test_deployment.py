@@ -15,7 +15,7 @@ from deployment_folders import ALL, BUILT_IN, FEW, checked, passes, vectors, wri
 from whole_machines import DESIGNS
 
 from hfc_design.controllers.controller import PathView
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS, code, saving
 from hfc_design.formats.c_folder import write_lookup
 from hfc_design.formats.writing import write

@@ -11,7 +11,7 @@ import pytest
 from fmi import ERROR, GOOD, WARNING, Slave
 
 from hfc_design.core.records import RunError
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS, compiling
 from hfc_design.runtime import Controller
 

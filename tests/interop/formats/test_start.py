@@ -103,7 +103,7 @@ def test_controller_m_does_not_kick(name, octave, tmp_path):
 def test_what_learns_begins_with_its_first_table(language, name, tmp_path):
     """No rule has fired before the first sample: none is judged in it."""
     design, row = standing(name, {"controller.integral_gain": 0.0})
-    held = design.model_copy(update={"controller": design.controller.held()})
+    held = design.model_copy(update={"controller": design.controller.without_adaptation()})
     first = IN[language](design, [row] * 2, tmp_path)[0]
     assert first == pytest.approx(in_python(held, [row] * 2, None)[1], rel=1e-12)
 

@@ -1,7 +1,7 @@
 """Scores and metrics of 0, and those that no file can hold: the report is written all the same."""
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.report import parts
 from hfc_design.simulation.evaluating import evaluate
 

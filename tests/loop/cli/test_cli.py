@@ -15,8 +15,8 @@ from wording import refused_command
 
 from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
 SMALL = ["--population", "4", "--generations", "3", "--set", "controller.kind=pd", *SHORT]

@@ -11,7 +11,7 @@ from wording import refused_command
 
 from hfc_design.calls.stability import stability
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.stability.stable_range import stable_range
 
 hfc = partial(command, "stability")

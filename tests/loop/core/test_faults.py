@@ -6,8 +6,8 @@ from plain_words import plain_lines
 from wording import refused
 
 from hfc_design.core.records import UserError
-from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import builtin_names, load_scenario
+from hfc_design.files.plausibility import plausibility_warnings
 
 
 def tables(value, here=()):
@@ -27,7 +27,7 @@ OPEN = {"parameters", "axes", "start", "constraints", "readings", "tolerances", 
 @pytest.mark.parametrize("name", builtin_names())
 def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(name):
     scenario = load_scenario(name)
-    assert doubts(scenario) == []
+    assert plausibility_warnings(scenario) == []
     whole = scenario.model_dump(mode="json", exclude_none=True)
     for place in tables(whole):
         if OPEN & {*place}:

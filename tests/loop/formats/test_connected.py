@@ -197,7 +197,7 @@ def test_a_signal_that_no_encoder_forms_is_read_by_its_name():
         apart={"warmth": 0.5},
         fields=fields,
         measured=lambda read: read,
-        told=lambda read: {"warmth": 99.0},
+        signals=lambda read: {"warmth": 99.0},
     )
     asked = AxisLaw(lambda xp, law, gains, memory, x: (x["warmth"], memory, None), lambda *_: (), 1)
     begins = Begins(lambda xp, fresh, memory: memory, lambda xp, fresh, memory, first: memory)

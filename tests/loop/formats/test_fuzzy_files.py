@@ -12,7 +12,7 @@ from wiring import command, controller_error, random_signals
 from wording import refused
 
 from hfc_design.files.design import named_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS
 
 LANGUAGES = ["fll", "fcl", "fcl-jfuzzylogic", "fml"]

@@ -7,8 +7,8 @@ import pytest
 from exported import table, texts, with_controller, with_scenario
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 FLC = load_design("jee-koren-2004-flc")

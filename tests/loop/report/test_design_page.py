@@ -10,7 +10,7 @@ from report_pages import FILE, HOSTILE, NAME, SINE
 from run_folders import hfc
 from wording import refused_command
 
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.loop_setup import load_design, own_scenario
 
 
 @pytest.fixture(scope="module")

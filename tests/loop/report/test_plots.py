@@ -3,7 +3,7 @@
 import pytest
 from read_figures import lines_of
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.pictures.files import image
 from hfc_design.report.errors import motion_errors
 from hfc_design.simulation.evaluating import evaluate

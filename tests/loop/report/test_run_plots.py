@@ -6,7 +6,7 @@ from report_pages import NAME
 from wording import refused
 
 from hfc_design.core.records import RunError
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.pictures.curves import SLICES
 from hfc_design.pictures.files import save
 from hfc_design.report import plots

@@ -10,8 +10,8 @@ from short_runs import SEARCHES, SMALL, contents, once, resumed, started, stoppi
 from wording import refused
 
 from hfc_design.core.records import RunError
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs import run as design
 from hfc_design.runs import stored
 from hfc_design.simulation.evaluating import evaluate

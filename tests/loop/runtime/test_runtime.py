@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from by_name import random_design, replayed
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 def equals_the_loop(design, scenario):

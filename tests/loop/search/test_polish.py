@@ -6,7 +6,7 @@ import pytest
 from hfc_design.controllers.genome import taken
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
-from hfc_design.search.by_numbers import coordinates
+from hfc_design.search.coordinates import coordinates
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.comparison import EVERY, _together, compare
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
@@ -59,7 +59,7 @@ def test_numbers_are_plain(found):
 def test_each_design_does_what_it_does_alone(found):
     comparison, scenarios, _ = found
     for bout, scenario in zip(comparison.bouts, scenarios, strict=False):
-        machines = [one.machines.true for one in bout.found.values()]
+        machines = [one.machines.actual for one in bout.results.values()]
         for a, b in zip(*machines, strict=True):
             np.testing.assert_array_equal(a, b)
         for name, side in bout.sides.items():
@@ -67,7 +67,7 @@ def test_each_design_does_what_it_does_alone(found):
             np.testing.assert_array_equal(side.values[ERROR], alone.values[ERROR])
             np.testing.assert_array_equal(side.stable, alone.stable)
             assert side.nominal[ERROR] == evaluate(DESIGNS[name], scenario).metrics[ERROR]
-            motion = bout.found[name].motion
+            motion = bout.results[name].motion
             error = motion.axes[0].motion.error
             assert np.sqrt(np.mean(error**2)) == pytest.approx(side.nominal[ERROR])
 
@@ -89,11 +89,11 @@ def test_different_machines_are_not_taken_together(found):
     one, other, _ = found[0].bouts
     heavier = {
         name: x._replace(
-            machines=x.machines._replace(told=(x.machines.told[0]._replace(poles=3.0),))
+            machines=x.machines._replace(nominal=(x.machines.nominal[0]._replace(poles=3.0),))
         )
-        for name, x in other.found.items()
+        for name, x in other.results.items()
     }
-    assert _together([one, other._replace(found=heavier)]) == []
+    assert _together([one, other._replace(results=heavier)]) == []
     assert _together([one]) == []
 
 
@@ -108,5 +108,5 @@ def test_other_machines_than_those_of_the_scenario_are_said():
     assert alike.notes == []
     assert (alike.spread, alike.tolerances) == (0.1, {"stiffness": 0.3})
     (bout,) = alike.bouts
-    (drawn,) = bout.found[next(iter(DESIGNS))].machines.true
+    (drawn,) = bout.results[next(iter(DESIGNS))].machines.actual
     assert 0.1 < np.abs(drawn.stiffness / drawn.stiffness[0] - 1.0).max() < 0.3

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate, notes
 
 CIRCLE = "feed-drive-circle"

@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 
-from hfc_design.simulation.packing import packed, unpacked
+from hfc_design.simulation.flattening import packed, unpacked
 
 TREE = {
     "table": np.arange(24.0).reshape(2, 3, 4),

@@ -9,8 +9,8 @@ from scipy.signal import cont2discrete
 
 from hfc_design.api import with_gains
 from hfc_design.core.records import UserError
+from hfc_design.files.loop_setup import controller_of
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
@@ -165,7 +165,7 @@ def test_friction_at_rest_is_larger_by_a_share_of_that_of_coulomb(plant, name, l
     parameters = {"coulomb_friction": 60.0, "stiction_rise": 30.0} if plant[0] == "m" else {}
     scenario = load_scenario({"plant": {"name": plant, "parameters": parameters}})
     (one,), (more,) = (
-        rubbing(scenario, one_machine(scenario.plant.values()), Applied(sticking=share)).true
+        rubbing(scenario, one_machine(scenario.plant.values()), Applied(sticking=share)).actual
         for share in (0.0, 0.5)
     )
     assert {key: x for key, x in more._asdict().items() if x != getattr(one, key)} == {
@@ -233,7 +233,7 @@ def test_where_it_is_close_four_times_as_many_machines_decide(share, machines):
     robust = STAGE["robust"] | {"tolerances": spread, "unseen": 50}
     scenario = load_scenario({**STAGE, "robust": robust})
     some, _ = drawn(scenario.plant, 1e-6, 50, scenario.run.seed + BEYOND, spread)
-    gains = some.true[0].amplifier_gain
+    gains = some.actual[0].amplifier_gain
     weak = np.sort(gains[:8])[1:3].mean()
     own = found(robust, load=0.05 * 5.0 * weak * KP, share=share, machines=8)
     (row,) = (one for one in own.stress if one.name.startswith("a load of -"))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from one_axis import printed
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 def recorded(*arguments):

@@ -3,8 +3,8 @@
 from run_folders import batch_folder, hfc, table
 
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs.individuals import with_score
 from hfc_design.simulation.evaluating import evaluate
 

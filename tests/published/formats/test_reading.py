@@ -7,8 +7,8 @@ from click.testing import CliRunner
 from imported_files import OCTAVE, PYFUZZYLITE
 
 from hfc_design.cli import main
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as designs
 from hfc_design.simulation.evaluating import evaluate
 

@@ -32,7 +32,7 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     assert known.value[0] == pytest.approx(value, abs=0.01 * error)
     half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
     assert half == pytest.approx(1.96 * error, rel=0.02)
-    assert known.told.all()
+    assert known.identifiable.all()
     assert hold_untold(one, known)[1].state == ("yes",)
 
 

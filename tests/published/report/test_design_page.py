@@ -7,7 +7,7 @@ from report_pages import FILE, HOSTILE, NAME
 from run_folders import hfc
 
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):

@@ -9,8 +9,8 @@ from short_runs import contents, once, resumed, started, stopping
 
 from hfc_design import api
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as design
 from hfc_design.simulation.evaluating import evaluate
 

@@ -6,7 +6,7 @@ import pytest
 from wording import refused
 
 from hfc_design.core.records import RunError
-from hfc_design.report.parts import in_use
+from hfc_design.report.parts import usable_numbers
 from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
 
@@ -64,7 +64,7 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     file = tmp_path / USABLE
     file.write_text(json.dumps(good))
     assert kept_use(tmp_path) == good
-    in_use(good)
+    usable_numbers(good)
     for key in good:
         for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
             file.write_text(json.dumps(wrong))

@@ -13,8 +13,8 @@ from wording import refused_command
 from hfc_design.cli import main
 from hfc_design.core.records import LONGEST
 from hfc_design.files.design import builtin_designs, read_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import builtin_names
-from hfc_design.files.pairing import load_design
 
 
 def test_help_lists_the_commands_as_their_page_introduces_them():

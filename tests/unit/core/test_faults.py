@@ -8,8 +8,8 @@ from mistakes import WRONG, mistaken, places, refusals
 from plain_words import library_words, plain_lines
 from wording import refused
 
-from hfc_design.core.faults import MOST
 from hfc_design.core.records import UserError
+from hfc_design.core.validation_errors import MOST
 from hfc_design.files.design import design_json, named_design, parse_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import KEY, things

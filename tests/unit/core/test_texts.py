@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from wording import refused
 
-from hfc_design.core.dotted import set_keys
+from hfc_design.core.overrides import set_keys
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.core.texts import DEEPEST, LARGEST, MEGABYTE, json_of, read_text, read_toml, toml_of
 from hfc_design.files.design import design_json, named_design, parse_design

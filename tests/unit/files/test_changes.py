@@ -6,7 +6,7 @@ import pytest
 from wording import refused, refused_command
 
 from hfc_design import api as hfc
-from hfc_design.core.dotted import changed, flat
+from hfc_design.core.overrides import flat, overridden
 from hfc_design.files.design import BUILTIN, parse_design
 
 
@@ -56,7 +56,7 @@ def test_a_list_of_a_scenario():
 
 
 def test_a_tuple_of_a_script():
-    assert changed({"a": ({"b": (1, 2)}, 3)}, {"a.0.b.1": 7}) == {"a": [{"b": [1, 7]}, 3]}
+    assert overridden({"a": ({"b": (1, 2)}, 3)}, {"a.0.b.1": 7}) == {"a": [{"b": [1, 7]}, 3]}
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.plausibility import plausibility_warnings
 
 #: A move of 60 mm that takes 60 / 150 + 150 / 1000 = 0.55 s.
 MOVE = {
@@ -45,8 +45,8 @@ MOVE = {
     ],
 )
 def test_a_wrong_unit_is_doubted(changes, words):
-    assert doubts(load_scenario(MOVE)) == []
-    (line,) = doubts(load_scenario(MOVE, changes))
+    assert plausibility_warnings(load_scenario(MOVE)) == []
+    (line,) = plausibility_warnings(load_scenario(MOVE, changes))
     for word in words:
         assert word in line
 
@@ -63,10 +63,10 @@ def test_a_wrong_unit_is_doubted(changes, words):
     ],
 )
 def test_what_may_well_be_meant_is_not(changes):
-    assert doubts(load_scenario(MOVE, changes)) == []
+    assert plausibility_warnings(load_scenario(MOVE, changes)) == []
 
 
 def test_a_motion_is_named():
     motions = [{"name": "whole"}, {"name": "short", "duration_s": 0.4, "settled_after_s": 0.3}]
-    (line,) = doubts(load_scenario(MOVE, {"motions": motions}))
+    (line,) = plausibility_warnings(load_scenario(MOVE, {"motions": motions}))
     assert line.startswith("move.short: the simulation ends after 0.4 s of a move of 0.55 s")

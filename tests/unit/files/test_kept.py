@@ -5,9 +5,9 @@ import json
 import pytest
 
 from hfc_design.files.design import Design, changed_design, design_json
-from hfc_design.files.kept import HEAD, UNKNOWN, kept
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.files.transfer import HEAD, UNKNOWN, transfer_report
 
 MADE = {
     "sensors": {"encoder_resolution": 1e-6},
@@ -27,7 +27,7 @@ def made_with(scenario, like="pd-only"):
 
 def told(design, scenario, changes=None):
     """Part -> what is said of it."""
-    head, *lines = kept(design, load_scenario(scenario, changes))
+    head, *lines = transfer_report(design, load_scenario(scenario, changes))
     assert head == HEAD
     return dict(line.split(maxsplit=1) for line in lines)
 

@@ -27,7 +27,7 @@ def test_what_a_motion_leaves_out_is_the_scenarios():
 def test_a_copy_begins_off_by_a_hundredth_of_the_way_of_a_second_at_most(duration, gone):
     changes = {"reference.velocity": 0.03, "simulation.duration_s": duration}
     samples = load_scenario("c-axis-ramp", changes).samples()
-    (start,), (beside,) = samples.start, samples.beside
+    (start,), (beside,) = samples.start, samples.copy_start
     assert beside.spindle_angle - start.spindle_angle == pytest.approx(0.01 * gone)
     assert beside.rotor_angle - start.rotor_angle == pytest.approx(0.01 * gone)
 

@@ -10,7 +10,7 @@ from wording import refused
 from hfc_design import api
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
 from plants import C_AXIS
 

@@ -9,7 +9,7 @@ from deployment_folders import vectors
 from sledge import hfc
 
 from hfc_design.controllers.hierarchical.code import lookup
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller
 
 NAME = "lin-lee-1999-table-1"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from imported_files import CHANGE, GAUSSIAN, TABLE, TEXTS, output, triangles
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 

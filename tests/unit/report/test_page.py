@@ -3,7 +3,7 @@
 from report_pages import USED, told
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.report.parts import baselines, in_use, pass_conditions
+from hfc_design.report.parts import baselines, pass_conditions, usable_numbers
 
 
 def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
@@ -19,7 +19,7 @@ def test_an_error_in_metres_has_a_unit_that_needs_no_power_of_ten():
     """Of a feed drive; one unit for all motions, the chatter stays in V."""
     units = USED["units"] | {"settled_rms_error": "m"}
     motions = {name: told(1.0, {}, scale) for name, scale in (("one", 1.0), ("two", 2.0))}
-    found = in_use(USED | {"units": units, "motions": motions})
+    found = usable_numbers(USED | {"units": units, "motions": motions})
     assert found["heads"][2:4] == ["settled rms error [µm]", "chatter [V]"]
     assert found["rows"][0][2] == "3.57 / 3570"
     assert found["rows"][1][2] == "7.14 / 7140"

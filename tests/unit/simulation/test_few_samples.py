@@ -5,8 +5,8 @@ import pytest
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation.in_use import in_motion, units
-from hfc_design.simulation.settling import STABILITY
+from hfc_design.simulation.acceptance import motion_result, units
+from hfc_design.simulation.stability_criteria import STABILITY
 
 
 @pytest.mark.parametrize(("duration", "passes"), [(0.079, False), (0.08, True)])
@@ -15,4 +15,4 @@ def test_a_motion_of_fewer_than_80_samples_is_not_passed(duration: float, passes
     scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": duration})
     values = np.zeros((3, 1, len(units(scenario)) + len(STABILITY)))
     still = Judged(np.ones((3, 1)), values, np.zeros((3, 1), bool))
-    assert (in_motion(scenario, still, 0, scenario).nominal_reasons == ()) == passes
+    assert (motion_result(scenario, still, 0, scenario).nominal_reasons == ()) == passes

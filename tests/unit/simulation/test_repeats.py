@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.simulation.repeats import Repeats, averaged, chaos_told, range_told
+from hfc_design.simulation.repeats import Repeats, averaged, chaos_text, range_text
 
 
 def test_costs_of_motions_are_averaged_and_failures_stay():
@@ -32,8 +32,8 @@ def test_chaotic_is_what_differs_by_more_than_a_hundredth(values, chaotic, worth
 def test_ranges_as_people_read_them():
     numbers = Repeats(np.array([430.8, 511.04, 361.96, 1.0])).numbers()
     assert numbers == {"lowest": 1.0, "median": 361.96, "highest": 511.04, "count": 4}
-    assert range_told(numbers) == "1 to 511 (chaotic)"
+    assert range_text(numbers) == "1 to 511 (chaotic)"
     lost = Repeats(np.array([43080.4, 51104.3, -np.inf])).numbers()
     assert lost == {"lowest": None, "median": 43080.4, "highest": 51104.3, "count": 3}
-    assert range_told(lost) == "diverged to 51104 (chaotic)"
-    assert chaos_told("merit", lost).endswith("it ranges from diverged to 51104")
+    assert range_text(lost) == "diverged to 51104 (chaotic)"
+    assert chaos_text("merit", lost).endswith("it ranges from diverged to 51104")

@@ -3,14 +3,14 @@
 import numpy as np
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.simulation.settling import faults, reasons_told
+from hfc_design.simulation.stability_criteria import instabilities, reasons_text
 
 SHORT = ["simulation.duration_s=3"]
 
 
 def settled(measured, failed, motions):
     """(machines, motions) for which there is no reason why it should not be stable."""
-    return ~np.logical_or.reduce([*faults(measured, failed, motions).values()])
+    return ~np.logical_or.reduce([*instabilities(measured, failed, motions).values()])
 
 
 def test_the_rule_by_hand():
@@ -44,6 +44,6 @@ def test_the_rule_by_hand():
 
 
 def test_reasons_are_counted_in_words():
-    told = reasons_told({"is far off": 1, "oscillates": 2, "stays at a limit": 3})
+    told = reasons_text({"is far off": 1, "oscillates": 2, "stays at a limit": 3})
     assert told == "3 stay at a limit, 2 oscillate, 1 is far off"
-    assert reasons_told({}) == ""
+    assert reasons_text({}) == ""

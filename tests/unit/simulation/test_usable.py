@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.simulation.in_use import gain_told
+from hfc_design.simulation.acceptance import gain_text
 from hfc_design.simulation.usable import gain_range
 
 
@@ -16,7 +16,7 @@ from hfc_design.simulation.usable import gain_range
     ],
 )
 def test_beyond_the_ends_of_the_scan_nothing_is_said(gain, words):
-    assert gain_told(gain) == words
+    assert gain_text(gain) == words
 
 
 def test_the_range_of_gains_is_that_of_a_threshold():

@@ -9,7 +9,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
-from hfc_design.simulation.in_use import MENDS, Stressed, stress_table, why_table
+from hfc_design.simulation.acceptance import MENDS, Stressed, stress_table, why_table
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import cases
@@ -59,7 +59,7 @@ def test_every_change_by_hand():
     loud = np.append(np.zeros(211), 4.1 + 0.1 * np.arange(10))
 
     def again(nearer):
-        off = nearer.true[0].rotor_inertia / NOMINAL.rotor_inertia - 1.0
+        off = nearer.actual[0].rotor_inertia / NOMINAL.rotor_inertia - 1.0
         return judged(chatter=np.where(off > 0.0901, 5.0, 0.0))
 
     found = told(judged(chatter=loud), again)
@@ -170,7 +170,7 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
     plant = load_scenario("milling-table-circle").plant
     some, _ = drawn(plant, 0.1, 3, 1, {"load": 5.0})
     found = deviations(some)
-    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.true])
+    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.actual])
     assert np.abs(found["table_mass"]).tolist() == np.abs(masses).max(axis=0).tolist()
     assert np.abs(found["load"]).tolist() == np.abs(some.around["load"][:, 1:]).max(axis=0).tolist()
     half = deviations(why_not.nearer(some, 0.5))
@@ -196,7 +196,7 @@ def test_every_stress_has_its_own_mend():
     one = Stressed("", False, 0.5, 0.0, why="oscillates in a rest with noise")
     found = {}
     for case in cases(own, 20.0):
-        name = case.told(1.0)
+        name = case.description(1.0)
         found[name] = stress_table([one._replace(breaks=name).numbers()]).lines[-1]
     for words, mend in MENDS.items():
         told = [name for name, line in found.items() if f"first to mend: {mend};" in line]

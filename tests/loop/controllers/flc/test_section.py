@@ -16,12 +16,12 @@ from hfc_design.cli import main
 from hfc_design.controllers.flc import section as fuzzy_plots
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rules import LABELS
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.surfaces import flat
 from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.report.designs import picture
 from hfc_design.report.parts import sections, summary
@@ -185,7 +185,7 @@ def test_they_stand_on_pictures(design, what):
 def test_they_stand_on_the_page(design):
     plant = PlantSettings(**design.plant.model_dump())
     sections = design.kind.sections(
-        design.controller, Shown(plant.machine, plant.values(), signals=None)
+        design.controller, ReportContext(plant.machine, plant.values(), signals=None)
     )
     assert "the error is called gap, its change drift" in sections[0].text
     assert any(GAP in drawing.alt for drawing in sections[0].drawings)

@@ -152,7 +152,7 @@ def test_the_simulator_steps_the_same_law():
     motion = {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.05, "acceleration": 0.5}
     scenario = api.load_scenario({"reference": motion, "simulation": {"duration_s": 0.3}})
     (axis,) = api.evaluate(mine, scenario).axes
-    signals, controller = axis.told(), Controller(mine)
+    signals, controller = axis.sensed(), Controller(mine)
     found = [controller.step({k: float(x[i]) for k, x in signals.items()}) for i in range(300)]
     np.testing.assert_allclose(axis.motion.command, found, rtol=1e-9, atol=1e-9)
     assert 0.0 < (np.abs(found) == 10.0).mean() < 1.0

@@ -10,7 +10,7 @@ from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.pid import PidGains, initial_memory, sample
 from hfc_design.core.numbers import SCALARS
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller
 from plants import FEED_DRIVE
 

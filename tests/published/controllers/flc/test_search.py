@@ -7,8 +7,8 @@ from feed_genomes import CIRCLE, bred, genome
 from resuming import whole_and_in_parts
 
 from hfc_design.controllers.genome import taken
+from hfc_design.files.loop_setup import controller_of, load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.runs import individuals
 from hfc_design.runs import run as design
 from hfc_design.simulation import compiled

@@ -11,7 +11,7 @@ from scheduled import SMALL, of_two_laws
 from sledge import hfc
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.laws import Laws
+from hfc_design.controllers.hierarchical.seed_laws import Laws
 from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import design_with, genome_of

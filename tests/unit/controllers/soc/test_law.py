@@ -5,14 +5,14 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neighbours import spread
 from hfc_design.controllers.soc.law import SETS, SocGains, degrees, soc
 from hfc_design.controllers.soc.record import EMPTY, SocDesign
 from hfc_design.controllers.soc.section import learnt, sections
 from hfc_design.core.numbers import ARRAYS, SCALARS
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 from hfc_design.simulation.machines import drawn
@@ -149,7 +149,7 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
     errors = 0.3 * np.sin(np.arange(200) / 25.0)
     signals = {"x": {"error": errors}, "y": {"error": -errors}}
     machine, parameters = scenario.machine, scenario.plant.values()
-    shown = Shown(machine, parameters, signals, largest=(10.0, 10.0))
+    shown = ReportContext(machine, parameters, signals, largest=(10.0, 10.0))
     controller, found = Controller(design), learnt(design.controller, signals["x"], 10.0)
     tables = {}
     for count, error in enumerate(errors.tolist(), 1):
@@ -174,7 +174,7 @@ def test_backlash_and_friction_vary_each_in_its_own_tolerance():
     plant = hfc.load_scenario("milling-table-circle").plant
     spread = {"backlash": 0.5, "coulomb_friction": 0.3, "stiction_rise": 0.3}
     machines, _ = drawn(plant, 1e-6, 300, 0, spread)
-    x, y = machines.true
+    x, y = machines.actual
     assert (x.backlash.min(), x.backlash.max()) == pytest.approx((0.2, 0.6), abs=0.01)
     friction = x.coulomb_friction.min(), x.coulomb_friction.max()
     assert friction == pytest.approx((210.0, 390.0), abs=3.0)

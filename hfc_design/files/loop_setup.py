@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
-from hfc_design.core.carried import carrier, gathered
-from hfc_design.core.dotted import Changes, changed, set_keys
+from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import SCALARS, Gains
+from hfc_design.core.overrides import Changes, overridden, set_keys
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign, Design, Limits, changed_design, named_design, naming
@@ -75,7 +75,7 @@ def _with_axes(design: Design, source: str) -> Design:
 def _gathered(design: Design, source: Path) -> Design:
     """The design with the files of its scenario that lie beside it or in its run folder."""
     folder = source if source.is_dir() else source.parent
-    scenario_data = gathered(design.provenance.get("scenario"), folder, carrier())
+    scenario_data = embedded(design.provenance.get("scenario"), folder, embedder())
     if scenario_data == design.provenance.get("scenario"):
         return design
     return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario_data}})
@@ -130,7 +130,7 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
         # Nothing is searched here: nobody has to have the strategy that found the design.
         data = {key: part for key, part in data.items() if key != "search"}
     with naming(design.provenance):
-        return scenario_of(changed(data, values), source, path if path.is_dir() else path.parent)
+        return scenario_of(overridden(data, values), source, path if path.is_dir() else path.parent)
 
 
 def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -> Scenario:

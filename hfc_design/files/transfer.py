@@ -6,14 +6,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from hfc_design.core.carried import AnyFile, content_of
+from hfc_design.core.embedded_files import AnyFile, content_of
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import LARGEST_TABLE
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import machine, with_converter
 from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import load_scenario, with_files
-from hfc_design.files.pairing import machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
@@ -23,7 +23,7 @@ IMPORTED = "Its file says nothing of a machine; of what the import assumed, it k
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
 
 
-def kept(design: Design, scenario: Scenario) -> list[str]:
+def transfer_report(design: Design, scenario: Scenario) -> list[str]:
     """Lines on machine, limits, sensors and load: what is the design's, and what the scenario's.
 
     Raises:
@@ -32,8 +32,8 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
     descriptions = {
         "machine": _machine(design, scenario),
         "limits": _limits(design, scenario),
-        "sensors": _told(design, scenario, "sensors"),
-        "load": _told(design, scenario, "load"),
+        "sensors": _text(design, scenario, "sensors"),
+        "load": _text(design, scenario, "load"),
     }
     imported = str(design.provenance.get("source", "")).startswith("imported from")
     head = IMPORTED if imported else HEAD
@@ -96,7 +96,7 @@ def _limits(design: Design, scenario: Scenario) -> str:
     return f"{inside}the drive here has {', '.join(parts)}"
 
 
-def _told(design: Design, scenario: Scenario, key: str) -> str:
+def _text(design: Design, scenario: Scenario, key: str) -> str:
     """Sensors or load, which are the scenario's."""
     made: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited

@@ -15,7 +15,7 @@ from hfc_design.motion.trajectories import PathReference, Trajectory, speed_faul
 TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
 
 
-def check_following(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
+def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
     """Whether the machine has the axes that the reference is for, and can keep up.
 
     Raises:

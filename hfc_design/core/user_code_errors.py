@@ -33,7 +33,7 @@ _CARRIED = re.compile(
 )
 
 
-def raised(error: Exception) -> str:
+def describe(error: Exception) -> str:
     """Kind, place in the user's file and first line of an error; of a record's all lines.
 
     Where it is known what to write instead, the place and that come first.

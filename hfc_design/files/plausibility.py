@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from hfc_design.files.following import reference_of
+from hfc_design.files.feasibility import reference_of
 from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.gcode import notes, text_of
@@ -27,7 +27,7 @@ ROUNDING = 1.0 / sqrt(12.0)
 LONGER = 1.02
 
 
-def doubts(scenario: Scenario) -> list[str]:
+def plausibility_warnings(scenario: Scenario) -> list[str]:
     """A line each, with the key and its value; no line of a scenario that makes sense."""
     warnings = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():

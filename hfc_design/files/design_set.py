@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.arguments import wanted
+from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.kept import dotted, states_machine
 from hfc_design.files.labels import run_label
+from hfc_design.files.loop_setup import load_design, machine
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, machine
 from hfc_design.files.scenario import Scenario
+from hfc_design.files.transfer import dotted, states_machine
 
 #: Several designs, or designs by the names that they are to have.
 AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
@@ -37,7 +37,7 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     several = isinstance(designs, Sequence) and not isinstance(designs, str)
     given: Sequence[AnyDesign] = [*designs] if several else [designs]  # type: ignore[list-item]
     for one in given:
-        wanted(one, (str, Path, Design), "design, nor the name of one")
+        check_type(one, (str, Path, Design), "design, nor the name of one")
     for k, one in enumerate(given):
         if any(_same(one, other) for other in given[:k]):
             name = one.name if isinstance(one, Design) else one
@@ -89,7 +89,7 @@ def _no_kind(one: AnyDesign) -> AnyDesign:
     return one
 
 
-def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
+def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
     """The scenario with the whole machine of the first design, and what it sets laid over that.
 
     Raises:
@@ -108,7 +108,7 @@ def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
 
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
-    """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
+    """What a design keeps for itself, and was made with and does not have ``shared_machine``."""
     limits = {"command": shared.units.signals["command"]}
     here = dotted(shared.limits.model_dump())
     design_limits = dotted(design.limits.model_dump(exclude_none=True))

@@ -12,7 +12,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, PerAxis, Signals
 from hfc_design.controllers.hierarchical.law import PREVIOUS
-from hfc_design.controllers.hierarchical.planes import along, passing
+from hfc_design.controllers.hierarchical.linear_tables import linear_chain, passthrough
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.law import ERRORS
 from hfc_design.controllers.linear.lq_genome import LqGenome
@@ -65,7 +65,7 @@ class Structure(NamedTuple):
     largest: float
 
 
-class LinearLaws:
+class SeedLaws:
     """What a search can do with ``Laws``.
 
     Raises:
@@ -180,18 +180,18 @@ class LinearLaws:
         inner_range = genome.bounds.inner_limit * np.clip(inner_range, *ENDS)[:, None]
         output = genome.settings.output_scale
         sources = genome.sources[tree].astype(int)
-        level = np.repeat(inner_range, genome.units, axis=1), passing(genome.settings)
-        tables = along(sources, slopes / scales / output, *level)
+        level = np.repeat(inner_range, genome.units, axis=1), passthrough(genome.settings)
+        tables = linear_chain(sources, slopes / scales / output, *level)
         tables[:, -1] += (constant / output)[:, None, None]
         gains = np.maximum(np.stack([kp, kd], axis=1), TINY)
         limited = np.clip(tables, -genome.limit, genome.limit)
         return type(genome.empty())(tree, gains, scales, limited)
 
 
-def laws_for(genome: Any) -> LinearLaws | None:
+def laws_for(genome: Any) -> SeedLaws | None:
     """Laws for the nominal drive; None where it has none."""
     try:
-        return LinearLaws(genome)
+        return SeedLaws(genome)
     except UserError:
         return None
 

@@ -23,7 +23,7 @@ from hfc_design.objectives.metric import Metric
 from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.closed_loop import Loop
 
-#: What is to be measured of a loop, in the order in which ``faults`` has it.
+#: What is to be measured of a loop, in the order in which ``instabilities`` has it.
 STABILITY = tuple(RUNNING[name] for name in ("unsettled", "limit_share", "late_error"))
 #: Largest share of a small disturbance of the start that may still move in the end.
 UNSETTLED = 0.3
@@ -31,7 +31,7 @@ UNSETTLED = 0.3
 LIMITED = 0.1
 MULTIPLE = 3.0
 TOLERANCE = 0.05
-#: The reasons of ``faults`` for a reader who knows only their names.
+#: The reasons of ``instabilities`` for a reader who knows only their names.
 EXPLAINED = {
     "diverges": "The motion grows beyond all numbers.",
     "stays at a limit": "In the last quarter of the motion the command stands at a limit of the "
@@ -45,12 +45,12 @@ EXPLAINED = {
 
 
 def measuring(loop: Loop, measures: Iterable[Metric] = ()) -> Loop:
-    """The loop with its ``measures`` and what ``faults`` needs measured after everything."""
+    """The loop with its ``measures`` and what ``instabilities`` needs measured after everything."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
 
 
-def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
+def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
     """Why machines are not stable, in words -> (machines, motions) of which ones that is so.
 
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
@@ -80,7 +80,7 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
     }
 
 
-def reasons_told(reasons: Mapping[str, int]) -> str:
+def reasons_text(reasons: Mapping[str, int]) -> str:
     """How many machines there are for each reason, the most frequent first; "" of none."""
     ranked = sorted(reasons.items(), key=lambda item: -item[1])
     return ", ".join(counted(count, why) for why, count in ranked)

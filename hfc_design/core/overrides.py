@@ -48,7 +48,7 @@ def _from_here(key: str, value: Plain) -> Plain:
     return abspath(value) if named else value
 
 
-def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
+def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
     """``data`` with the values of dotted keys; ``option`` stands in the messages.
 
     In a list a part of a key is the number of an entry, counted from 0.

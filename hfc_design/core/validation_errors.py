@@ -50,14 +50,14 @@ def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError
 
     mine = 0  # of so many, looking for what each may mean takes minutes
 
-    def told(kind: str, place: Place) -> Exception | None:
+    def with_key(kind: str, place: Place) -> Exception | None:
         nonlocal mine
         if kind != "extra_forbidden" or len(place) != 1:
             return None
         mine += 1
         return no_such_key(model, str(place[0])) if mine <= MOST else NoSuchKey(NO_SUCH)
 
-    return _again(error, (), told)
+    return _again(error, (), with_key)
 
 
 def inside(error: ValidationError, *place: int | str) -> ValidationError:
@@ -65,7 +65,7 @@ def inside(error: ValidationError, *place: int | str) -> ValidationError:
     return _again(error, place, lambda kind, place: None)
 
 
-def beside(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
+def with_lines(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
     """The same error of a table with further faults, ``lines`` that begin with keys in it."""
     details = [] if error is None else _details(error, (), lambda kind, place: None)
     details += [
@@ -97,7 +97,7 @@ def _details(
     return details
 
 
-def explained(
+def format_errors(
     error: ValidationError, data: Plain, again: Callable[[Plain], Any], keys: Keys = NO_KEYS
 ) -> list[str]:
     """Every fault of ``data`` in a line, those that are missing together and first.
@@ -111,7 +111,7 @@ def explained(
             missing.append(_place(one["loc"], data, True)[0])
             continue
         if len(faults) <= MOST:
-            key, line = _told(one, data, again, keys)
+            key, line = _text(one, data, again, keys)
         else:
             key = line = _place(one["loc"], data, False)[0]
         faults.setdefault(key, []).append(line)
@@ -139,7 +139,7 @@ def _either(messages: list[str]) -> str:
     )
 
 
-def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
+def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
     """The dotted key of an error, and its line."""
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
