@@ -15,7 +15,7 @@ from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import one_machine
-from hfc_design.simulation.stress import PARTS, Applied, _held, _resting, loads, rubbing
+from hfc_design.simulation.stress import PARTS, Applied, _load_first, _resting, loads, rubbing
 from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
@@ -215,7 +215,7 @@ def test_a_load_is_held_as_long_as_the_motion_before_it(times):
 def test_it_is_held_where_the_motion_begins():
     scenario = load_scenario(STAGE)
     samples = scenario.samples()
-    longer = _held(scenario, samples)
+    longer = _load_first(scenario, samples)
     (one,), (other,) = samples.axes, longer.axes
     assert len(longer.time) == 4000
     for name in ("reference", "target", "reference_rate"):
