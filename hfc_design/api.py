@@ -73,7 +73,7 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name == "Kind":
         message = (
-            "a kind is a subclass of ControllerRecord by now, with what Kind was given as methods"
+            "a kind is now a subclass of ControllerRecord, with the functions of Kind as methods"
         )
         raise AttributeError(f"hfc_design.api.Kind is gone: {message}; see docs/python.md")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

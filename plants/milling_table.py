@@ -284,7 +284,7 @@ MILLING_TABLE = Drive(
     meanings={
         "command": "voltage to the servo amplifier, positive moves the table forwards",
         "position": "of the table, as its optical scale counts",
-        "motor_position": "by the encoder at the motor: where the table would be without backlash",
+        "motor_position": "from the encoder at the motor: position of the table without backlash",
     },
     coefficients=coefficients,
     initial_state=lambda zero: MillingTableState(zero, zero, zero, zero),

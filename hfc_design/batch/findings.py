@@ -81,7 +81,7 @@ def convergence(folders: Sequence[Path]) -> Figure:
     """
     for k, path in enumerate(folders):
         if any(path.resolve() == other.resolve() for other in folders[:k]):
-            raise UserError(f"{path}: stands there twice; it does what it does")
+            raise UserError(f"{path}: is listed twice")
     parts = [path.resolve().parts for path in folders]
     labels = [run_label(path) or x[-1] for path, x in zip(folders, parts, strict=True)]
     names = apart(labels, parts)
@@ -131,7 +131,7 @@ def _drawn(curves: Mapping[str, list[Curves]]) -> Figure:
             histories[f"{source} {which}".strip() or group.label] = [run.best for run in runs]
             titles.add(title)
     if len(histories) > MOST:
-        raise UserError(f"{len(histories)} curves are more than the {MOST} that can be told apart")
-    measure = titles.pop() if len(titles) == 1 else "merit, each by its own,"
+        raise UserError(f"at most {MOST} curves can be told apart (got {len(histories)})")
+    measure = titles.pop() if len(titles) == 1 else "merit (definitions differ)"
     numbers = range(len(histories))
     return searches.convergence(list(histories), list(histories.values()), numbers, measure)

@@ -28,7 +28,7 @@ State = Literal["finished", "failed", "running", "broken off", "waiting"]
 def _inside(name: str, info: ValidationInfo) -> str:
     out = Path((info.context or {}).get("folder", ""))
     if (out / name).is_symlink() and (out / name).resolve().parent != out.resolve():
-        raise ValueError("is a link that leads out of the folder")
+        raise ValueError("must not be a link that leads out of the folder")
     return name
 
 
@@ -117,7 +117,7 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
         UserError: the notes are somebody else's; another folder's would be overwritten.
     """
     if (out / NOTES).is_symlink():
-        raise UserError(f"{out / NOTES}: is a link; only a folder of the batch's own is written to")
+        raise UserError(f"{out / NOTES}: must be a folder, not a link")
     return lock.wait_for(out, out / NOTES / f"{what}.lock")
 
 

@@ -38,8 +38,9 @@ GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
 CAPTION = (
-    "Median of each metric over the finished runs of a group, which differ in nothing but the "
-    "seed, as far as they have it; the columns are the groups. The best of each task stands out."
+    "Median of each metric over the finished runs of a group that have it. The runs of a "
+    "group differ only in their seed. The columns are the groups; the best of each task "
+    "is highlighted."
 )
 
 
@@ -235,7 +236,7 @@ def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict
             if not {key for one in scenarios.values() for key in meanings(one)} >= {*keys}:
                 needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
                 why = f"give{needed}" if needed else in_a_line(str(error))
-                head = f"hfc: warning: the metrics of {group.task} stand there without units"
+                head = f"hfc: warning: the metrics of {group.task} are shown without units"
                 print(in_a_line(f"{head}: {why}"), file=sys.stderr)
     return scenarios
 

@@ -72,7 +72,7 @@ def report(
             paper.write(content)
     tell(path / REPORT, result)
     if failed:
-        raise RunError(f"{failed} of the runs got no page of their own")
+        raise RunError(f"{failed} of the runs could not get a page")
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:

@@ -101,7 +101,7 @@ def runs_below(path: Path) -> list[Run]:
         UserError: there is none, or a batch's plan is damaged.
     """
     if not path.is_dir():
-        raise UserError(f"{path}: is no folder")
+        raise UserError(f"{path}: must be a folder")
     planned: list[Run] = []
     alone: list[Run] = []
     for place in _folders(path):
@@ -129,10 +129,10 @@ def best_usable(path: Path) -> Run:
     first = runs_below(path)[0]
     if first.use.verdict == YES:
         return first
-    near = f"nearest is {first.title}: {first.use.answer}"
-    none = "none says whether, as those of a scenario with [robust] do"
+    near = f"the closest is {first.title}: {first.use.answer}"
+    none = "usability is judged only in scenarios with [robust]"
     reason = near if first.use.verdict else none
-    raise UserError(f"{path}: no run has a design that can be used; {reason}")
+    raise UserError(f"{path}: no run has a usable design; {reason}")
 
 
 def _folders(path: Path) -> Iterator[Path]:
@@ -212,7 +212,7 @@ def _ended(file: Path) -> Json:
     others = (SCENARIO, JUDGED_BY, "usable", "chaotic", "repeats")  # ``_use`` has more of the use
     numbers = {key: _number(value) for key, value in score.items() if key not in others}
     if numbers.get("fitness") is None and score.get("fitness", "") is not None:
-        raise ValueError("has no fitness that is a number")  # null: the design diverged
+        raise ValueError("must have a number as fitness")  # null: the design diverged
     lowest = {key: ends["lowest"] for key, ends in ranges.items()}
     structure = _structure(design.get("controller"))
     fields = {"judged_by": text(judged_by), "ranges": ranges, "structure": structure}
@@ -262,13 +262,13 @@ def _history(file: Path) -> Json:
     lines = decoded(content(file, LARGEST_TABLE)).splitlines()
     names, *rows = (line.split(",") for line in lines or [""])
     if not rows or "best" not in names:
-        raise ValueError("has no column best or no generation")
+        raise ValueError("must have a column best and at least one generation")
     for k, row in enumerate(rows):
         if len(row) != len(names) or row[0] != str(k):
             raise ValueError(f"row {k + 2} is damaged")
     best = np.array([float(row[names.index("best")]) for row in rows])
     if np.isinf(best).any():
-        raise ValueError("a score is no number")
+        raise ValueError("a score is not a number")
     return {"best": best}
 
 

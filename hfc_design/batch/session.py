@@ -62,7 +62,7 @@ def batch(
         with watch:
             failed = run_batch(plan, target, at_once, places, anyway, watch.outcome)
     except KeyboardInterrupt:
-        raise RunError("interrupted; the same command goes on where it stopped") from None
+        raise RunError("interrupted; run the same command again to continue") from None
     counts = f"{len(cells) - len(failed)} finished, {len(failed)} failed"
     print(f"{len(cells)} cells in {target}: {counts}")
     for reason in dict.fromkeys(failed.values()):

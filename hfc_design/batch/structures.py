@@ -112,9 +112,9 @@ def show_structures(winners: Sequence[Winner]) -> None:
     columns = [k for k, name in enumerate(WINNER_HEAD) if name != "group"]
     for inside in shown:
         group = inside[0].group
-        label = f"structures that won in {group.task}, group {group.label}"
+        label = f"best structures of {group.task}, group {group.label}"
         if group.broken:
-            label += f"; {group.broken} of {len(group.finished)} runs break constraints"
+            label += f"; {group.broken} of {len(group.finished)} runs violate constraints"
         rows = ([Text(x.row[k]) for k in columns] for x in inside)
         title = Text(harmless(label))
         show_rows([WINNER_HEAD[k] for k in columns], rows, title=title, title_style="")
@@ -150,8 +150,11 @@ def _trees(winner: Winner, design: Design) -> Iterator[Drawing]:
     parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
     for axis in (axis for structure, axis in parts.items() if structure):
         which = f"group {winner.group.label}" + (f", axis {axis}" if axis else "")
-        count = f"{len(runs)} of {searches} searches ended with it, the best of them was"
+        count = f"{len(runs)} of {searches} searches ended with this structure, the best of them"
         if len(runs) == 1 < searches:
-            count = "no two searches ended with the same structure; this is that of the best,"
-        text = f"{which[0].upper()}{which[1:]}: {count} {runs[0].path}, whose scales it has."
-        yield Drawing(picture(design, "tree", axis=axis), f"Structure that won in {which}", text)
+            count = "no two searches ended with the same structure; this is the best one's,"
+        text = (
+            f"{which[0].upper()}{which[1:]}: {count} {runs[0].path}; the scales are those of "
+            "that run."
+        )
+        yield Drawing(picture(design, "tree", axis=axis), f"Best structure of {which}", text)

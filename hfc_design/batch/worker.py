@@ -107,7 +107,7 @@ def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
 
     if not (out / PLAN).exists():
         host = socket.gethostname()
-        return _failed(f"{out}: the worker on {host} has no such folder; see --shared")
+        return _failed(f"{out}: the worker on {host} does not see this folder; see --shared")
     with try_lock(out / name) as mine:
         if not mine:
             return Outcome(state="again")

@@ -33,7 +33,7 @@ def export(
         RunError: ``path`` cannot be written.
     """
     if to not in [*FORMATS]:  # which need not be a text
-        raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
+        raise UserError(f"{to!r}: unknown format; {one_of(to, FORMATS)}")
     place, design = path_of(path), load_design(source_design)
     if scenario is not None:
         design = made_for(design, load_scenario(scenario))
@@ -54,7 +54,7 @@ def import_(path: str | Path, **wish: Any) -> Design:
     """
     if unknown := sorted(wish.keys() - {*Wish._fields}):
         raise UserError(
-            f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
+            f"import_: unknown option {unknown[0]!r}; available: {', '.join(Wish._fields)}"
         )
     _check_numbers(Wish(**wish))
     return imported(path_of(path), Wish(**wish))
@@ -65,8 +65,8 @@ def _check_numbers(wish: Wish) -> None:
         check_positive("--sample-time", wish.sample_time)
     if wish.terms is None:
         return
-    check_type(wish.terms, (tuple, list), "pair of numbers of terms, as in (9, 5)")
+    check_type(wish.terms, (tuple, list), "a pair of numbers of terms, as in (9, 5)")
     if len(wish.terms) != 2:
-        raise UserError(f"--terms {wish.terms}: has to be two numbers, as in (9, 5)")
+        raise UserError(f"--terms {wish.terms}: must be two numbers, as in (9, 5)")
     for count in wish.terms:
         check_whole("--terms", count, FEWEST, MOST)

@@ -52,7 +52,7 @@ def design(
             # The folder holds copies of the files that a scenario names.
             one, other = (renamed(x, lambda key, file: Path(key)) for x in (run, scenario))
             if one != other:
-                raise UserError(f"{place}: holds a run of another scenario; name another folder")
+                raise UserError(f"{place}: contains a run of another scenario; name another folder")
         else:
             run = runs.new_run(scenario, place)
         result = runs.run(run, place, on_generation, anyway)
@@ -93,8 +93,8 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
-        raise UserError(f"a controller of kind {kind} is no list of gains; pd, pid or pid+ff is")
-    check_type(gains, Mapping, "table of gains and their values")
+        raise UserError(f"kind must be pd, pid or pid+ff (got {kind})")
+    check_type(gains, Mapping, "a table of gains and their values")
     where = load_scenario(scenario)
     design = design_with({"kind": kind, **of_gains(dict(gains))}, where)
     check_laws(design, where.plant.machine)

@@ -67,7 +67,7 @@ def plot(
     if isinstance(result, Mapping):
         figure = _overlaid(result, title)
     else:
-        check_type(result, (Evaluation, *OTHERS), f"{EVALUATED}, and nothing else that has a plot")
+        check_type(result, (Evaluation, *OTHERS), EVALUATED)
         figure = _drawn(result, title)
     if narrow is not None:
         in_column(figure, narrow)
@@ -98,7 +98,7 @@ def _drawn(result: Any, title: str) -> Figure:
         figure: Figure = result.figure()
         return figure
     if result.search is None:
-        raise UserError("nothing was searched; plot its .evaluation")
+        raise UserError("this has no search to plot; plot its .evaluation")
     return searches.history(result.search.history, title)
 
 
@@ -112,21 +112,22 @@ def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
         }
         if several := next((one.motions for one in results.values() if one.motions), None):
             raise UserError(
-                f"evaluations over one another have to be of one motion, these are of "
-                f"{', '.join(several)}; take one of each, as .motions[{next(iter(several))!r}]"
+                "evaluations in one figure must be of one motion (got "
+                f"{', '.join(several)}); take one of each, as "
+                f".motions[{next(iter(several))!r}]"
             )
         if len(motions) > 1:
-            raise UserError("evaluations over one another have to be of the same motion")
+            raise UserError("evaluations in one figure must be of the same motion")
         return overlaid.motions(results, title)
     if kinds == {Findings}:
         return of_findings(results)
     if kinds == {Result}:
         for name, one in results.items():
             if one.search is None:
-                raise UserError(f"{name}: nothing was searched; plot its .evaluation")
+                raise UserError(f"{name}: this has no search to plot; plot its .evaluation")
         bests = [[one.search.history.best] for one in results.values()]
         return searches.convergence([*results], bests, range(len(bests)))
-    raise UserError("what lies over one another has to be all evaluations, results or findings")
+    raise UserError("a figure of several must have only evaluations, only results or only findings")
 
 
 def explain(
@@ -144,9 +145,9 @@ def explain(
         UserError: the design has no rules, or signals are missing, unknown or no numbers.
     """
     if not samples:
-        raise UserError("a sample is missing: signals and readings, as in {'error': 1e-4}")
+        raise UserError("samples must have at least one, as in {'error': 1e-4}")
     for one in samples:
-        check_type(one, (str, Mapping), "sample: a text, or a mapping of signals to readings")
+        check_type(one, (str, Mapping), "a sample: a string, or a mapping of signals to readings")
     texts = [
         one if isinstance(one, str) else ",".join(f"{name}={x}" for name, x in one.items())
         for one in samples
@@ -175,7 +176,7 @@ def comparison_page(
         UserError: it is no comparison, or there is no such kind of figure or width.
         RunError: a file cannot be written.
     """
-    check_type(comparison, Comparison, "comparison; compare(designs) makes one")
+    check_type(comparison, Comparison, "a comparison, as compare(designs) returns it")
     place = path_of(path)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
     html = page(comparison)
@@ -220,15 +221,18 @@ def report(
     """
     if isinstance(of, str | PathLike) and isdir(of):
         if path is not None:
-            line = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
+            line = (
+                f"{path}: applies to a single design; leave path out, the page of a folder is "
+                "written into the folder"
+            )
             raise UserError(f"{line}, as {Path(of) / REPORT}")
         if scenario is not None:
-            raise UserError("scenario: is for a lone design; a run has its own")
+            raise UserError("scenario: applies to a single design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)
         batch_report.report(Path(of), each, tell=lambda page, findings: None, paper=paper)
         return Path(of) / REPORT
     if each:
-        raise UserError("each: is for a folder of runs, and this is a design")
+        raise UserError("each: applies to a folder of runs (got a design)")
     design = load_design(of)
     name = design.name if of is design else str(of)
     place = Path(f"{design.name}.html") if path is None else path_of(path)
@@ -250,9 +254,9 @@ def for_a_paper(
         UserError: there is no such kind of figure or width, or a width without figures.
     """
     if figures is not None and figures not in KINDS:
-        raise UserError(f"figures = {figures!r}: has to be one of {', '.join(KINDS)}")
+        raise UserError(f"figures = {figures!r}: must be one of {', '.join(KINDS)}")
     if width is not None and figures is None:
-        raise UserError("width: is that of figures, as in figures='pdf'")
+        raise UserError("width: applies to figures, as in figures='pdf'")
     if figures is None and not latex:
         return None
     drawn = folder / f"{stem}figures" if figures else None
@@ -265,5 +269,5 @@ def column(width: str) -> float:
     try:
         return millimetres(width)
     except (ValueError, TypeError):
-        rule = "a text with a number and a unit (mm, cm, in, pt), 40 to 400 mm in all"
-        raise UserError(f"width = {width!r}: has to be {rule}") from None
+        rule = "a string with a number and a unit (mm, cm, in, pt), 40 to 400 mm in total"
+        raise UserError(f"width = {width!r}: must be {rule}") from None

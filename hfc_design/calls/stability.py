@@ -70,7 +70,9 @@ def stability(
         return StableGains(stable_range(**drive), tables(loaded.controller), drive, loop)
     if given:
         option = next(iter(given)).replace("_", "-")
-        raise UserError(f"--{option}: design {loaded.name} is judged on its own drive")
+        raise UserError(
+            f"--{option}: does not apply, design {loaded.name} is judged on its own drive"
+        )
     return _margins(loaded, scenario)
 
 

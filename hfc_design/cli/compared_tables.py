@@ -37,7 +37,7 @@ def show(comparison: Comparison) -> None:
     console = terminal()
     for bout in comparison.bouts:
         _show_lines(comparison, bout)
-    console.print("* the best of a row; a machine that is not stable ranks behind all others\n")
+    console.print("* the best of a row; an unstable machine ranks below all others\n")
     first = next(iter(comparison.designs))
     for bout in comparison.bouts:
         keys = bout.compared()

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
-SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
+SPREAD_HELP = (
+    "Relative spread of machine parameters [default: robust.spread and its tolerances, or 0.2]."
+)
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
@@ -35,46 +37,46 @@ def _shares(context: click.Context, option: click.Parameter, values: Texts) -> d
     for value in values:
         name, _, share = value.partition("=")
         if (number := number_or_none(share)) is None:
-            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
+            raise click.BadParameter(f"{value!r}: must be NAME=SHARE, as in backlash=0.5")
         if not 0.0 < number < 1.0:
-            raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
+            raise click.BadParameter(f"{value!r}: must be between 0 and 1")
         shares[name] = number
     return shares
 
 
-@command("Put DESIGNS side by side.", last=common.ON_A_PLANT)
+@command("Compare DESIGNS on the same machines.", last=common.ON_A_PLANT)
 def compare(
     designs: Texts = argument(DESIGN, nargs=-1),
     scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),
     changes: Texts = common.SETTING,
     spread: float | None = option(SPREAD_HELP),
     tolerances: dict[str, float] = option(
-        "Spread of a single parameter; can be given several times.",
+        "Relative spread of one parameter, as backlash=0.5; can be given several times.",
         "--tolerance",
         kind=click.STRING,
         multiple=True,
         metavar="PARAMETER=SHARE",
         callback=_shares,
     ),
-    machines: int = option("Beside the nominal one [default: 200].", low=1, default=200),
-    seed: int = option("Of the draw of the machines [default: 0].", low=0, default=0),
+    machines: int = option("Number of perturbed machines [default: 200].", low=1, default=200),
+    seed: int = option("Random seed of the machines [default: 0].", low=0, default=0),
     out: Path | None = common.output("Folder for page, CSV and JSON.", folder=True),
-    html: Path | None = common.output("Write the page alone."),
+    html: Path | None = common.output("Write only the page."),
     papers: Papers = common.PAPERS,
     plot: Path | None = common.output("Draw the errors on all machines."),
-    csv: Path | None = common.output("A row for each design, motion and machine."),
+    csv: Path | None = common.output("Write a row for each design, motion and machine."),
     _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Put DESIGNS side by side: built-in names, design files, run folders.
+    """Compare DESIGNS on the same machines: built-in names, design files, run folders.
 
-    All run in the same scenarios, on the nominal machine and on the same others, each physical
-    parameter within --spread of its value, or within its --tolerance. Tables with the best of each
-    row marked, then how the first design differs from every other machine by machine: median ratio
-    and its interval, on how many it is better, and p of Wilcoxon's signed ranks, by Holm for all
-    that is compared. A design that does not keep a machine stable has lost there. The page has the
-    motions as well.
+    All run in the same scenarios, on the nominal machine and on the same perturbed machines, each
+    physical parameter within --spread of its value, or within its --tolerance. The tables mark the
+    best of each row, and compare the first design with every other machine by machine: median ratio
+    and its interval, on how many machines it is better, and p of Wilcoxon's signed-rank test,
+    corrected by Holm over all comparisons. A design loses on a machine that it does not keep
+    stable. The page shows the motions too.
     """
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.files.design_set import labelled

@@ -18,37 +18,39 @@ if TYPE_CHECKING:
     from hfc_design.files.scenario import Scenario
     from hfc_design.runs.run import Result
 
-EXTEND_HELP = "Search again while the answer is not yes, three times at most [default: --extend]."
-GAINS_HELP = "No search: a controller by hand, as in --controller pid+ff --gains kp=900,kd=2."
+EXTEND_HELP = "Search again until the answer is yes, at most three times [default: --extend]."
+GAINS_HELP = "No search: use these gains, as in --controller pid+ff --gains kp=900,kd=2."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
-POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
-PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+POLISH_HELP = "Steps of the final local optimisation [default: 0]."
+PARETO_HELP = "Search the Pareto front of two or three objectives, as in tracking,effort."
 DEFAULT = "c-axis-practical"
 
 
-@command("Search a controller for SCENARIO.", last=common.CHOOSING)
+@command("Search for a controller for SCENARIO.", last=common.CHOOSING)
 def design(
     scenario: str | None = argument(SCENARIO, required=False),
     out: Path | None = option("Run folder [default: runs/NAME-N]."),
     seed: int | None = option("Seed of the search [default: 0].", low=0),
-    population: int | None = option("Individuals in a generation."),
+    population: int | None = option("Individuals per generation."),
     generations: int | None = option("Generations."),
     preset: str | None = option(PRESET_HELP, kind=STRATEGY),
     pareto: str | None = option(PARETO_HELP, metavar="NAME,NAME"),
-    precision: str | None = option("Of the search.", kind=click.Choice(["float32", "float64"])),
+    precision: str | None = option(
+        "Floating-point precision of the search.", kind=click.Choice(["float32", "float64"])
+    ),
     polish: int | None = option(POLISH_HELP, metavar="STEPS", low=0),
     extend: bool | None = option(EXTEND_HELP, "--extend/--no-extend", default=None),
     gains: str | None = option(GAINS_HELP, metavar="NAME=NUMBER,..."),
     changes: Texts = common.SETTING,
     resume: bool = option("Continue the run in --out where it stopped."),
     anyway: bool = option(common.ANYWAY_HELP),
-    quiet: bool = option("No progress."),
+    quiet: bool = option("Show no progress."),
     _memory: str | None = common.MEMORY,
 ) -> None:
-    """Search a controller for SCENARIO (a built-in name or a TOML file).
+    """Search for a controller for SCENARIO (a built-in name or a TOML file).
 
     Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
-    sensors and limits as drives have them.
+    realistic sensors and limits.
     """
     from hfc_design.cli.search_progress import Watch, free_folder
     from hfc_design.core.lock import exclusive
@@ -73,7 +75,7 @@ def design(
             by_hand = _by_hand(task, gains)
         folder = out or free_folder(task.name)
     elif out is None or scenario is not None or settings or changes or pareto or gains:
-        raise refusal("--resume needs --out DIR and nothing else: config.toml says the rest")
+        raise refusal("--resume takes only --out DIR: config.toml has all other settings")
     else:
         folder, task = out, run.opened_run(out)
     click.get_current_context().with_resource(exclusive(folder))  # until the report is written
@@ -99,7 +101,7 @@ def _scenario(
     known = common.named_part("strategy") or loaded.search.preset
     if known != loaded.search.preset:  # it is easily thought to be the one that searches
         raise refusal(
-            f"--strategy: makes {known} known, and the search would be {loaded.search.preset}; "
+            f"--strategy: loads {known}, but the search would use {loaded.search.preset}; "
             f"add --preset {known}"
         )
     check_memory(loaded)
@@ -155,7 +157,7 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
     from hfc_design.runs.run import kept_use
 
     near = _near_the_best(scenario, result, folder)
-    with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
+    with nullcontext() if quiet else busy("the report, on unseen machines"):
         rivals = write_page(scenario, result, folder)
     use = kept_use(folder)
     show_usable(use)
@@ -187,7 +189,7 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
         check(scenario)
         if scenario.motions:
             command = f"hfc attainable {shlex.quote(str(folder))}"
-            return f"How near is it to the best possible controller? {command}"
+            return f"How close is it to the best possible controller? {command}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # there is no bound, or it was not found
         return ""

@@ -14,8 +14,7 @@ PARTS = {
     "compensation": "low-velocity compensation",
 }
 CONVERTED = (
-    "From the converter: the command as the drive gets it, rounded to whole steps\n"
-    "or cut to its limit."
+    "From the converter: the command as the drive receives it, rounded to whole steps\nor limited."
 )
 #: Columns that degrees of all terms may take beside one another.
 WIDEST = 42
@@ -27,20 +26,20 @@ def show(explanation: Json, least: float) -> None:
     console.print(f"design {explanation['design']}, kind {explanation['kind']}", highlight=False)
     if "inside" in explanation:
         console.print(
-            f"This is what is inside; what {explanation['inside']} adds depends on the whole "
-            "machine.",
+            f"These are the wrapped controllers; what {explanation['inside']} adds depends on "
+            "the whole machine.",
             highlight=False,
         )
     if explanation["adaptation_held"]:
         console.print(
-            "Nothing adapts: which rules fired in the sample before is not known. Give that\n"
-            "sample in an --at of its own to see what the adaptation makes of it.",
+            "Nothing adapts: the rules that fired in the previous sample are not known. "
+            "Give\nthe previous sample in another --at to see the adaptation.",
             highlight=False,
         )
     if explanation["rate_left_out"]:
         console.print(
-            "The command is not limited in its rate: the one of the sample before is not known.\n"
-            "Give that sample in an --at of its own.",
+            "The rate of the command is not limited: the previous command is not "
+            "known.\nGive the previous sample in another --at.",
             highlight=False,
         )
     _signals(explanation)

@@ -26,7 +26,7 @@ from hfc_design.simulation.usable import SPREAD, usable
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
-ONLY = "hfc: warning: the design is usable only where the machine is as in the model"
+ONLY = "hfc: warning: the design is usable only if the machine is as in the model"
 #: What stands below the table of motions.
 ABOUT = (
     "median, 95th percentile, largest: over the machines",
@@ -54,7 +54,7 @@ def score_one(
     if scenario.robust or (scenario.motions and spread is not None):
         draw = (1 if samples is None else samples, 0 if seed is None else seed)
         check_draw(SPREAD if spread is None else spread, *draw)
-        with busy("on machines that no search has seen"):
+        with busy("on unseen machines"):
             judged = usable(design, scenario, spread, samples, seed)
     elif spread is not None:
         draw = (1000 if samples is None else samples, 0 if seed is None else seed)
@@ -139,7 +139,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
 def show_usable(numbers: Json | None) -> None:
     """The answer first, then its figures (``Usable.numbers``); of no, a warning on stderr too."""
     if numbers is None:
-        print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
+        print(f"{QUESTION} Unknown: there is no machine within the tolerances")
         return
     _say(f"{QUESTION} {numbers['answer']}")
     if missed := acceptance.missed_text(numbers.get("missed", {}), len(numbers["motions"])):
@@ -220,11 +220,11 @@ def _below(numbers: Json) -> Iterator[str]:
     yield f"gain margin: {passes or 'none, the nominal machine does not pass'}"
     if worst := (numbers.get("margins") or {}).get("worst"):
         sizes = {
-            name: "without end" if one["value"] is None else three_digits(one["value"])
+            name: "without limit" if one["value"] is None else three_digits(one["value"])
             for name, one in worst.items()
         }
         each = ", ".join(f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
-        yield f"margins of the nominal loop: {each}; hfc stability tells all"
+        yield f"margins of the nominal loop: {each}; hfc stability lists all"
     if numbers["precision"] is not None:
         changes = f"numerics: merit changes by {percent(numbers['precision'])} in float64"
         if numbers["substeps"] is not None:
@@ -288,5 +288,5 @@ def _show_spread(result: Robustness, numbers: Json) -> None:
 
 def _refused(draws: int) -> str:
     """What became of machines that were drawn and cannot be, a line; "" without any."""
-    line = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    line = f"{draws} draws were replaced, as their parameters are impossible together\n"
     return line if draws else ""

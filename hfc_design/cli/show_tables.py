@@ -77,7 +77,7 @@ def show_owners(entries: Iterable[Entry]) -> None:
     for kind, name in dict.fromkeys((one.kind, one.name) for one in entries):
         owners.setdefault(kind, []).append(name)
     for kind, names in owners.items():
-        keys = f"Each {kind} has keys of its own here, as in hfc show {kind} {names[0]}"
+        keys = f"Each {kind} has its own keys here, as in hfc show {kind} {names[0]}"
         say(f"\n{keys}: {', '.join(names)}")
 
 
@@ -183,7 +183,7 @@ def show_scenario(
     say()
     left = [x for x in entries if x.where != FILE]
     rest = [(dotted(x.key), text_of(x.value, x.unit), x.meaning) for x in left]
-    show_columns("left at its default", ("key", "value", "meaning"), rest)
+    show_columns("left at the default", ("key", "value", "meaning"), rest)
 
 
 def _brief(value: Plain) -> str:

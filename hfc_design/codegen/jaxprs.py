@@ -107,10 +107,10 @@ def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
     """What an equation gives for nodes and numbers."""
     name, params = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
-        raise TraceError(f"calls {name} of arrays, of which no code is made; write it in scalars")
+        raise TraceError(f"calls {name} of arrays, which cannot be exported; write it in scalars")
     rounds = name == "convert_element_type" and not np.issubdtype(params["new_dtype"], np.floating)
     if rounds and kind_of(given[0]) == REAL:
-        raise TraceError("makes whole numbers of real ones; write jnp.floor instead")
+        raise TraceError("converts real numbers to whole ones; write jnp.floor instead")
     if name in NOTHING:
         return given
     if name in INNER:
@@ -124,7 +124,7 @@ def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
     if name in OPERATIONS:
         return [trace.made(OPERATIONS[name], *given)]
     if name not in OTHERS:
-        raise TraceError(f"calls {name}, of which no code is made; write it with other functions")
+        raise TraceError(f"calls {name}, which cannot be exported; write it with other functions")
     return [OTHERS[name](trace.made, params, *given)]
 
 
@@ -156,7 +156,7 @@ OTHERS: dict[str, Callable[..., Any]] = {
 def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[Any]:
     """Both branches of a condition, and of each result that of the one that holds."""
     if len(branches) != 2:
-        raise TraceError("calls lax.switch, of which no code is made; write jnp.where instead")
+        raise TraceError("calls lax.switch, which cannot be exported; write jnp.where instead")
     which, *rest = given
     no, yes = (_evaluated(trace, one.jaxpr, one.consts, rest) for one in branches)
     return [trace.made("?", which, a, b) for a, b in zip(yes, no, strict=True)]
@@ -168,7 +168,7 @@ def _scanned(trace: Recorder, params: dict[str, Any], given: list[Any]) -> list[
     count, carried = params["num_consts"], params["num_carry"]
     fixed, carry = given[:count], given[count : count + carried]
     if len(given) > count + carried or len(inner.jaxpr.outvars) > carried:
-        raise TraceError("calls lax.scan over arrays, of which no code is made")
+        raise TraceError("calls lax.scan over arrays, which cannot be exported")
 
     def step(values: list[Any]) -> list[Any]:
         return _evaluated(trace, inner.jaxpr, inner.consts, [*fixed, *values])

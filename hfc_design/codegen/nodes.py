@@ -131,16 +131,17 @@ class Node:
     def __bool__(self) -> bool:
         if self.value is None:
             raise refusal(
-                "branches on a value that is known at run time alone; write xp.where(condition, "
-                "a, b) instead"
+                "branches on a value that is known only at run time; write "
+                "xp.where(condition, a, b) instead"
             )
         return bool(self.value)
 
     def __float__(self) -> float:
         if self.value is None:
             raise refusal(
-                "needs the number of a value that is known at run time alone, as functions of math "
-                "do; write it with + - * /, abs and the functions of xp instead"
+                "needs the number of a value that is known only at run time, as "
+                "functions of math do; write it with + - * /, abs and the functions of "
+                "xp instead"
             )
         return float(self.value)
 
@@ -148,7 +149,7 @@ class Node:
         return int(float(self))
 
     def __iter__(self) -> Iterator["Node"]:
-        raise refusal("takes a number for a sequence of numbers")
+        raise refusal("uses a number as a sequence of numbers")
 
 
 class Storage:
@@ -249,7 +250,7 @@ class Each(Array):
     def __init__(self, trace: "Tape", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
         if any(table.shape != self.shape for table in tables):
-            raise refusal("goes along tables of different sizes")
+            raise refusal("iterates over tables of different sizes")
         self.tables = tables
 
     def element(self, places: tuple[Any, ...]) -> Any:

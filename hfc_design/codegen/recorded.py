@@ -65,7 +65,7 @@ class Recorded(NamedTuple):
     #: Whether there was a sample before, and the number of the field that this is before; None:
     #: it does not matter.
     started: tuple[Node, int] | None
-    numbers: list[Node]  # of the design
+    numbers: list[Node]  # name of the design
 
 
 #: Of a source: its largest command, functions (gains, memory) -> memory of a first sample, or none,

@@ -86,7 +86,7 @@ class Recorder:
             return int(value)
         if isinstance(value, float | np.floating):
             return float(value)
-        raise refusal(f"computes with {value!r:.60}, which is no number")
+        raise refusal(f"computes with {value!r:.60}, which is not a number")
 
     def leaf(self, op: str, name: str, kind: str = REAL, value: float | None = None) -> Node:
         """A number from outside: an input, what is remembered, a number of the design."""
@@ -97,7 +97,7 @@ class Recorder:
     def _node(self, block: Block, op: str, args: tuple[Any, ...], kind: str) -> Node:
         self.whole.count += 1
         if self.whole.count > MOST:
-            raise refusal(f"takes more than {MOST} operations: does a loop not end?")
+            raise refusal(f"takes more than {MOST} operations: is a loop endless?")
         return Node(block, op, args, kind, self.whole.count)
 
     def _deepest(self, args: Sequence[Any]) -> Block:
@@ -107,7 +107,7 @@ class Recorder:
         for x in args:
             if isinstance(x, Node):
                 if x.block not in around:
-                    raise refusal("uses a value outside the loop or the function that it is of")
+                    raise refusal("uses a value outside its loop or function")
                 deepest = x.block if x.block.depth > deepest.depth else deepest
         return deepest
 

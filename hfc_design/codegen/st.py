@@ -122,7 +122,7 @@ class StructuredText(Language):
         if op == "rint":
             return f"LINT_TO_LREAL(LREAL_TO_LINT({parts[0]}))"
         if op.isalnum() and op not in self.functions and op not in self.words:
-            raise TraceError(f"calls {op}, which Structured Text has not")
+            raise TraceError(f"calls {op}, which Structured Text does not have")
         return super().operation(op, parts, node)
 
     def value(self, printer: Printer, node: Node) -> Iterator[str]:

@@ -83,7 +83,7 @@ class Trace(Recorder):
     def pick(self, values: Any, number: Any) -> Any:
         """The value of a number that is one of the design."""
         if isinstance(number, Node) and number.value is None:
-            raise refusal("picks by a number that is known at run time alone")
+            raise refusal("selects by a number that is known only at run time")
         return values[int(number)]
 
     def marked(self, x: Any) -> Any:
@@ -123,7 +123,7 @@ class Trace(Recorder):
         if not any(isinstance(row, Array | range) for row in rows):
             return [function(*values) for values in zip(*rows, strict=True)]
         if len({len(row) for row in rows}) > 1:
-            raise refusal("goes along rows of different lengths")
+            raise refusal("iterates over rows of different lengths")
         rows = tuple(row if isinstance(row, Array | range) else self.table(row) for row in rows)
         of = [(lambda k: k) if isinstance(row, range) else row.__getitem__ for row in rows]
 

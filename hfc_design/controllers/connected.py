@@ -28,9 +28,10 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
 #: What a connected controller is told beside its readings, and what that is.
 SWITCHES = {
-    "enable": "while it is on the controller commands, else the command is 0",
-    "take_over": "on when enable comes on: it begins with the preset and goes over to its own",
-    "preset": "added to the command, as what holds a vertical axis; or what is taken over",
+    "enable": "the controller is active while this is on, else the command is 0",
+    "take_over": "on when enable is switched on: the command starts from the preset and "
+    "fades to the controller's",
+    "preset": "added to the command, as to hold a vertical axis; or the command taken over",
     "largest_error": "beyond this error the command is 0 until enable goes off; 0 or less: never",
 }
 #: Those that are true or false.

@@ -47,7 +47,7 @@ class later:
 class ControllerSettings(Record):
     """The ``[controller]`` of a scenario: what a search starts from and may vary."""
 
-    kind: str  # which kind of controller is looked for
+    kind: str  # kind of the controller
 
     def fault(self, target: "Target") -> str | None:
         """What makes a search for ``target`` impossible, in a line that begins with the key."""
@@ -72,7 +72,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     except UserError as error:
         raise ValueError(error.typed) from None
     if (kind := design.controller.kind) != info.data.get("kind"):
-        raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
+        raise ValueError(f"is of kind {kind} and needs controller.kind = {kind!r}")
     return design.controller.model_dump()
 
 
@@ -186,7 +186,7 @@ class ControllerRecord(Record):
     sample_time_s: Positive  # time from one command to the next [s]
 
     name: ClassVar[str] = ""  # of the kind, as its literal ``kind`` has it
-    summary: ClassVar[str] = "an own kind"  # for hfc list controllers
+    summary: ClassVar[str] = "your kind"  # for hfc list controllers
     record: ClassVar[Any]  # itself
     settings: ClassVar[type[ControllerSettings] | None] = None  # in a scenario; None: not searched
     #: What a search can do with it: (settings, target) -> Genome.

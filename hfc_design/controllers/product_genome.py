@@ -40,8 +40,8 @@ class ProductGenome(Genome):
         self.structures = math.prod(self.counts)  # every combination
         if self.structures > MOST:
             raise UserError(
-                f"controller.{key}: have {self.structures} structures together; allowed are "
-                f"{MOST}: give fewer inputs"
+                f"controller.{key}: must have at most {MOST} structures together (got "
+                f"{self.structures}); give fewer inputs"
             )
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:

@@ -91,7 +91,9 @@ def corrupt_as_error(path: Path) -> Iterator[None]:
     except RunError:
         raise
     except Exception as error:
-        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
+        raise RunError(
+            f"{path}: is damaged or not a checkpoint ({error}); it was left unchanged"
+        ) from None
 
 
 def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
@@ -102,13 +104,13 @@ def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
         Exception: it is damaged.
     """
     if not path.is_file() or path.stat().st_size > largest:
-        raise ValueError(f"is no file of at most {largest} bytes")
+        raise ValueError(f"must be a file of at most {largest} bytes")
     content = path.read_bytes()
     arrays = archive.unpacked(content)
     version = str(arrays.pop("format"))
     if version == FORMAT:
         if not archive.is_whole(content):
-            raise ValueError("its digest is another")
+            raise ValueError("its digest does not match")
         return dict(json.loads(str(arrays.pop("made_by")))), arrays
     if version not in EARLIER:
         raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
@@ -130,7 +132,7 @@ def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any
     left = dict(arrays)
     record = _built(kind, "", left, fields)
     if left:
-        raise ValueError(f"holds {next(iter(left))!r} too")
+        raise ValueError(f"holds an unexpected {next(iter(left))!r}")
     return record
 
 
@@ -165,7 +167,7 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         # In another order products of matrices would round in another way.
         value = np.asarray(arrays.pop(name), order="C")
         if not _fits(value, like):
-            raise ValueError(f"{name} is not what such a search has")
+            raise ValueError(f"{name} does not belong to such a search")
         return like(value) if is_number else value
     values = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
     return kind(*values) if hasattr(kind, "_fields") else tuple(values)

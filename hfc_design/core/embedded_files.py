@@ -28,7 +28,7 @@ class EmbeddedFile(Record):
     @model_validator(mode="after")
     def _is_whole(self) -> "EmbeddedFile":
         if self.text is not None and sha256(self.read_bytes()).hexdigest() != self.sha256:
-            raise ValueError("sha256: is not that of the text, which somebody has changed")
+            raise ValueError("sha256: does not match the text, which was changed")
         return self
 
     def __str__(self) -> str:
@@ -70,7 +70,7 @@ def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
             if file.text is None:
                 path = path_of(file.name, info)
                 if sha256(path.read_bytes()).hexdigest() != file.sha256:
-                    raise ValueError("is not the one that this was made with: another sha256")
+                    raise ValueError("differs from the file that this was made with (sha256)")
                 return path
             read(file)
         except ValueError as error:
@@ -80,7 +80,7 @@ def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
     def path_of(name: Path | str, info: ValidationInfo) -> Path:
         path = Path((info.context or {}).get("folder", "")) / name
         if exists(path) and not (isfile(path) or isdir(path)):
-            raise ValueError("has to be a file, which can be read again")
+            raise ValueError("must be a regular file, which can be read twice")
         read(path)
         return path
 

@@ -126,8 +126,8 @@ def check(path: Path) -> None:
     for lock, folder, descriptor in tuple(_held):
         if folder in place.parents and not _lies_at(lock, descriptor):
             raise Overtaken(
-                f"{path.parent} was taken over by {_holder(lock)}: this process was silent for "
-                f"more than {stale_after():g} s; {path.name} is not written"
+                f"{path.parent} was taken over by {_holder(lock)}, as this process was "
+                f"silent for more than {stale_after():g} s; {path.name} was not written"
             )
 
 
@@ -136,7 +136,7 @@ def stale_after() -> float:
     given = os.environ.get(GRACE, "60")
     if 1.0 <= (seconds := number_or_none(given) or 0.0) <= 1e6:
         return seconds
-    raise UserError(f"{GRACE} = {given[:40]!r}: has to be a number of seconds from 1 to 1e6")
+    raise UserError(f"{GRACE} = {given[:40]!r}: must be a number of seconds from 1 to 1e6")
 
 
 def _taken(path: Path) -> int | None:

@@ -32,7 +32,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
     try:
         return float(_quantity(quantity, millimetres).to(unit).magnitude)
     except (pint.PintError, AssertionError):
-        raise ValueError(f"{quantity!r}: has to be a quantity in {unit}") from None
+        raise ValueError(f"{quantity!r}: must be a quantity in {unit}") from None
 
 
 def without_unit(value: Any, unit: str) -> str:
@@ -50,11 +50,11 @@ def _quantity(text: str, millimetres: float | None) -> Any:
 
     match = WRITTEN.fullmatch(text.strip())
     if not match or not math.isfinite(float(match[1])):
-        raise ValueError(f"{text[:40]!r} is no number with a unit, as in '20 urad'")
+        raise ValueError(f"{text[:40]!r} must be a number with a unit, as in '20 urad'")
     try:
         return _units(millimetres).Quantity(float(match[1]), match[2])
     except (pint.PintError, AttributeError, TypeError, ValueError):
-        raise ValueError(f"{text[:40]!r}: there is no unit {match[2]}") from None
+        raise ValueError(f"{text[:40]!r}: unknown unit {match[2]}") from None
 
 
 @cache

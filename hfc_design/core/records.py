@@ -60,7 +60,7 @@ Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
     """Validates a range."""
     if pair[0] > pair[1]:
-        raise ValueError("has to be [low, high]")
+        raise ValueError("must be [low, high]")
     return pair
 
 
@@ -203,5 +203,5 @@ def checked(
     except ValidationError as error:
         raise UserError(*format_errors(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
-        fault = "a number in it is too large or too small to compute with"
+        fault = "holds a number too large or too small to compute with"
         raise UserError(f"{source}: {fault}") from None

@@ -19,7 +19,7 @@ MOST = 100
 DEEP, _DOT = 64, re.compile(r"\.")
 #: What pydantic can make an error of; others are made up by whoever found them.
 KINDS = frozenset(get_args(ErrorType))
-NO_SUCH, MEANT = "there is no such key", "did you mean"
+NO_SUCH, MEANT = "unknown key", "did you mean"
 NO_KEYS = Keys()
 Place = tuple[int | str, ...]
 
@@ -123,14 +123,14 @@ def format_errors(
     shown = {key: messages for key, messages in faults.items() if key not in around}
     lines += [_either(messages) for messages in [*shown.values()][:MOST]]
     if rest := [*shown][MOST:]:
-        lines.append(f"and {len(rest)} more keys with faults, from {rest[0]} on")
+        lines.append(f"and {len(rest)} more keys with errors, starting with {rest[0]}")
     return lines
 
 
 def _either(messages: list[str]) -> str:
     """One line of several rules for one value: any of them would do."""
     first, *others = dict.fromkeys(messages)
-    head, rule, _ = first.partition(": has to be ")
+    head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
     return (
         " or ".join([first, *(x.removeprefix(head + rule) for x in others)])
@@ -173,7 +173,7 @@ def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
 def _there(key: str, keys: Keys) -> str:
     """That there is no such key, and what has it or a key with the same end."""
     if other := keys.whose(key):
-        return f"{NO_SUCH} here, but with {other};"
+        return f"{NO_SUCH} here, it belongs to {other};"
     end = key.rpartition(".")[2]
     ends = [one for one in keys.every() if one.endswith(f".{end}")]
     return f"{NO_SUCH}; {MEANT} {' or '.join(ends[:2])}?" if ends else f"{NO_SUCH};"
@@ -188,7 +188,8 @@ def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -
         known = [name.strip("' ") for name in context["expected_tags"].split(",")]
         return (
             kind_key,
-            f"{kind_key} = {short(context['tag'])}: is no {which}; {one_of(context['tag'], known)}",
+            f"{kind_key} = {short(context['tag'])}: unknown {which}; "
+            f"{one_of(context['tag'], known)}",
         )
     known = _kinds(error["loc"], data, which, again)
     return kind_key, f"{kind_key}: is missing; {one_of('', known)}"

@@ -44,7 +44,7 @@ IMPORTED = (".fll", ".fis", ".fcl", ".fml")
 class PerAxisRecord(Record):
     """Settings of every axis; ``axes`` has what differs in one of them."""
 
-    #: what differs in one axis, by its name, with the same keys
+    #: values that differ in one axis, by its name, with the same keys
     axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -78,23 +78,23 @@ class Limits(PerAxisRecord):
     drive's current follows it with ``lag_s``. A controller itself keeps to the first two alone.
     """
 
-    #: largest command, either way; left out: no limit but the drive's own [command]
+    #: largest command in both directions [command]; left out: only the limit of the drive
     command: Positive | None = None
-    #: fastest change of the command, from 0 before the first sample; left out: any [command/s]
+    #: largest rate of the command, starting from 0 [command/s]; left out: unlimited
     command_rate: Positive | None = Field(None, exclude_if=not_)
     #: step of the converter; 0: ideal [command]
     resolution: NotNegative = Field(0.0, exclude_if=not_)
-    #: by how much a command acts later; 1: in the next sample, as where the control computes
-    #: meanwhile; of a part of a sample it acts in the mean over it [samples]
+    #: delay of the command [samples]; 1: it acts in the next sample, as with computing time;
+    #: fractions act in the mean over a sample
     delay_samples: Annotated[NotNegative, Field(le=MOST_DELAYED)] = Field(0.0, exclude_if=not_)
-    #: time constant with which the current loop of the drive follows the command [s]
+    #: time constant of the current loop of the drive [s]
     lag_s: NotNegative = Field(0.0, exclude_if=not_)
 
     @model_validator(mode="after")
     def _has_steps(self) -> Self:
         if self.command is not None and self.resolution > self.command:
             raise ValueError(
-                f"resolution = {self.resolution}: has to be at most command = {self.command}"
+                f"resolution = {self.resolution}: must be at most command = {self.command}"
             )
         return self
 
@@ -119,9 +119,9 @@ class Limits(PerAxisRecord):
 class PlantRecord(Record):
     """The machine that the controller was designed for."""
 
-    name: Name  # of the plant that it was designed for
-    parameters: dict[str, Finite]  # its parameters, in full [of the parameter]
-    #: what differs in each axis, if there are several [of the parameter]
+    name: Name  # name of the plant
+    parameters: dict[str, Finite]  # all parameters of the plant [of the parameter]
+    #: values that differ in each axis, if there are several [of the parameter]
     axes: dict[Label, dict[str, Finite]] = {}
 
 
@@ -132,16 +132,16 @@ Told = Annotated[dict[str, JsonValue], writable]
 class Design(Record, metaclass=Asked):
     """A design file as a whole."""
 
-    format: Literal["hfc-design"] = "hfc-design"  # says that this is a design file
-    version: Literal[1] = 1  # of the format
-    name: Name  # of the design
-    plant: PlantRecord  # the machine that it was designed for
+    format: Literal["hfc-design"] = "hfc-design"  # identifies a design file
+    version: Literal[1] = 1  # version of the format
+    name: Name  # name of the design
+    plant: PlantRecord  # machine that it was designed for
     #: the controller; its keys are those of its kind
     controller: Annotated[SerializeAsAny[ControllerRecord], chosen(KINDS, "record")]
-    #: the controller itself asks for no more than this; left out: it knows no limits
+    #: limits applied by the controller itself; left out: none
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
-    score: Told = {}  # what it scored where it was made; nothing computes with it
-    #: what it was made with; nothing computes with it
+    score: Told = {}  # score when it was made; for information only
+    #: origin; for information only
     provenance: Annotated[Told, naming_modules] = {}
     _axis: str = ""
     _connected: Any = None  # see ``formats.connection``
@@ -233,7 +233,9 @@ def named_design(source: AnyDesign) -> Design:
     if isinstance(source, Design):
         return source
     if not isinstance(source, str | Path):
-        raise UserError(f"{a_kind(source)} is no design, nor the name of one{_inside(source)}")
+        raise UserError(
+            f"argument must be a design or the name of one (got {a_kind(source)}){_inside(source)}"
+        )
     name, path = str(source), Path(source)
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
@@ -241,17 +243,18 @@ def named_design(source: AnyDesign) -> Design:
         raise no_such("design", name, builtin_designs())
     if path.is_dir() and exists(path / "batch.json"):
         raise UserError(
-            f"{name}: is the folder of a batch, not of a design; name one of its runs, which "
-            "hfc report FOLDER lists, or draw their searches: hfc plot FOLDER convergence"
+            f"{name}: is the folder of a batch, not of a design; name one of its runs "
+            "(hfc report FOLDER lists them), or draw their searches: hfc plot FOLDER "
+            "convergence"
         )
     if path.is_dir() and not exists(path := path / "design.json"):
-        raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
+        raise UserError(f"{name}: has no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
 
 
 def _inside(thing: Any) -> str:
     """What to say of a result of a search where its design is wanted."""
-    return "; its .design is one" if isinstance(getattr(thing, "design", None), Design) else ""
+    return "; give its .design" if isinstance(getattr(thing, "design", None), Design) else ""
 
 
 def read_design(path: str | Path) -> Design:
@@ -263,7 +266,7 @@ def read_design(path: str | Path) -> Design:
     if Path(path).suffix.lower() in IMPORTED:
         fault = "is a controller of another program"
         raise UserError(
-            f"{path}: {fault}; hfc import {quote(str(path))} --out NAME.json makes a design of it"
+            f"{path}: {fault}; convert it with hfc import {quote(str(path))} --out NAME.json"
         )
     return parse_design(read_text(path), path)
 
@@ -289,7 +292,10 @@ def _json_of(text: str) -> Any:
             toml = toml_of(text)
         except ValueError:
             toml = {}
-        fault = "is TOML, as a scenario, and no design; hfc design makes a design of a scenario"
+        fault = (
+            "is a TOML file, as of a scenario, not a design; to design a controller for "
+            "it run hfc design"
+        )
         raise (ValueError(fault) if toml else error) from None
 
 
@@ -361,7 +367,7 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
         UserError: it does not adapt, or what it remembers is no number any more.
     """
     if not finite(memory):
-        raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
+        raise UserError(f"design {design.name}: has diverged; its learned state cannot be kept")
     controller = learnt(design.controller, tuple(axes), within_rate(memory))
     return with_learned(design, require(controller, design, "it does not adapt"), origin)
 
@@ -376,4 +382,4 @@ def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> 
     data = design.model_dump(mode="json", exclude={"score", "controller"})
     data |= {"name": name, "controller": controller.model_dump(mode="json")}
     data["provenance"] |= {"learned": {"from": design.name, **origin}}
-    return checked(Design, data, f"what {design.name} has learnt", Path())
+    return checked(Design, data, f"learned state of {design.name}", Path())

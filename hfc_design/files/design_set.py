@@ -37,11 +37,11 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     several = isinstance(designs, Sequence) and not isinstance(designs, str)
     given: Sequence[AnyDesign] = [*designs] if several else [designs]  # type: ignore[list-item]
     for one in given:
-        check_type(one, (str, Path, Design), "design, nor the name of one")
+        check_type(one, (str, Path, Design), "a design or the name of one")
     for k, one in enumerate(given):
         if any(_same(one, other) for other in given[:k]):
             name = one.name if isinstance(one, Design) else one
-            raise UserError(f"{name}: stands there twice; it does what it does")
+            raise UserError(f"{name}: is listed twice")
     loaded = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
     labels = ["" if isinstance(one, Design) else run_label(one) for one in given]
@@ -83,8 +83,8 @@ def _same(one: AnyDesign, other: AnyDesign) -> bool:
 def _no_kind(one: AnyDesign) -> AnyDesign:
     if isinstance(one, str) and one in KINDS.names() and not exists(one):
         raise UserError(
-            f"{one}: is a kind of controller, of which a design has to be made first, as by "
-            f"hfc design SCENARIO --controller {one} --out runs/mine; then compare runs/mine"
+            f"{one}: is a kind of controller, not a design; make one with hfc design "
+            f"SCENARIO --controller {one} --out runs/mine and then compare runs/mine"
         )
     return one
 
@@ -113,7 +113,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     here = dotted(shared.limits.model_dump())
     design_limits = dotted(design.limits.model_dump(exclude_none=True))
     if changed := _changed(design_limits, {key: here.get(key) for key in design_limits}, limits):
-        yield f"the controller keeps to its own limits: {changed}"
+        yield f"the controller applies its own limits: {changed}"
     if design.plant.name != shared.plant.name:
         yield f"made for the plant {design.plant.name}, here {shared.plant.name}"
     other = _machines(machine(design, scenario), shared.plant, "here")
@@ -123,7 +123,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(original, str):
             original = load_scenario(original).model_dump(mode="json")
-        whose = {"limits": "a drive of other limits", "sensors": "other sensors"}
+        whose = {"limits": "other drive limits", "sensors": "other sensors"}
         for key, named in whose.items() if isinstance(original, dict) else ():
             part = getattr(shared, key)
             was = type(part).model_validate(original.get(key) or {})

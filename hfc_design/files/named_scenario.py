@@ -54,7 +54,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
         data = overridden({"name": "scenario"} | dict(source), changes)
         return scenario_of(data, "scenario", Path())
     if not isinstance(source, str | Path):
-        raise UserError(f"{a_kind(source)} is no scenario, nor the name of one")
+        raise UserError(f"argument must be a scenario or the name of one (got {a_kind(source)})")
     name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
@@ -69,8 +69,8 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     data = overridden({"name": Path(name).stem} | data, changes)
     if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
         raise UserError(
-            f"{name}: the name of the file cannot be that of the scenario, which has to be "
-            f"{PATTERNS[NAME]}; give the scenario one, as in name = 'mine'"
+            f"{name}: a scenario without a name takes that of its file, which must be "
+            f"{PATTERNS[NAME]}; add one, as in name = 'mine'"
         )
     return scenario_of(data, name, Path(name).parent)
 
@@ -78,8 +78,8 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 def _folder_told(path: Path) -> str:
     """What can be done with a folder where a scenario is wanted."""
     if exists(path / CONFIG):
-        return f"is a run folder; {resuming(path)}, or begin anew from its {CONFIG}"
-    return "is a folder; give a TOML file, or the name of a built-in scenario"
+        return f"is a run folder; {resuming(path)}, or start again from its {CONFIG}"
+    return "is a folder; give a TOML file or the name of a built-in scenario"
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:

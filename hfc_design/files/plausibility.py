@@ -46,8 +46,8 @@ def _sampled(scenario: Scenario) -> Iterator[str]:
             and 2.0 * sensor.observer_hz * every > 1.0
         ):
             yield (
-                f"sensors.{head}observer_hz = {sensor.observer_hz:g} [Hz]: is beyond half the "
-                f"sampling rate, {0.5 / every:g} Hz; there an observer filters nothing"
+                f"sensors.{head}observer_hz = {sensor.observer_hz:g} [Hz]: is above half "
+                f"the sampling rate, {0.5 / every:g} Hz, where an observer filters nothing"
             )
 
 
@@ -62,9 +62,9 @@ def _read(scenario: Scenario) -> Iterator[str]:
         if ROUNDING * step > most:
             unit = scenario.units.signals["error"]
             yield (
-                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: rounding alone makes an "
-                f"error of {ROUNDING * step:.2g} {unit} rms, where fitness.tolerances.{name} is "
-                f"{most:g} {unit}"
+                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: rounding alone "
+                f"causes an error of {ROUNDING * step:.2g} {unit} rms; "
+                f"fitness.tolerances.{name} is {most:g} {unit}"
             )
 
 
@@ -79,19 +79,21 @@ def _timed(motion: Scenario) -> Iterator[str]:
     after, path = motion.fitness.settled_after_s, motion.path
     if steps < LEAST_SAMPLES:
         yield (
-            f"simulation: {ends:g} s in samples of {motion.simulation.sample_time_s:g} s are "
-            f"{steps} samples; below {LEAST_SAMPLES} nobody can tell whether a loop settles"
+            f"simulation: {ends:g} s in samples of {motion.simulation.sample_time_s:g} s "
+            f"are {steps} samples; with fewer than {LEAST_SAMPLES} it cannot be judged "
+            "whether a loop settles"
         )
     if after >= ends and after != type(motion.fitness).model_fields["settled_after_s"].default:
         yield (
-            f"fitness.settled_after_s = {after:g} [s]: the motion has ended by then, after "
-            f"{ends:g} s; the whole of it counts as settled"
+            f"fitness.settled_after_s = {after:g} [s]: the motion ends before, after "
+            f"{ends:g} s; all of it counts as settled"
         )
     takes = path.duration_s if path is not None else _longest(motion)
     if takes > LONGER * ends:
         yield (
-            f"the simulation ends after {ends:g} s of a {'move' if path is None else 'path'} of "
-            f"{takes:.4g} s; what comes then is not in these numbers"
+            f"the simulation ends after {ends:g} s of a "
+            f"{'move' if path is None else 'path'} of {takes:.4g} s; what follows is not "
+            "in these numbers"
         )
 
 
@@ -114,7 +116,7 @@ def _coarse(motion: Scenario) -> Iterator[str]:
             unit = one.drive.units["error"]
             yield (
                 f"sensors.{head}encoder_resolution = {step:g} [{unit}]: the axis moves by "
-                f"{way:.4g} {unit} in all, {way / step:.3g} such steps"
+                f"{way:.4g} {unit} in total, only {way / step:.3g} such steps"
             )
 
 

@@ -17,10 +17,10 @@ from hfc_design.files.named_scenario import load_scenario, with_files
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
-HEAD = "Of what it was made with, the design keeps here:"
+HEAD = "The design keeps from the scenario it was made with:"
 #: A file of rules tells neither machine nor limits; the import takes those of its plant.
-IMPORTED = "Its file says nothing of a machine; of what the import assumed, it keeps here:"
-KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
+IMPORTED = "The file names no machine; the design keeps from the import's assumptions:"
+KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was made with"
 
 
 def transfer_report(design: Design, scenario: Scenario) -> list[str]:
@@ -52,7 +52,7 @@ def _machine(design: Design, scenario: Scenario) -> str:
     if design_values != here and not states_machine(design):
         return UNKNOWN
     if changes := _changes(design_values, here):
-        return f"{KEPT}, but for {', '.join(changes)}"
+        return f"{KEPT}, except {', '.join(changes)}"
     differ = (key for key, x in here.items() if x != alone[key])
     retained = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
     return f"{KEPT}: {', '.join(retained)}" if retained else KEPT
@@ -91,7 +91,7 @@ def _limits(design: Design, scenario: Scenario) -> str:
     if not parts:
         return KEPT
     inside = (
-        f"kept by the controller ({', '.join(controller_limits)}); " if controller_limits else ""
+        f"applied by the controller ({', '.join(controller_limits)}); " if controller_limits else ""
     )
     return f"{inside}the drive here has {', '.join(parts)}"
 

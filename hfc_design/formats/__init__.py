@@ -36,6 +36,6 @@ def check_score(design: Design, anyway: bool) -> None:
     if design.failed and not anyway:
         where = design.score.get("scenario", "its scenario")
         raise UserError(
-            f"design {design.name}: diverged on {where}, as its score says; "
-            "export it with --anyway if that is wanted"
+            f"design {design.name}: diverged on {where} when it was scored; to export it "
+            "nevertheless add --anyway"
         )

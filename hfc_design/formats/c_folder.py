@@ -46,9 +46,9 @@ class Tabulated(NamedTuple):
     def lines(self) -> list[str]:
         """It in words."""
         size = f"{self.deviation:.2g} {self.unit}".rstrip()
-        first = f"{size}, {100 * self.share:.2g} per cent of the largest that the rules give"
+        first = f"{size}, {100 * self.share:.2g} % of the largest output of the rules"
         off = f"{self.off:.2g} {self.command_unit}".rstrip()
-        second = f"{off} at most, {100 * self.off_share:.2g} per cent of the largest"
+        second = f"{off} at most, {100 * self.off_share:.2g} % of the largest"
         return [
             f"largest deviation from the exact {self.of}: {first}",
             f"on the test vectors commands are off by {second}",
@@ -96,5 +96,5 @@ def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, 
     return files, Tabulated(of, unit, far, share, command_unit, off, off_share), same
 
 
-C = "a folder with the controller in C99, adaptation and all, a page on it and make check"
+C = "a folder with the controller in C99, including adaptation, a README and make check"
 FORMATS = (Format("c", C, folder, companions=of_axes, connects=True),)

@@ -87,7 +87,7 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
     Raises:
         UserError: the controller has no terms with an exponential; or as ``sources``.
     """
-    lookup = require(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
+    lookup = require(design.kind.lookup, design, "its C code has no exp to tabulate")
     values = lookup(design.controller, points)
     of, unit = values["deviates"], writing.signal_units(design).get(values["deviates"], "")
     far = f"{values['deviation']:.2g} {unit}".rstrip()
@@ -113,7 +113,7 @@ def signals(design: Design) -> dict[str, str]:
     read = writing.signals_read(design)
     for name in read:
         if name in writing.RESERVED["c"] or name.startswith("_"):
-            raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
+            raise UserError(f"design {design.name}: the input name {name} is not allowed in C")
     return read
 
 
@@ -164,8 +164,8 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
     numbers = [*_numbers(whole)]
     for key, x in numbers:
         if not abs(x) <= largest:
-            message = f"{key} = {x:g}: code takes numbers up to {largest:g}"
-            raise UserError(f"design {design.name}: {message}{' where it adapts' * learns}")
+            message = f"{key} = {x:g}: must be at most {largest:g} in magnitude in code"
+            raise UserError(f"design {design.name}: {message}{' that adapts' * learns}")
     return numbers
 
 

@@ -30,8 +30,8 @@ def note() -> str:
     if compiler():
         return ""
     if sys.platform == "linux" and platform.machine() == "x86_64":
-        return "no C compiler (cc) was found: the FMUs hold their C sources, and no binary"
-    return "binaries are made on Linux on x86-64 only: the FMUs hold their C sources alone"
+        return "found no C compiler (cc): the FMUs contain only their C sources"
+    return "binaries are made only on Linux on x86-64: the FMUs contain only their C sources"
 
 
 def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:

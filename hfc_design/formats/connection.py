@@ -62,7 +62,7 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
         UserError: it cannot run from here or has not its axes; or one code is for all of its axes,
             and they are measured in different ways.
     """
-    begin = f"design {design.name}: it is not known what its sensors tell"
+    begin = f"design {design.name}: its sensors are not known"
     try:
         every = f"simulation.sample_time_s={design.controller.sample_time_s!r}"
         made = scenario or own_scenario(design, design.name, [every])
@@ -70,16 +70,16 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
         scenario = with_converter(made, design)
     except UserError as error:
         message = f"{begin}, as its scenario cannot run: {error.lines[0]}"
-        raise UserError(f"{message}; exported bare it is code of the law alone") from None
+        raise UserError(f"{message}; with --bare only the code of the law is exported") from None
     axes = [axis for axis in plant.each() if design.axis in ("", axis.name)]
     whole = laws.machine_axes(design)
     if not axes or (whole and tuple(axis.name for axis in axes) != whole):
         message = f"the scenario {scenario.name} has no {design.axis or ' '.join(whole)}"
-        raise UserError(f"{begin}, {message}; exported bare it is code of the law alone")
+        raise UserError(f"{begin}, {message}; with --bare only the code of the law is exported")
     sensed = [_sensing_of(axis, scenario) for axis in axes]
     if not whole and any(one != sensed[0] for one in sensed[1:]):
-        message = "its axes are measured in different ways, and one code is for all of them"
-        raise UserError(f"design {design.name}: {message}; export it bare")
+        message = "its axes have different sensors, but share one code"
+        raise UserError(f"design {design.name}: {message}; export it with --bare")
     drives = {axis.name: _fed_back(axis, scenario) for axis in axes}
     each_told = {name: _text(drive) for name, drive in drives.items()}
     connected = design.model_copy()

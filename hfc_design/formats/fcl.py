@@ -68,7 +68,7 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]
 
 
-TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit"
+TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block per unit"
 DIALECT = "the same in the dialect of jFuzzyLogic"
 _standard = partial(texts, target="fcl", about=STANDARD, real=literal_of, shape=polygon)
 _dialect = partial(

@@ -31,7 +31,7 @@ from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name} is a word of that format, or two names are {name} there"
+CLASH = "{name} is a word of that format, or the name of two things there"
 
 
 class Input(NamedTuple):
@@ -160,7 +160,7 @@ def fml(design: Design) -> dict[str, str]:
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
-                raise UserError(f"--to fml: two things are called {name} there; rename one of them")
+                raise UserError(f"--to fml: two things would be called {name}; rename one of them")
     return files
 
 
@@ -172,6 +172,6 @@ def _domain(place: Input) -> tuple[float, float]:
     return place.lowest - room, place.highest + room
 
 
-FLL = "a folder with FuzzyLite Language, one engine a unit"
-FML = "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit"
+FLL = "a folder with FuzzyLite Language, one engine per unit"
+FML = "a folder with Fuzzy Markup Language (IEEE 1855), one system per unit"
 FORMATS = (Format("fll", FLL, partial(texts, target="fll")), Format("fml", FML, fml))

@@ -17,7 +17,7 @@ MOST = 64
 #: By how much of themselves numbers are put aside, to see who reads them.
 ASIDE = 1e-3
 #: What a kind lacks of which no code can be made.
-NO_CODE = "what it reads is not known, so that code has no inputs; json holds its numbers"
+NO_CODE = "its inputs are not known; export its numbers with json"
 
 
 def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False) -> Recorded:

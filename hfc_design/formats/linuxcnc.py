@@ -40,7 +40,7 @@ def components(design: Design) -> dict[str, Content]:
             may name a file that is not here.
     """
     if design.kind.controller and not design.kind.axis_records:
-        message = "commands a whole machine, a component is of one axis; --to c has its code"
+        message = "it commands a whole machine, but a component has one axis; use --to c"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {message}")
     values, sources = _values(design), code.sources(design)
     files: dict[str, Content] = {**sources}
@@ -50,7 +50,7 @@ def components(design: Design) -> dict[str, Content]:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
         if "scenario" in design.provenance:
-            raise UserError(f"{error.typed}; --to c holds the controller alone") from None
+            raise UserError(f"{error.typed}; --to c exports only the controller") from None
         reason = re.sub("[<>`]", "_", harmless(error.typed))
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:
@@ -77,18 +77,20 @@ def component_name(design: Design) -> str:
 def _values(design: Design) -> Json:
     """What every template reads."""
     if design.plant.name not in ALL_PLANTS.names():
-        raise UserError(f"design {design.name}: {design.plant.name} is no plant known here")
+        raise UserError(f"design {design.name}: unknown plant {design.plant.name}")
     plant = PlantSettings(**design.plant.model_dump())
     axes = [axis for axis in plant.each() if design.axis in ("", axis.name)]
     axis, *others = axes or plant.each()
     if any(other.drive is not axis.drive for other in others):
-        message = f"HAL has a component of one drive (got {design.plant.name}, which has several)"
+        message = f"the plant must be a drive of one axis (got {design.plant.name})"
         raise UserError(f"design {design.name}: {message}")
     plant_code.check(axis.drive, design)
     drive = _followed(design, axis.drive)
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
-        message = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
+        message = (
+            f"controller.sample_time_s = {every}: must be 1e-6 to 1, the period of a HAL thread"
+        )
         raise UserError(f"design {design.name}: {message}")
     return _signals(design, drive) | {
         "component": component_name(design),
@@ -116,7 +118,9 @@ def _followed(design: Design, drive: Drive) -> Drive:
     encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
     if len(encoders) > 1:
         message = f"sensors.feedback must be one encoder for all axes (got {', '.join(encoders)})"
-        raise UserError(f"design {design.name}: {message}; with limits.axes each has a component")
+        raise UserError(
+            f"design {design.name}: {message}; with limits.axes each axis gets a component"
+        )
     return drive if encoders == [drive.position] else fed_back(drive, encoders[0])
 
 
@@ -150,7 +154,7 @@ def _signals(design: Design, plant: Drive) -> Json:
         }
     for name in read:
         if name not in units:
-            message = f"reads {name}, which is no signal of the {plant.name}"
+            message = f"reads {name}, which is not a signal of the {plant.name}"
             raise UserError(f"design {design.name}: {message}")
     position, velocity = plant.seen
     pairs = {"error": ("reference", position), "error_rate": ("reference_rate", velocity)}
@@ -213,7 +217,9 @@ def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
     if len(axis) > longest:
-        raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
+        raise UserError(
+            f"plant.axes.{axis}: must have at most {longest} characters for the names of HAL"
+        )
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:

@@ -50,7 +50,7 @@ def check(drive: Drive, design: Design) -> None:
     try:
         _functions(drive)
     except TraceError as error:
-        message = f"no C can be made of the drive {drive.name}: {error}"
+        message = f"cannot generate C of the drive {drive.name}: {error}"
         raise UserError(f"design {design.name}: {message}") from None
 
 
@@ -128,7 +128,7 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
     try:
         printed = _printed(step, given, "")
     except TraceError as error:
-        message = f"no C can be made of the machine {machine.name}: {error}"
+        message = f"cannot generate C of the machine {machine.name}: {error}"
         raise UserError(f"design {design.name}: {message}") from None
     name = f"plant_{identifier(machine.name)}_step"
     values = {

@@ -84,16 +84,16 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         UserError: the C code learns nothing.
         ValueError: it saves another number of them.
     """
-    nothing = "its C code saves nothing that it would have learnt"
+    nothing = "its C code has no learned state"
     numbers_saved: Saved = require(learning(design), design, nothing)
     count, counts = len(numbers), [numbers_saved.numbers]
     with suppress(UserError):  # it is bare code alone
         counts.insert(0, saved(connect(design)).numbers)
     if count not in (*counts, numbers_saved.learnt):
         known = " or, bare, ".join(map(str, dict.fromkeys(counts)))
-        first = f"of which the first {numbers_saved.learnt} are learnt"
+        first = f"of which the first {numbers_saved.learnt} are learned"
         message = f"the C code of design {design.name} saves {known}, {first}"
-        raise ValueError(f"holds {count} numbers, but {message}")
+        raise ValueError(f"has {count} numbers, but {message}")
     members = (member for member in numbers_saved.members if member.learnt)
     return laws.taken(
         design, {x.name: np.array(numbers[x.first : x.first + x.length]) for x in members}

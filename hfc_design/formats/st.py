@@ -21,7 +21,7 @@ from hfc_design.formats.writing import (
 
 #: Digits of an ``EXP`` that may be another one's.
 EXP_OFF = 8.0
-CLASH = "IEC 61131-3 takes {name} for {other}"
+CLASH = "IEC 61131-3 reads {name} as {other}"
 
 
 class FunctionBlock(NamedTuple):
@@ -102,5 +102,5 @@ def folder(design: Design) -> Content:
     return with_vectors(design, {f"{code.c_name(design)}.st": text_of(design)})
 
 
-ST = "a folder with a function block in Structured Text (IEC 61131-3), a page on it and its check"
+ST = "a folder with a function block in Structured Text (IEC 61131-3), a README and a check"
 FORMATS = (Format("st", ST, folder, companions=page_of_axes, connects=True),)

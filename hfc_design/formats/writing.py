@@ -129,7 +129,7 @@ def _check_room(whole: Path, path: Path) -> None:
             _check_room(inner, path / inner.name)
     elif path.is_dir() or (whole.is_dir() and os.path.lexists(path)):
         there = "folder" if path.is_dir() else "file"
-        raise RunError(f"{path}: cannot be written: a {there} lies there")
+        raise RunError(f"{path}: cannot be written: it is a {there}")
 
 
 def _move(whole: Path, path: Path) -> None:
@@ -183,13 +183,13 @@ def signals_read(design: Design) -> dict[str, str]:
     if design.connected:
         return dict(design.connected.units)
     units = signal_units(design)
-    read = require(design.kind.reads, design, "what it reads is not known")(design.controller)
+    read = require(design.kind.reads, design, "its inputs are not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
 
 
 def signal_meanings(design: Design) -> dict[str, str]:
     """What each signal that the controller reads is, and "command", as far as that is known."""
-    read = require(design.kind.reads, design, "what it reads is not known")(design.controller)
+    read = require(design.kind.reads, design, "its inputs are not known")(design.controller)
     drive = _drive(design)
     if design.connected:
         known = (meanings_of(drive) if drive else {}) | design.connected.meanings
@@ -264,8 +264,8 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
     for name in names:
         if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
             raise UserError(
-                f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
-                "and single underscores between them; rename it in the design file"
+                f"--to {target}: {name} must be an identifier: a letter, then letters, "
+                "digits and single underscores between them; rename it in the design file"
             )
         if other := taken.get(name.casefold()):
             message = clash.format(name=name, other=other)
@@ -318,7 +318,7 @@ def _tables(design: Design) -> dict[str, str]:
     return {name: csv_text(rows) for name, rows in tables.items()}
 
 
-TABLES = "a folder with one labelled rule table a unit, and manifest.csv"
+TABLES = "a folder with one labelled rule table per unit, and manifest.csv"
 FORMATS = (
     Format("json", "the design file itself", lambda design: design_json(design) + "\n", whole=True),
     Format("csv", TABLES, _tables),

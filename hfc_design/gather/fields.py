@@ -22,7 +22,7 @@ TYPES = {
 }
 #: Bounds of a JSON schema in words.
 BOUNDS = {
-    "exclusiveMinimum": "more than",
+    "exclusiveMinimum": "greater than",
     "minimum": "at least",
     "exclusiveMaximum": "less than",
     "maximum": "at most",

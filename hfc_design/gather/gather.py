@@ -41,8 +41,8 @@ from plants import Drive, Machine, machine_of
 
 #: What no format has to tell of the signals of every drive.
 COMMON = {
-    "command": "what the controller gives",
-    "load": "what pushes against the drive, positive against forward motion",
+    "command": "output of the controller",
+    "load": "force or torque against the drive, positive against forward motion",
 }
 
 
@@ -55,7 +55,7 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
     several = len(machine.axes) > 1
     meaning = described(text) or "a drive of one axis"
     if isinstance(plant, Machine):
-        coupled = "; they push one another" if machine.forces else ""
+        coupled = "; they are coupled" if machine.forces else ""
         meaning = f"axes {', '.join(machine.axes)} with the drives {', '.join(drives)}{coupled}"
     yield head._replace(meaning=meaning, source=source_in(text))
     axes = ", ".join(machine.axes) if several else "one"
@@ -83,7 +83,7 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
     for name, value in drive.parameters()._asdict().items():
         comment, allowed = comments.get(name, Comment()), ""
         with suppress(Exception):  # a user's own code says what is wrong with a value that none has
-            allowed = (drive.fault({name: nan}) or "").partition("has to be ")[2]
+            allowed = (drive.fault({name: nan}) or "").partition("must be ")[2]
         yield head._replace(
             part="parameter",
             key=f"plant.{table}.{name}",
@@ -199,7 +199,7 @@ def gather() -> list[Entry]:
     for record in references:
         entries += reference_entries(record, (*references, Load))
     for one in (*RUNNING.values(), band_time(0.0)):
-        meaning = one.meaning.replace("within 0", "within the band that is told beside it")
+        meaning = one.meaning.replace("within 0", "within the band given with it")
         metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
         entries.append(metric._replace(meaning=meaning))
     entries += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]

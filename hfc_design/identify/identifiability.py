@@ -72,7 +72,10 @@ TOLD, NOT_TOLD = "yes", "no"
 BOUND, HELD, GIVEN = "at its bound", "held", "given"
 #: A parameter that only shows where flanks change, for longer than this share of a log on either.
 GAP, RARE = "backlash", 0.01
-HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
+HIDDEN = (
+    "the backlash is not visible in this log, as a weight keeps one flank in contact; "
+    "set to 0, measure it"
+)
 #: Of so many others it is said how they change with one.
 OTHERS = 3
 
@@ -88,7 +91,7 @@ class Combination(NamedTuple):
         change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
         (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
         if not others:
-            return f"{first} is only known to {change}"
+            return f"{first} is known only within {change}"
         rest = f" and {len(others) - OTHERS} more" if len(others) > OTHERS else ""
         shown = (f"{name} ({100 * self.change * x:+.3g} %)" for name, x in others[:OTHERS])
         return f"{first} may change by {change} if others do too: {', '.join(shown)}{rest}"
@@ -272,11 +275,11 @@ def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
 
 
 def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
-    where = "left where it began" if back else "as it was found, for where it began fits worse"
+    where = "left at its start value" if back else "as found, since its start value fits worse"
     lines = {
-        HELD: "held where it began: {}; the log tells others only beside it",
-        NOT_TOLD: f"the log does not tell {{}}: {where}",
-        BOUND: "{}: at the least or most that a machine can have, no interval is told",
+        HELD: "fixed at its start value: {}; the log determines others only relative to it",
+        NOT_TOLD: f"the log does not determine {{}}: {where}",
+        BOUND: "{}: at its lowest or highest possible value, without an interval",
     }
     names_of = {
         line: ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
@@ -364,7 +367,7 @@ def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
     least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
     grown = (high - low) > (1.0 + WIDER) * least
     names = ", ".join(np.array(fit.free.names)[grown & identifiable])
-    note = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
+    note = f"the halves of the log differ significantly in {names}: their intervals include both"
     return known._replace(low=low, high=high, late=late), note if names else ""
 
 

@@ -130,7 +130,9 @@ def recordings(
     every = next(iter(recorded.values())).sample_time
     for name, log in recorded.items():
         if abs(log.sample_time / every - 1.0) > 1e-3:
-            raise UserError(f"{name}: is sampled every {log.sample_time:g} s, not {every:g} s")
+            raise UserError(
+                f"{name}: must be sampled every {every:g} s (got {log.sample_time:g} s)"
+            )
     # The largest speed over ten samples: noise is none.
     moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
     speed, substeps = float(max(moves)) / (10 * every), simulation.substeps

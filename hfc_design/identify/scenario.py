@@ -117,7 +117,10 @@ def scenario_text(outcome: Outcome) -> str:
         x: share for x, share in tolerances(outcome).items() if x in outcome.free.start._fields
     }
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
-    names = {"name": scenario_name(outcome.log), "description": f"{scenario.plant.name} by its log"}
+    names = {
+        "name": scenario_name(outcome.log),
+        "description": f"{scenario.plant.name} identified from its log",
+    }
     data = names | data | names  # they stand first, and those of another scenario do not stay
     notes = []
     try:
@@ -128,7 +131,7 @@ def scenario_text(outcome: Outcome) -> str:
         del data["robust"]  # its fitness ranks one machine alone
         notes = [f"# Without [robust]: {error.lines[0]}"]
         load_scenario(data)
-    head = ["# What the machine is by its log; tolerances are halves of the 95 % intervals,"]
+    head = ["# The machine as identified from its log; tolerances are half of the 95 % intervals,"]
     head += [f"# at least {100 * LEAST:g} % and at most {100 * MOST:g} %.", *notes]
     return "\n".join(head) + "\n" + tomli_w.dumps(data)
 

@@ -54,7 +54,7 @@ def mat_log(data: bytes) -> Log:
     if data.startswith(NEWER):
         raise ValueError("is of MATLAB 7.3; save it with -v7")
     if len(data) >= 20 and 0 in data[:4]:  # others begin with a text
-        raise ValueError("is of MATLAB 4, or no MAT file; save it with -v7")
+        raise ValueError("is of MATLAB 4, or not a MAT file; save it with -v7")
     values, others = dict[str, Numbers](), dict[str, str]()
     try:
         for variable, value in _Reader(data).variables():
@@ -66,13 +66,15 @@ def mat_log(data: bytes) -> Log:
                 values[f"{variable}.{name}" if other else name] = matrix
     except Exception as error:  # zlib, NumPy, codecs: each has its own
         why = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no MAT file that can be read: {why}") from None
+        raise ValueError(f"is not a readable MAT file: {why}") from None
     columns = longest({name: matrix.values for name, matrix in values.items()})
     if not columns:
         has = ", ".join(f"{name} is {what}" for name, what in others.items())[:120]
         made = next((name[:20] for name, what in others.items() if what.startswith("an obj")), "")
         how = f"save vectors: {made and f't = {made}.Time; y = {made}.Data; '}save('log.mat', "
-        raise ValueError(f"has no vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')")
+        raise ValueError(
+            f"must have a vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')"
+        )
     return Log(columns, format="MAT", texts=tuple(others))
 
 
@@ -136,7 +138,7 @@ class _Reader:
         for element in self._elements(self.data):
             kind, data = self._inflated(*element) if element[0] == COMPRESSED else element
             if kind != MATRIX:
-                raise ValueError(f"an element has to be a matrix (got kind {kind})")
+                raise ValueError(f"an element must be a matrix (got kind {kind})")
             name, value = self._matrix(data, DEEPEST)
             if name:
                 yield name, value
@@ -149,7 +151,7 @@ class _Reader:
         if self.bytes < 0:
             raise ValueError(f"unpacks to more than {MOST_BYTES // 10**6} MB")
         if not inflater.eof:
-            raise ValueError("a compressed element breaks off")
+            raise ValueError("a compressed element is truncated")
         return _next(self._elements(memoryview(inside)))
 
     def _elements(self, data: memoryview) -> Iterator[Element]:
@@ -158,13 +160,13 @@ class _Reader:
         while place < len(data):
             self._counted(1)
             if len(data) - place < 8:
-                raise ValueError("breaks off in an element")
+                raise ValueError("is truncated in an element")
             kind, size = struct.unpack(f"{self.order}II", data[place : place + 8])
             begin, end = place + 8, place + 8 + size
             if kind >> 16:  # of a small one the first word has the size too, the second the content
                 kind, size, begin, end = kind & 0xFFFF, kind >> 16, place + 4, place + 8
             if begin + size > min(end, len(data)):
-                raise ValueError("an element is longer than what it is in")
+                raise ValueError("an element is longer than its container")
             yield kind, data[begin : begin + size]
             place = end if kind == COMPRESSED or begin < place + 8 else end + -size % 8
 
@@ -176,7 +178,7 @@ class _Reader:
     def _numbers(self, element: Element) -> np.ndarray:
         kind, data = element
         if kind not in TYPES:
-            raise ValueError(f"an element has to be numbers (got kind {kind})")
+            raise ValueError(f"an element must be numbers (got kind {kind})")
         numbers = np.frombuffer(data, self.order + TYPES[kind])
         self.count -= len(numbers)
         if self.count < 0:
@@ -191,7 +193,7 @@ class _Reader:
     def _matrix(self, data: memoryview, deepest: int) -> tuple[str, Any]:
         """Name and value: numbers, a struct as a list of dicts, or the text of what else it is."""
         if not deepest:
-            raise ValueError(f"structs lie in each other more than {DEEPEST} times")
+            raise ValueError(f"structs are nested more than {DEEPEST} deep")
         if not data:
             return "", Numbers((0, 0), np.zeros(0))
         parts = self._elements(data)
@@ -202,12 +204,12 @@ class _Reader:
             return name, f"an object of class {text[:40]}"
         shape = tuple(self._numbers(_next(parts)).tolist())
         if len(shape) < 2 or min(shape) < 0:
-            raise ValueError(f"a matrix has to have two sizes or more (got {shape[:4]})")
+            raise ValueError(f"a matrix must have two sizes or more (got {shape[:4]})")
         name = self._text(_next(parts))
         if 6 <= kind <= 15 and not flags & COMPLEX:
             values = self._numbers(_next(parts))
             if len(values) != prod(shape):
-                raise ValueError(f"{name[:40]} has not as many numbers as it says")
+                raise ValueError(f"{name[:40]} must have as many numbers as declared")
             return name, Numbers(shape, values)
         if kind == TEXT:
             return name, Text(self._text(_next(parts)))
@@ -220,7 +222,7 @@ class _Reader:
         length, joined = int(self._numbers(_next(parts))[0]), bytes(_next(parts)[1])
         self._counted(count)
         if length < 1:
-            raise ValueError("a struct has to have fields with names")
+            raise ValueError("a struct must have fields with names")
         names = [joined[k : k + length] for k in range(0, len(joined), length)]
         fields = [name.split(b"\0")[0].decode() for name in names]
         each = (

@@ -45,7 +45,7 @@ def numpy_log(data: bytes) -> Log:
         return Log(longest({str(x): y for x, y in arrays.items() if _is_signal(y)}), format="NumPy")
     except Exception as error:  # of a damaged file zipfile raises whatever it stumbles over
         why = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no file of NumPy that can be read: {why}") from None
+        raise ValueError(f"is not a readable NumPy file: {why}") from None
 
 
 def _is_signal(array: np.ndarray) -> bool:
@@ -60,7 +60,7 @@ def _parts(array: np.ndarray) -> archive.Arrays:
     table = array[:, None] if array.ndim == 1 else array
     if table.ndim != 2 or table.shape[1] > MOST_COLUMNS:
         got = f"(got {array.shape[:4]})"
-        raise ValueError(f"its array has to have rows and at most {MOST_COLUMNS} columns {got}")
+        raise ValueError(f"its array must have rows and at most {MOST_COLUMNS} columns {got}")
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
 

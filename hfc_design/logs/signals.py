@@ -88,8 +88,9 @@ def signals(
     )
     if not FASTEST <= resampled_log.sample_time <= SLOWEST:
         raise ValueError(
-            f"is sampled every {resampled_log.sample_time:.3g} s; a drive's log every {FASTEST:g} "
-            f"to {SLOWEST:g} s: which unit has its time? {column_hint('time')}"
+            f"is sampled every {resampled_log.sample_time:.3g} s; must be {FASTEST:g} to "
+            f"{SLOWEST:g} s for the log of a drive: check the unit of its time and "
+            f"{column_hint('time')}"
         )
     for name, column in places.items():
         check_travel(
@@ -108,13 +109,13 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     position = drive.seen[0]
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
-            raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
+            raise ValueError(f"the {name} is {values[name][0]:.6g} throughout; the axis must move")
     place, _ = without_outliers(values[position])
     size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
-            f"the {position} only trembles by {size:.2g} {drive.units['error']} (rms), from sample "
-            "to sample: nothing moves"
+            f"the {position} only varies by {size:.2g} {drive.units['error']} (rms) from "
+            "sample to sample; the axis must move"
         )
 
 
@@ -136,8 +137,8 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     clipped = saturated(right)
     if clipped.any():
         notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {name} stay at its largest "
-            "or smallest value, as if its sensor showed no more, and are left out"
+            f"{100 * clipped.mean():.2g} % of the samples of {name} are at its largest or "
+            "smallest value, as if the sensor saturates, and are left out"
         )
     usable = usable & ~wrong & ~clipped
     return log._replace(values=values | {name: right}, usable=usable, notes=notes)
@@ -187,16 +188,16 @@ def resampled(
     notes: list[str] = []
     if time is None:
         if sample_time is None:
-            raise ValueError("has no time")
+            raise ValueError("must have a time")
         part = _longest(sample_time * np.arange(rows, dtype=float), np.flatnonzero(broken), notes)
         values = {name: value[part] for name, value in values.items()}
         return EvenLog(sample_time, values, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
-        raise ValueError(f"its time falls after sample {falls[0] + 1}")
+        raise ValueError(f"its time must not fall (does after sample {falls[0] + 1})")
     if not (distance > 0).any():
-        raise ValueError("its time stands still: which column is it, and in which unit?")
+        raise ValueError("its time does not advance: check the column and its unit")
     twice = np.append([False], distance == 0)
     usual = float(np.median(distance[distance > 0]))
     if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
@@ -224,12 +225,14 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
     """
     stamps, first = stamps[1:], rows[1:].astype(float)  # the first one may have begun before
     if len(first) < FEWEST:
-        raise ValueError(f"has {len(first) + 1} different time stamps; {FEWEST + 1} are the fewest")
+        raise ValueError(
+            f"must have at least {FEWEST + 1} different time stamps (got {len(first) + 1})"
+        )
     period, start = np.polyfit(first, stamps, 1)
     off = np.abs(stamps - start - period * first)
     if off.max() > usual:
         raise ValueError(
-            f"its time stamps are those of several samples each, and not evenly so after "
+            "its time stamps are each shared by several samples, unevenly after "
             f"{stamps[off.argmax()]:.6g} s: samples are missing there"
         )
     return _period(first, stamps)
@@ -273,8 +276,8 @@ def _filled(
     tremble = float(np.sqrt(np.mean(off**2)))
     if tremble > TREMBLE:
         notes.append(
-            f"time stamps tremble by {100 * tremble:.2g} % of the sample time (rms); the signals "
-            "are taken at even times between"
+            f"time stamps jitter by {100 * tremble:.2g} % of the sample time (rms); the "
+            "signals are interpolated to even times"
         )
     where = (time - start) / period if tremble > TREMBLE else place
     steps = np.arange(int(place[-1]) + 1)
@@ -302,5 +305,5 @@ def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
             f"used, {begin:.4g} to {end:.4g} s"
         )
     if part.stop - part.start < FEWEST:
-        raise ValueError(f"no part without a gap has {FEWEST} samples")
+        raise ValueError(f"a part without a gap must have at least {FEWEST} samples")
     return part

@@ -13,10 +13,10 @@ from hfc_design.motion.samples import Simulation
 class Window(Record):
     """A part of the motion over which every metric is read once more, a cycle for example."""
 
-    #: stands before the names of its metrics
+    #: prefix of the names of its metrics
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
-    from_s: NotNegative = 0.0  # where it begins [s]
-    to_s: Positive | None = None  # where it ends; left out: with the motion [s]
+    from_s: NotNegative = 0.0  # start [s]
+    to_s: Positive | None = None  # end [s]; left out: that of the motion
 
     def part(self, simulation: Simulation) -> slice:
         """Its samples."""

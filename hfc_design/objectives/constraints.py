@@ -25,7 +25,7 @@ def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
         if name in ASKED:
             low, high = ASKED[name][2]
             if isinstance(quantity, str) or not low < quantity < high:
-                reason = f"has to be a number greater than {low:g} and less than {high:g}"
+                reason = f"must be a number greater than {low:g} and less than {high:g}"
                 raise ValueError(f"{name} = {quantity!r}: {reason}")
         elif name != BAND:
             metric(named(name))
@@ -53,6 +53,6 @@ def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
         limited = metric(name, width)
         number = in_units(f"constraints.{name}", quantity, limited.unit, units)
         if not number >= 0.0:
-            raise ValueError(f"constraints.{name} = {quantity!r}: has to be zero or more")
+            raise ValueError(f"constraints.{name} = {quantity!r}: must be at least 0")
         constraints.append(Constraint(limited, number))
     return tuple(constraints)

@@ -80,7 +80,10 @@ def _best(
 def _fault(axes: int, path: bool) -> str | None:
     if path:
         return None
-    return f"a machine of {'one axis' if axes == 1 else 'axes that follow no path'} has no contour"
+    return (
+        f"a machine of {'one axis' if axes == 1 else 'axes that do not follow a path'} has no "
+        "contour"
+    )
 
 
 OBJECTIVE = contour()

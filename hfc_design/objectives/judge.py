@@ -120,7 +120,7 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
     """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
     if not stick_penalty:
         return Judge((fitness,), itemgetter(0), fitness.label())
-    worse = " /" if fitness.positive else ", worse by the factor"
+    worse = " /" if fitness.positive else ", divided by"
     title = fitness.label(f"{worse} (1 + {stick_penalty:g} stick share)")
     return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
 

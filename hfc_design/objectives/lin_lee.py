@@ -24,7 +24,7 @@ class LinLeeSettings(objective.ObjectiveSettings):
     @model_validator(mode="after")
     def _weighs_something(self) -> "LinLeeSettings":
         if not self.error and not self.error_rate:
-            raise ValueError("one of the two weights has to be positive")
+            raise ValueError("at least one of the two weights must be positive")
         return self
 
 

@@ -211,4 +211,4 @@ def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
 def path_fault(metrics: Sequence[Metric], path: bool) -> str | None:
     """A line if one of ``metrics`` is of a path, and the machine follows none."""
     names = [one.name for one in metrics if one.path and not path]
-    return f"{names[0]}: is of a machine that follows a path" if names else None
+    return f"{names[0]}: needs a machine that follows a path" if names else None

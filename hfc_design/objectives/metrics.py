@@ -156,7 +156,7 @@ METRICS: tuple[Metric, ...] = (
     ),
     _contour(
         "known_rms_contour_error",
-        "root mean square of the contour error by the encoders that are fed back",
+        "root mean square of the contour error, by the feedback encoders",
         1,
         attrgetter("known"),
         numbers.rms,
@@ -349,5 +349,5 @@ def metric(name: str, band: Any = None) -> Metric:
         return band_time(0.0 if band is None else band)
     if name not in RUNNING:
         known = one_of(name, [*RUNNING, BAND_TIME])
-        raise ValueError(f"{name}: is no metric; {known}; hfc show metric explains them all")
+        raise ValueError(f"{name}: unknown metric; {known}; see hfc show metric")
     return RUNNING[name]

@@ -51,7 +51,7 @@ class ObjectiveSettings(Ordered):
 
     keys_last = ("settled_after_s",)
     kind: str  # which objective
-    settled_after_s: NotNegative = 1.0  # from then on a motion counts as settled [s]
+    settled_after_s: NotNegative = 1.0  # time from which a motion counts as settled [s]
 
     def on(self, units: Any) -> Self:
         """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""

@@ -24,7 +24,7 @@ class StickShareSettings(objective.ObjectiveSettings):
     """Weight of ``stick_share``."""
 
     kind: Literal["stick-share"] = "stick-share"
-    weight: Positive = 1.0  # that the share is multiplied by [1]
+    weight: Positive = 1.0  # factor on the share [1]
 
 
 def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:

@@ -18,8 +18,8 @@ from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 class Weighed(Record):
     """A tolerance that does not count as much as the others."""
 
-    tolerance: Quantity  # what is tolerated: a number, or a text with a unit [of the measure]
-    weight: Positive = 1.0  # among the others [1]
+    tolerance: Quantity  # tolerance: a number, or a string with a unit [of the measure]
+    weight: Positive = 1.0  # weight relative to the others [1]
 
 
 Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
@@ -29,10 +29,10 @@ class TolerancesSettings(ObjectiveSettings):
     """Measures by name, each with what is tolerated."""
 
     kind: Literal["tolerances"] = "tolerances"
-    #: measures by name, each with what is tolerated: a number, a text with a unit, or a table of
-    #: both [of the measure]
+    #: metrics by name, each with its tolerance: a number, a string with a unit, or a table with a
+    #: weight [of the measure]
     tolerances: Tolerances = {"settled_rms_error": 1e-3}
-    #: of the error, for ``band_time``: a number, or a text with a unit [error]
+    #: width of the band for band_time: a number, or a string with a unit [error]
     band: Quantity | None = None
 
     @field_validator("tolerances")
@@ -57,7 +57,7 @@ class TolerancesSettings(ObjectiveSettings):
             key = f"fitness.tolerances.{name}"
             number = in_units(key, entry.tolerance, metric(name).unit, units)
             if not number > 0.0:
-                raise ValueError(f"{key} = {entry.tolerance!r}: has to be more than zero")
+                raise ValueError(f"{key} = {entry.tolerance!r}: must be greater than 0")
             converted[name] = Weighed(tolerance=number, weight=entry.weight)
         return self.model_copy(update={"tolerances": converted, "band": band})
 
@@ -83,7 +83,7 @@ def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
         name="tolerances",
         title="tolerance / deviation",
         unit="1",
-        meaning=f"1 / weighted mean of {names}; 1 is just tolerated, the more the better",
+        meaning=f"1 / weighted mean of {names}; 1 is just within tolerance, higher is better",
         positive=True,
         settings=TolerancesSettings,
         make=lambda settings: tolerances(tolerated(settings)),

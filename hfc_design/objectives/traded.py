@@ -28,11 +28,11 @@ def check_names(names: Sequence[str]) -> None:
     """ValueError: there are not two or three of them, or one is unknown or stands there twice."""
     for name in names:
         if name not in NAMES:
-            raise ValueError(f"{name}: is no objective; {one_of(name, NAMES)}")
+            raise ValueError(f"{name}: unknown objective; {one_of(name, NAMES)}")
         if names.count(name) > 1:
-            raise ValueError(f"{name}: stands there twice")
+            raise ValueError(f"{name}: is listed twice")
     if len(names) not in ALLOWED:
-        raise ValueError(f"has to be two or three objectives, not {len(names)}")
+        raise ValueError(f"must be two or three objectives (got {len(names)})")
 
 
 def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
@@ -61,7 +61,7 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
     for k, one in enumerate(objectives):
         for other in objectives[:k]:
             if one.metric is not None and one.metric == other.metric:
-                raise ValueError(f"{other.name} and {one.name}: are the same here")
+                raise ValueError(f"{other.name} and {one.name}: are the same quantity here")
     return tuple(objectives)
 
 

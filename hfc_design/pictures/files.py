@@ -40,7 +40,7 @@ def kind_of(path: Path) -> str:
     """The one in ``FORMATS`` that the suffix of a file says; UserError: it says another."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
-        raise UserError(f"{path}: a plot has to end in .png, .svg or .pdf")
+        raise UserError(f"{path}: must end in .png, .svg or .pdf")
     return kind
 
 
@@ -76,7 +76,7 @@ class Renderer(RendererPgf):
 
     def draw_image(self, gc, x, y, im, transform=None):  # type: ignore[no-untyped-def]
         """Refuse an image, which would be a file of its own."""
-        raise UserError("a figure with an image in it cannot be a pgf; take pdf")
+        raise UserError("a figure with an image cannot be a pgf; use pdf")
 
 
 def picture(figure: Figure) -> bytes:

@@ -59,13 +59,14 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
     required = [one.key for one in known if one.required and one.key.startswith("controller.")]
     if needed := [key for key in required if key.count(".") == 1]:
         raise UserError(
-            f"--controller {controller}: needs {', '.join(needed)}, of which there is no default; "
+            f"--controller {controller}: needs {', '.join(needed)}, which has no default; "
             f"see hfc show controller {controller}"
         )
     of_axes = {one.key: one.unit for one in every if one.part == "signal"}
     return (
-        f"# A scenario for hfc design: the plant {plant} with a controller of kind {controller}.\n"
-        "# Take the # from #key = value to set a key; it stands there with its default.\n\n"
+        f"# A scenario for hfc design: the plant {plant} with a controller of kind "
+        f"{controller}.\n# Remove the # of #key = value to set a key; the value shown is "
+        "its default.\n\n"
     ) + commented(_live(named, axes, of_axes, units), known, units)
 
 

@@ -20,7 +20,7 @@ HARMLESS = (
 )
 #: Lists whose entries are tables of their own in a file.
 LISTED = "motions", "windows"
-NOT_SET = "# Keys that are not set, with their defaults; one that is to hold belongs in its table."
+NOT_SET = "# Keys that are not set, with their defaults; to set one, move it into its table."
 #: Lines of ``tomli_w`` that begin a table, and a key with a value.
 HEAD, KEY = re.compile(r"\[\[?([\w.-]+)\]\]?"), re.compile(r"([\w-]+) = ")
 #: What stands for a value that has no default.

@@ -79,7 +79,7 @@ def unknown(
     else:
         meant = " or ".join(near(name, names, 2))
         there = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
-    return UserError(f"{short(name)}: no such {what}; {there}")
+    return UserError(f"{short(name)}: unknown {what}; {there}")
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
@@ -247,6 +247,6 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
         if OWN.match(key) or entry is not None:
             continue
         meant = " or ".join(near(key, (one.key for one in known), 2))
-        wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
+        wrong.append(f"{key}: unknown key{f'; did you mean {meant}?' if meant else ''}")
     if wrong:
         raise UserError(f"{source}: {'; '.join(wrong)}")

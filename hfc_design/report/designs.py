@@ -24,10 +24,10 @@ def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "
     shown = part(load_design(design), axis)
     every = PlantSettings(**shown.plant.model_dump()).each()
     drive = next((one for one in every if one.name == shown.axis), every[0]).drive
-    lacks = "it has no fuzzy units to draw; hfc stability --plot draws its loop, hfc report all"
+    lacks = "it has no fuzzy units to draw; use hfc stability --plot for its loop, or hfc report"
     known = require(shown.kind.pictures, shown, lacks)(shown.controller, drive)
     if what not in known:
-        raise UserError(f"{shown.name} has no picture {what!r}; it has {', '.join(known)}")
+        raise UserError(f"{shown.name} has no picture {what!r}; available: {', '.join(known)}")
     units = known[what]
     if unit is None:
         unit = [*units][-1]

@@ -60,7 +60,7 @@ def write_page(
     tables = all(part.kind.rule_base for part in design.by_axis().values())
     if tables:
         if (folder / TABLES).is_symlink():  # of others' files none is overwritten
-            raise RunError(f"{folder / TABLES}: is a link; remove it, tables are not written there")
+            raise RunError(f"{folder / TABLES}: must not be a link; remove it")
         FORMATS["csv"].write(design, folder / TABLES)
     options = uses(design.provenance.get("plugins"))
     again = f"hfc design config.toml{options} --out another-folder"

@@ -29,8 +29,8 @@ def millimetres(width: str) -> float:
     size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
         units = ", ".join(MILLIMETRES)
-        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in all"
-        raise ValueError(f"{width!r}: has to be {allowed}")
+        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in total"
+        raise ValueError(f"{width!r}: must be {allowed}")
     return size
 
 

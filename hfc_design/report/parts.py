@@ -130,8 +130,8 @@ def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
     order = best[np.isfinite(archive.score[best])]
     trees = archive.population.tree
     return Listing(
-        "The best structures, each with the best that the search "
-        f"(in {scenario.run.precision}) found for it; the run's controller is the best of them in "
+        "The best structures, each with its best merit in the search (in "
+        f"{scenario.run.precision}); the controller of the run is the best of them in "
         "float64. A unit is written (column input, row input).",
         ["structure", scenario.judge().title],
         [[genome.notation(int(trees[k])), score(archive.score[k])] for k in order],
@@ -164,8 +164,8 @@ def _loop(design: Design, scenario: Scenario) -> Section:
     drawing = Drawing(
         margins.figure(),
         "Magnitude and phase of the open loop, and its sensitivity",
-        "The open loop from the command back to the command, and by how much feedback makes a "
-        "disturbance larger.",
+        "The open loop from command to command, and the factor by which feedback "
+        "amplifies a disturbance.",
     )
     why = " ".join(f"{row.name}: {row.why}." for row in margins.rows if row.why)
     return Section(title, why, Listing(margins.about, heads, rows), [drawing])
@@ -225,7 +225,7 @@ def summary(
     """
     if evaluation.diverged:
         return f"The controller diverges on {scenario.name}{_why(evaluation)}."
-    achieved = f"a fitness of {_fitness(evaluation)[1]}"
+    achieved = f"a fitness of {_fitness(evaluation)}"
     if evaluation.contour is not None:
         achieved = f"a contour error of {_rms(evaluation):.3g} {evaluation.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
@@ -236,30 +236,21 @@ def summary(
     parts = [_compared(evaluation, rivals[key], name) for key, name in names.items() if name]
     if not parts:
         return f"{line}."
-    *others, last = parts
-    return f"{line}: {', '.join(others)}{' and ' if others else ''}{last}."
+    return f"{line}. For comparison: {', '.join(parts)}."
 
 
 def _compared(evaluation: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there{_why(rival)}"
     if evaluation.contour is None:
-        mine, (theirs, words) = _fitness(evaluation)[0], _fitness(rival)
-        if min(mine, theirs) <= 0.0:
-            return f"that of {name} is {words}"
-        return f"{short(mine / theirs)} times that of {name} ({words})"
-    its = f"{_rms(rival):.3g} {evaluation.contour.unit}"
-    factor = _rms(rival) / _rms(evaluation) if _rms(evaluation) else np.inf
-    if not 0 < factor < np.inf:
-        return f"that of {name} is {its}"
-    return f"that of {name} is {short(factor)} times as large ({its})"
+        return f"{name} {_fitness(rival)}"
+    return f"{name} {_rms(rival):.3g} {evaluation.contour.unit}"
 
 
-def _fitness(evaluation: Evaluation) -> tuple[float, str]:
-    """What it counts as, where it is chaotic its lower end, and how people read it."""
-    if (many := evaluation.ranges.get("fitness")) is None:
-        return evaluation.fitness, score(evaluation.fitness)
-    return evaluation.repeats["fitness"].lowest, range_text(many)
+def _fitness(evaluation: Evaluation) -> str:
+    """As people read it; the range of a chaotic one."""
+    many = evaluation.ranges.get("fitness")
+    return score(evaluation.fitness) if many is None else range_text(many)
 
 
 def _why(lost: Evaluation) -> str:
@@ -282,5 +273,5 @@ def measure(scenario: Scenario) -> str:
 def fitness_told(scenario: Scenario) -> str:
     """What the fitness is, with the units of the machine."""
     fitness, units = scenario.judge().objectives[0], scenario.units.signals
-    meaning = fitness.meaning or f"{fitness.name}, an own one"
+    meaning = fitness.meaning or f"{fitness.name}, defined in your code"
     return f"The fitness is {SIGNAL.sub(lambda x: units.get(x[0], x[0]), meaning)}"

@@ -122,7 +122,7 @@ def contour(measured: Contour, time: Floats, title: str) -> Figure:
     lower.plot(time, shown, color=OWN, lw=1)
     worst = np.searchsorted(time, [mark.worst_s for mark in glitches(time, samples, error)])
     if len(worst):
-        upper.plot(*moved[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
+        upper.plot(*moved[:, worst], "o", color=OTHER, ms=4, label="largest after a reversal")
     lower.plot(time[worst], shown[worst], "o", color=OTHER, ms=4)
     gridded(lower, "time [s]", f"contour error [{measured.unit}]")
     lower.margins(x=0)

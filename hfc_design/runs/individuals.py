@@ -22,7 +22,9 @@ def genome_of(scenario: Scenario) -> Genome:
         UserError: it names no controller, and the default does not fit its machine.
     """
     if "controller" not in scenario.model_fields_set and (fault := scenario.unfit):
-        raise UserError(f"{scenario.name}: has no [controller], and of the default {fault}")
+        raise UserError(
+            f"{scenario.name}: has no [controller], and the default has an error: {fault}"
+        )
     kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
     genome: Genome = kind.genome(scenario.controller, scenario.target)
     return genome

@@ -54,7 +54,9 @@ def check_polish(scenario: Scenario) -> None:
     genome = genome_of(scenario)
     if coordinates(genome, taken(genome.empty(), slice(1))) is None:
         which = f"run.polish = {scenario.run.polish}: a controller of kind"
-        raise UserError(f"{which} {scenario.controller.kind!r} cannot be polished; leave it 0")
+        raise UserError(
+            f"{which} {scenario.controller.kind!r} cannot be polished; leave run.polish at 0"
+        )
 
 
 def polished(
@@ -112,9 +114,9 @@ def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished 
         chart = coordinates(genome, done.about)
         sizes = {len(done.population.tree), len(done.worth), len(done.first)}
         if not (1 <= done.step <= scenario.run.polish and chart and sizes == {1}):
-            raise ValueError("its steps cannot be")
+            raise ValueError("its steps are impossible")
         if done.distribution.mean.shape != (chart.size,):
-            raise ValueError("its distribution is of other numbers")
+            raise ValueError("its distribution has other parameters")
         return done
 
     return stored.read(path, 4 * stored.SPARE, needed, polished)

@@ -42,12 +42,12 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
     """
     for one in given:
         if not isinstance(one, dict) and not hasattr(one, "keys"):
-            return UserError(f"{a_kind(one)} is no mapping of names to readings")
+            return UserError(f"argument must be a mapping of names to readings (got {a_kind(one)})")
         if isinstance(error, KeyError) and error.args[0] not in one:
-            return Missing(f"the {what} {error} is missing; given are {', '.join(one) or 'none'}")
+            return Missing(f"the {what} {error} is missing (got {', '.join(one) or 'none'})")
         for name, x in one.items():
             if what == "signal" and not isinstance(x, Real):
-                return UserError(f"{name} = {short(x)}: has to be a number")
+                return UserError(f"{name} = {short(x)}: must be a number")
     return error
 
 
@@ -77,7 +77,7 @@ class Controller:
         kind = design.kind
         self.design = design.controller
         made = require(
-            kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
+            kind.law, design, "it commands a whole machine: name an axis, or use runtime.Machine"
         )
         named = axis or design.axis
         limit = design.limits.of(named).command
@@ -142,9 +142,9 @@ class Controller:
     def remember(self, readings: dict[str, float]) -> None:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
         if not finite(readings):
-            raise ValueError(f"{readings}: have to be finite")
+            raise ValueError(f"{readings}: must be finite")
         explain = require(
-            self._whole.kind.explain, self._whole, "it cannot be told what was before"
+            self._whole.kind.explain, self._whole, "it cannot be set to an earlier state"
         )
         self._memory = explain.remember(self._memory, readings)
         self._fresh = self._fresh and not readings
@@ -178,8 +178,10 @@ class Machine:
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
         if (named := design.limits.axes) and not (axes or design.plant.axes):
-            message = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
-            raise UserError(f"{message}; name all of the machine's: Machine(design, ('x', 'y'))")
+            message = (
+                f"{design.name}: limits.axes has {', '.join(named)}, but plant.axes is missing"
+            )
+            raise UserError(f"{message}; name all axes: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = design.controller.law_gains()

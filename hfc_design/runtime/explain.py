@@ -18,7 +18,7 @@ from plants import Drive
 
 Sample = dict[str, float]
 PREVIOUS = "previous_"
-TOO_LARGE = "--at {}: too large, what comes out of it is not finite"
+TOO_LARGE = "--at {}: too large, the result is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
@@ -56,8 +56,8 @@ def _inside(design: Design, axis: str) -> Design:
 
 
 def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
-    has = ", ".join(filter(None, known)) or "the same on every axis, leave --axis out"
-    problem = f" {axis!r}:" if axis else ": is missing, one has to be named;"
+    has = ", ".join(filter(None, known)) or "the same on every axis, so leave --axis out"
+    problem = f" {axis!r}:" if axis else ": is missing;"
     return UserError(f"--axis{problem} design {design.name} has {has}")
 
 
@@ -153,10 +153,10 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
         name, _, value = (part.strip() for part in item.partition("="))
         reading = number_or_none(value)
         if not name or reading is None:
-            raise UserError(f"--at {item[:60]!r}: has to be SIGNAL=NUMBER, as in error=1e-4")
+            raise UserError(f"--at {item[:60]!r}: must be SIGNAL=NUMBER, as in error=1e-4")
         name = names.get(name, name)
         if name in readings:
-            raise UserError(f"--at {text[:60]}: {name} stands there twice")
+            raise UserError(f"--at {text[:60]}: {name} is given twice")
         readings[name] = reading
     return readings
 
@@ -174,11 +174,11 @@ def _check(
         if name not in names:
             why = f"{design.name} reads {listed}"
             if not alone and (name in before or name in others):
-                why = "of several samples the first starts from rest, each precedes the next"
-            raise UserError(f"--at {name}={sample[name]:g}: no such signal; {why}")
+                why = "with several samples the first starts from rest, and each precedes the next"
+            raise UserError(f"--at {name}={sample[name]:g}: unknown signal; {why}")
     for new, old in others.items():
         if new in sample and old in sample:
-            raise UserError(f"--at: of {new} and {old} only one can be given")
+            raise UserError(f"--at: must have only one of {new} and {old}")
         if new in sample:
             before = [name for name in before if name != old]
     for name in [*now, *(before if alone else [])]:

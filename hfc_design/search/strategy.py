@@ -22,8 +22,8 @@ class StrategySettings(Record):
     """
 
     preset: str  # which search strategy
-    population: int = Field(100, ge=1, le=10_000_000)  # individuals in a generation
-    generations: int = Field(100, ge=1, le=10_000_000)  # how many of them
+    population: int = Field(100, ge=1, le=10_000_000)  # individuals per generation
+    generations: int = Field(100, ge=1, le=10_000_000)  # number of generations
 
 
 class Task(NamedTuple):

@@ -45,23 +45,24 @@ TITLES = {
 }
 #: What stands below ``stress_table`` and ``why_table``.
 STRESS_ABOUT = (
-    "stress: one at a time on machines that hold without it, in all motions required of them; "
-    "merit: of the median machine, times that without it"
+    "stress: one at a time, on machines that pass without it, in all motions required of "
+    "them; merit: of the median machine, relative to that without stress"
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
-    "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
+    "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
-    "standstill": "look for that too (--free stiction_rise,...), in a log with slow reversals",
+    "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
     "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",
 }
-WHY = "What would give a yes, each alone"
+WHY = "Changes that would give a yes, each on its own"
 WHY_ABOUT = (
-    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
-    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
-    "machines lie within; stress has to hold then, too"
+    "lost by it: machines that fail it, perhaps others too; without: the share without "
+    "this requirement, for spread and tolerances of machines within half of them; -: no "
+    "value suffices on its own; (n): number of machines within; the stress tests must "
+    "pass as well"
 )
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
@@ -339,13 +340,13 @@ def stress_table(stresses: Sequence[Json]) -> TextTable:
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     failures = (
-        (failure, f"; it holds with {part}" if part else "") for failure, part in _broken(stresses)
+        (failure, f"; it passes with {part}" if part else "") for failure, part in _broken(stresses)
     )
     lines = [f"breaks: {failure}{part}" for failure, part in failures]
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
-        lines.append(f"first to mend: {next(first)}; see docs/robustness.md")
-    return TextTable(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
+        lines.append(f"first step: {next(first)}; see docs/robustness.md")
+    return TextTable(("stress", "passes on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
 def breaking(stresses: Iterable[Json]) -> str:
@@ -446,8 +447,8 @@ def motion_result(scenario: Scenario, judged: Judged, k: int, motion: Scenario) 
     bad = np.logical_or.reduce([*reasons.values()])
     why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]
     if (steps := motion.simulation.steps) < LEAST_SAMPLES:
-        needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
-        why_not.append(f"cannot be told to settle ({needed})")
+        needed = f"{steps} samples, at least {LEAST_SAMPLES} are needed"
+        why_not.append(f"cannot be judged to settle ({needed})")
     measures["limit_share"] = last["limit_share"]
     return MotionResult(
         motion.name.rpartition(".")[2] if scenario.motions else motion.name,

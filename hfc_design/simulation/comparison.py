@@ -216,11 +216,13 @@ class Comparison(NamedTuple):
         """
         bouts = {bout.name: bout for bout in self.bouts}
         if motion not in bouts:
-            raise UserError(f"motion {short(motion)}: is none here; {one_of(motion, bouts)}")
+            raise UserError(f"motion {short(motion)}: unknown motion; {one_of(motion, bouts)}")
         if metric not in (known := bouts[motion].meanings):
-            raise UserError(f"metric {short(metric)}: is none of {motion}; {one_of(metric, known)}")
+            raise UserError(
+                f"metric {short(metric)}: unknown metric of {motion}; {one_of(metric, known)}"
+            )
         if metric not in (compared := bouts[motion].compared()):
-            reason = "is in the tables, its differences are not tested; those are of"
+            reason = "is in the tables, but its differences are not tested; tested are"
             raise UserError(f"metric {short(metric)}: {reason} {', '.join(compared)}")
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
@@ -268,7 +270,7 @@ def compare(
     """
     named = labelled(designs)
     if len(named) < 2:
-        raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
+        raise UserError("needs at least two designs, as in hfc compare runs/mine pd-only")
     loaded_scenarios = _scenarios(designs, named, scenarios)
     if spread is None:
         robust = next((one.robust for one in loaded_scenarios if one.robust), None)
@@ -290,7 +292,7 @@ def compare(
                 members += [name] * (name not in members)
     names = [motion.name for motion, _ in where]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise UserError(f"scenario {twice}: two of them have this name")
+        raise UserError(f"scenarios must have different names (got {twice} twice)")
     total = len(named) * len(where) * (machines + 1)
     bouts: list[MotionComparison] = []
     for k, (motion, _) in enumerate(where):
@@ -352,7 +354,7 @@ def _other_machines(
     if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return
     text = spread_text(robust.spread, robust.tolerances)
-    yield f"other machines than those of [robust] of {scenario.name}, which are within {text}"
+    yield f"machines differ from [robust] of {scenario.name}, which has {text}"
 
 
 def _together(bouts: Sequence[MotionComparison]) -> list[MotionComparison]:

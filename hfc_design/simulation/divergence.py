@@ -28,7 +28,7 @@ class Divergence(NamedTuple):
 
     def __str__(self) -> str:
         if self.cause == FITNESS:
-            return f"{FITNESS} is no number"
+            return f"{FITNESS} is not a number"
         return f"{self.cause} runs away at {self.time_s:.4g} s"
 
 

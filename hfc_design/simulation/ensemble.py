@@ -47,11 +47,11 @@ class Judgements(NamedTuple):
         """
         check_number("share", share)
         if not 0 <= share <= 1:
-            raise UserError(f"share = {share}: has to lie between 0 and 1")
+            raise UserError(f"share = {share}: must be between 0 and 1")
         quantile = partial(np.quantile, q=share, method="lower")
         ways: dict[str, Any] = {"mean": np.mean, "quantile": quantile, "worst": np.min}
         if how not in ways:
-            raise UserError(f"kept: {how!r} is no way to judge many; there is {', '.join(ways)}")
+            raise UserError(f"how={how!r}: must be one of {', '.join(ways)}")
         return np.asarray(ways[how](self.merit.reshape(len(self.merit), -1), axis=1))
 
 
@@ -71,7 +71,7 @@ def evaluate_many(
     every, where = [*map(load_design, _each(designs))], [*map(load_scenario, _each(scenarios))]
     others = _each(machines)
     if not (every and where and others):
-        raise UserError("designs, scenarios and machines: at least one of each is needed")
+        raise UserError("designs, scenarios and machines: must have at least one each")
     shape = (len(every), len(where), len(others))
     judgements = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(where):
@@ -125,7 +125,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
-    check_type(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
+    check_type(changes, Mapping, "a mapping of parameters to values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in plant.axes.items()}
     for key in changes.keys() - every.keys():

@@ -49,7 +49,7 @@ from plants import Drive, Machine, in_a_name
 from plants.around import plain
 
 #: What ``Evaluation`` is called where something else is given.
-EVALUATED = "evaluation; evaluate(design, scenario) makes one"
+EVALUATED = "an evaluation, as evaluate(design, scenario) returns it"
 
 
 class AxisMotion(NamedTuple):
@@ -240,7 +240,7 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     remembered: list[Memory] = [begun, within_rate(evaluation.memory)]
     expected, actual = map(str, map(jax.tree.structure, remembered))
     if actual != expected:
-        why = "the evaluation is of another controller: what it remembers has other parts"
+        why = "the evaluation must be of this controller (its remembered state differs)"
         raise UserError(f"design {design.name}: {why}")
     provenance = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
     return learned(design, axes, evaluation.memory, provenance)
@@ -450,7 +450,7 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     lines, substeps = plausibility_warnings(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
-            tried = f", with {one.substeps} substeps too" if one.substeps > substeps else ""
+            tried = f", also with {one.substeps} substeps" if one.substeps > substeps else ""
             lines.append(f"{name} diverges: {one.divergence}{tried}")
         elif one.substeps > substeps:
             lines.append(
@@ -460,6 +460,7 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
             keys = (key for key in scenario.judge().titles if key in one.ranges)
             ranges = [f"{key} ranges from {ends_text(one.ranges[key])}" for key in keys]
             lines.append(
-                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all else is of the unchanged run"
+                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all other figures are "
+                "of the unchanged run"
             )
     return lines

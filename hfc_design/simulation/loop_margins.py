@@ -47,9 +47,9 @@ LONG, ROUNDED = 1000, 1e-6
 FAR_OFF = 1e6
 #: Places of the machines that just have to hold, in shares of those that a stress forgives.
 LIMIT = np.array([0.55, 0.7, 0.85, 1.0])
-HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
+HELD = "a small command moves no measured signal there: friction or backlash holds it"
 CANNOT = " cannot be linearised"
-OPEN = "the law does not answer a small error there, so that the loop is open"
+OPEN = "the law does not respond to a small error there, so the loop is open"
 
 
 class Point(NamedTuple):
@@ -176,15 +176,15 @@ def _why(
     """Why a loop cannot be linearised at a point; "" where it can."""
     if not about.exists[lane]:
         gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.actual)
-        return f"{gap}no steady motion was found there, so that the loop cannot be linearised"
+        return f"{gap}no steady motion was found there, so the loop cannot be linearised"
     pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.actual, strict=True)
     for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))
         if not low <= command <= high:
             unit = drive.units["command"]
-            return f"it takes {command:.4g} {unit} of {high:.4g} {unit} to move so"
+            return f"this motion needs {command:.4g} {unit} of {high:.4g} {unit}"
     if not controllers.exists[lane]:
-        return "the law was not found to hold it there, so that it cannot be linearised"
+        return "found no steady state of the law there, so it cannot be linearised"
     return ""
 
 

@@ -140,7 +140,7 @@ def robustness(
     scenario = with_converter(load_scenario(scenario), design)
     if scenario.motions:
         message = (
-            f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
+            f"{scenario.name} has several motions: use usable(design, scenario), or one motion"
         )
         raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed, tolerances)
@@ -244,7 +244,7 @@ def check_draw(
 ) -> None:
     """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
     check_share("--spread", spread)
-    check_type(tolerances, Mapping, "table of parameters and their tolerances")
+    check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():
         check_share(f"--tolerance {name}=", tolerance)
     check_whole(option, samples, 1, MAX_SAMPLES)
@@ -265,6 +265,6 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
         needed = max(needed, np.ceil(substeps * speed / limit))
     if needed > substeps:
         raise UserError(
-            f"scenario {scenario.name}: simulation.substeps = {substeps}: "
-            f"some of these machines need at least {needed:.0f}"
+            f"scenario {scenario.name}: simulation.substeps = {substeps}: must be at "
+            f"least {needed:.0f} for some of these machines"
         )

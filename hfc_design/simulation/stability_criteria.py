@@ -33,14 +33,17 @@ MULTIPLE = 3.0
 TOLERANCE = 0.05
 #: The reasons of ``instabilities`` for a reader who knows only their names.
 EXPLAINED = {
-    "diverges": "The motion grows beyond all numbers.",
-    "stays at a limit": "In the last quarter of the motion the command stands at a limit of the "
-    f"drive for more than {100 * LIMITED:g} % of the time, so that it controls nothing.",
-    "oscillates": "A copy that begins a little off does not return to the same motion: in the end "
-    f"more than {100 * UNSETTLED:g} % of the disturbance is left, as of a limit cycle.",
+    "diverges": "The motion grows without bound.",
+    "stays at a limit": "In the last quarter of the motion the command is at a limit of the "
+    f"drive for more than {100 * LIMITED:g} % of the time, so the loop is "
+    "not controlled.",
+    "oscillates": "A copy with a slightly different initial state does not return to the "
+    f"same motion: at the end more than {100 * UNSETTLED:g} % of the "
+    "disturbance is left, as in a limit cycle.",
     "is far off": f"In the last quarter the error is more than {MULTIPLE:g} times that of the "
-    "nominal machine and beyond the scenario’s constraint on late_error, without one beyond "
-    f"{100 * TOLERANCE:g} % of the largest reference; or it is larger than the reference itself.",
+    "nominal machine and above the scenario’s constraint on late_error "
+    f"(without one, above {100 * TOLERANCE:g} % of the largest reference), or "
+    "it is larger than the reference itself.",
 }
 
 

@@ -256,18 +256,18 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         rubbed = partial(Applied, {})
         yield Case("{} times the friction", size if rubbing else 1.0, rubbed, factor=True)
     sticks = stress.sticking * any(friction_of(axis.drive, moving=False) for axis in axes)
-    rests = "{} % of the Coulomb friction more at standstill"
+    rests = "{} % more Coulomb friction at standstill"
     yield Case(rests, sticks, lambda size: Applied(sticking=size), 100.0)
     yield from _modes(scenario, crossover)
     gap = stress.backlash_steps * steps.any()
-    yield Case("a gap of {} encoder steps", gap, _around("backlash", steps))
+    yield Case("a backlash of {} encoder steps", gap, _around("backlash", steps))
     yield Case("samples up to {} % early or late", stress.jitter, _around("jitter"), 100.0)
     yield from _loads(scenario, "load" not in also)
     begun = _other(partial(_started, scenario))
-    yield Case("a start {} % of the way off", stress.start, begun, 100.0)
-    yield Case("{} s at rest behind the motion", stress.rest_s, _other(_resting))
+    yield Case("a start {} % of the motion off", stress.start, begun, 100.0)
+    yield Case("{} s at rest after the motion", stress.rest_s, _other(_resting))
     back = stress.backwards * all(motion.path is None for motion in scenario.each_motion())
-    yield Case("every motion {} % of its way backwards", back, _other(_turned), 100.0)
+    yield Case("every motion {} % backwards", back, _other(_turned), 100.0)
 
 
 def _around(key: str, scale: Any = 1.0) -> Callable[[float], Applied]:
@@ -298,7 +298,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     for hz in map(float, frequencies):
         one = Mode(hz=hz, damping=stress.mode_damping)
         for inertia in stress.mode_inertia:
-            yield mode(one, ", {} % of what moves", inertia, lambda r: r / (1.0 - r))
+            yield mode(one, ", {} % of the moving inertia", inertia, lambda r: r / (1.0 - r))
         if stress.far_modes:
             yield mode(one, " before the encoder, {} % of it", 1.0, operator.neg)
 
@@ -311,11 +311,11 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     def less(samples: Samples, size: float) -> Samples:
         return _pushed(samples, lambda loads, k: (1.0 - size) * loads)
 
-    yield Case("{} % less of the load", float(loaded), _other(less), 100.0)
+    yield Case("{} % less load", float(loaded), _other(less), 100.0)
     sizes = np.array(loads(scenario))
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
-    words = f"a load of {{}} {unit} more"
+    words = f"an extra load of {{}} {unit}"
     first = partial(_load_first, scenario)
     for sign in (1.0, -1.0) if constant else ():
         yield Case(

@@ -83,7 +83,7 @@ def why_not(
     candidates = [one for one in candidates if one[2] or one[4] > share]
     candidates.sort(key=lambda one: (one[2] is None, -one[4]))
     if not any(one[2] for one in candidates):
-        lines = ["no single change that was tried gives a yes", *lines]
+        lines = ["none of the single changes tried gives a yes", *lines]
     lines += [*_alike(scenario, lost, off), *_needs(scenario, machines, lost)]
     changes = [dict(zip(keys, one, strict=True)) for one in candidates[:ROWS]]
     return {"changes": changes, "lines": lines}
@@ -183,14 +183,14 @@ def _spread(
             step *= 0.5
         return fraction * robust.spread
 
-    alone, key = largest(), "robust.spread" + ", tolerances alike" * bool(robust.tolerances)
+    alone, key = largest(), "robust.spread" + ", tolerances in proportion" * bool(robust.tolerances)
     change = key, three_digits(robust.spread), f"{alone:.4g}" if alone else None
     row = (*change, int(bad[1:].sum()), passing(0.5, None))
     if not pairs or (~np.array(scenario.nominal_only)).sum() < 2:
         return row, []
     best = max(range(len(scenario.motions)), key=lambda k: passing(0.5, k))
     most, key = largest(best), f"motions.{scenario.motions[best].name}.machines nominal, {key}"
-    return row, [f"two together: {key} {most:.4g}"] * (most > alone)
+    return row, [f"both changes together: {key} {most:.4g}"] * (most > alone)
 
 
 def nearer(machines: Machines, part: float) -> Machines:
@@ -277,9 +277,9 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
                     top = each[1 + share[1:].argmax()]
                     line += f", {top} on the worst of {len(worst)} that fail"
                 beyond = int((share[1:] > 1.0).sum())
-                yield line + f": more than there is on {beyond} of them" * (beyond > 0)
+                yield line + f": beyond the limit on {beyond} of them" * (beyond > 0)
     if low:
-        line = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
+        line = f"at a limit, although at most {100 * max(low.values()):.0f} % of it is needed"
         yield f"{line}: {', '.join(low)}"
 
 

@@ -55,7 +55,7 @@ def holds_the_design(report):
     assert ("What the adaptation made of it" in titles) == adapts
     assert titles[:3] == ["Can I use it?", "What it does", "How good it is"]
     assert titles[3:5] == ["On other machines", "The controller"]
-    assert titles[-4:] == ["Stability", "The loop", "How it was found", "How to run it again"]
+    assert titles[-4:] == ["Stability", "The loop", "How it was found", "How to reproduce it"]
     assert page.count("<img") == (14 if adapts else 8)
     text = re.sub(r'src="[^"]*"', "", page).partition("Configuration")[0]
     for word in ("ierarch", "PD part", "pindle", "oltage", "Lin &amp; Lee", "structures"):

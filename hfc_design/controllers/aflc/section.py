@@ -9,7 +9,9 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import SCALARS
 from hfc_design.pictures.section import Drawing, Section
 
-JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
+JUDGES = (
+    "It judges the rules that fired one sample ago by the change of the error, and adjusts them. "
+)
 
 
 def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
@@ -60,8 +62,8 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
             Drawing(
                 rule_table(after, f"rule table of {axis}, adapted", record),
                 f"Heat map of the adapted rule table of {axis}",
-                f"Rule table of {axis} at the end of the motion: the numbers are the commands "
-                "[unit] by then, the colours what they have moved by.",
+                f"Rule table of {axis} at the end of the motion: the numbers are the "
+                "commands [unit] by then, the colours how far they have moved.",
             ),
             Drawing(
                 terms(after, f"terms of {axis}, adapted", record),
@@ -74,5 +76,8 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
                 f", of {axis} at the end of the motion",
             ),
         ]
-    text = "Each axis begins with the table and the terms above and adapts its own while it moves."
-    return Section("What the adaptation made of it", text, None, drawings)
+    text = (
+        "Each axis starts from the table and the terms above and adapts its own copy "
+        "while it moves."
+    )
+    return Section("Result of the adaptation", text, None, drawings)

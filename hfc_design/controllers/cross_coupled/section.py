@@ -5,9 +5,9 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
-    "The command of each axis is that of its own controller, what the velocity of its reference "
-    "asks for, and its share of what is commanded against the contour error, along the normal of "
-    "the path."
+    "The command of each axis is the sum of its axis controller, the feed-forward of the "
+    "reference velocity, and its share of the command against the contour error, along "
+    "the normal of the path."
 )
 CAPTION = "Gains on the contour error, positive to the left of the motion, and fed forward."
 

@@ -30,11 +30,11 @@ from hfc_design.stability.stable_range import stable_range
 from plants import Drive
 
 ORIGINAL = "as designed"
-HELD = ", as the adaptation holds them from the first sample on"
+HELD = ", as limited by the adaptation from the first sample"
 #: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
 FORMS = {
-    "P": "In the form P it takes the change for zero. ",
-    "PI": "In the form PI the rules say by how much what they command is to change. ",
+    "P": "In the form P the change is taken as zero. ",
+    "PI": "In the form PI the output of the rules is the change of their command. ",
     "PD": "",
 }
 #: Name, value, unit.
@@ -59,10 +59,10 @@ def controller(
     names = record.names
     if signals_of(names):
         kind += (
-            f"Where the table comes from the error is called {names.error}, its change "
-            f"{names.error_change}, and what the rules say {names.output}. "
+            f"In the source of the table the error is called {names.error}, its change "
+            f"{names.error_change}, and the output {names.output}. "
         )
-    integral = "To what the rules command it adds the integral of the error. "
+    integral = "The integral of the error is added to the output of the rules. "
     if not record.integral_gain:
         integral = "There is no integral of the error. "
     text = (
@@ -72,7 +72,7 @@ def controller(
     )
     rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
     if record.dead_zone:
-        rows.append(("an error up to this counts as 0", record.dead_zone, "BLU"))
+        rows.append(("errors up to this count as 0", record.dead_zone, "BLU"))
     low = record.low_velocity
     if low is not None:
         for name, curve in (("forward", low.forward), ("backward", low.backward)):
@@ -104,7 +104,7 @@ def controller(
             Drawing(
                 terms(record, f"terms {ORIGINAL}"),
                 "Membership functions of the error and of its change",
-                "What the terms mean: the degree to which an error and its change belong to each.",
+                "Meaning of the terms: the degree to which an error and its change belong to each.",
             ),
             drawn_surface(record, f"control surface {ORIGINAL}", HELD * record.adapts),
         ],
@@ -116,9 +116,9 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
-        f"Control surface: what the rules command over both inputs{whose}. Where a term of each is "
-        "highest one rule says it alone, elsewhere several together."
-        + f" An error of up to {zone:g} BLU enters as 0."
+        f"Control surface: the output of the rules over both inputs{whose}. Where a term "
+        "of each input is highest a single rule decides, elsewhere several together."
+        + f" Errors up to {zone:g} BLU enter as 0."
         * bool(zone),
     )
 
@@ -143,10 +143,10 @@ def stable_gains(
         "2004, section 3). The range is that of a drive without friction, of "
         f"{drive['gain']:g} (BLU/s)/unit and {1e3 * drive['time_constant']:g} ms; "
         f"it ends at K₁ = {gain_range.k1_bound:.4g} unit/BLU. Gains outside it may still "
-        "settle in the motions of this page, which \u201cCan I use it?\u201d tells by simulation; "
-        "the range is about every motion of that drive.",
+        "settle in the motions of this page, which \u201cCan I use it?\u201d tests by simulation; "
+        "the range is valid for every motion of that drive.",
         Listing(
-            "Gains of the rules [unit/BLU]; eq. 13 and 14 look at the centres of the terms alone.",
+            "Gains of the rules [unit/BLU]; eq. 13 and 14 use only the centres of the terms.",
             ["gains of", "K₁", "K₂", "inside"],
             rows,
         ),

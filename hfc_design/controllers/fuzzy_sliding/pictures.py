@@ -127,10 +127,11 @@ def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
 
 
 ABOUT = (
-    "The command is what the rules conclude from the error and its rate, and a part that pushes "
-    "towards the surface s = de/dt + λe, in proportion to s within the boundary layer (Lin & Gai "
-    "2009, eq. 9 to 13). Each rule that fires moves by its share of the judgement, the last column "
-    "of P with the error (eq. 14), and stays within its largest move."
+    "The command is the output of the rules for the error and its rate, plus a switching "
+    "part that pushes towards the surface s = de/dt + λe, in proportion to s within the "
+    "boundary layer (Lin & Gai 2009, eq. 9 to 13). Each rule that fires moves by its "
+    "share of the judgement, the last column of P with the error (eq. 14), and stays "
+    "within its largest move."
 )
 
 
@@ -185,12 +186,12 @@ def _controller(record: SlidingDesign, shown: ReportContext) -> Section:
     cells = [[name, f"{value:.5g}", unit] for name, value, unit in rows]
     table = np.array(record.table())
     drawing = Drawing(
-        rules(table, "rules to begin with", f"command [{command}]"),
+        rules(table, "initial rules", f"command [{command}]"),
         "Heat map of the rule table",
         "Rule table: the command for each pair of terms, from large negative (LN) to large "
         "positive (LP).",
     )
-    drawn = _surface(record, shown, "surface to begin with", "to begin with")
+    drawn = _surface(record, shown, "initial surface", "before it learns")
     listing = Listing("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
     return Section("The controller", ABOUT, listing, [drawing, drawn])
 
@@ -203,30 +204,30 @@ def _learnt(record: SlidingDesign, shown: ReportContext, name: str, motion: Lear
         Drawing(
             phase_plane(record, shown.units, name, motion.error, motion.rate),
             f"Error and its rate of {name} against the sliding surface",
-            f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. What lies "
-            "beyond the layer is pushed with all of k.",
+            f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. "
+            "Beyond the layer the full k pushes.",
         ),
         Drawing(
             over_time(motion.moves, every, f"[{command}]", f"rules of {name} over time"),
             f"Moves of the rules of {name} over time",
-            "What each rule has moved by: a block for each term of the error, in it a row for each "
-            "term of its rate, LN on top.",
+            "How far each rule has moved: a block for each term of the error, with a row "
+            "for each term of its rate, LN on top.",
         ),
         Drawing(
             rules(after, f"rules of {name} at the end", f"moved by [{command}]", motion.moves[-1]),
-            f"Heat map of the learnt rule table of {name}",
+            f"Heat map of the learned rule table of {name}",
             f"Rule table of {name} at the end of the motion: the numbers are the commands "
-            f"[{command}] by then, the colours what they have moved by.",
+            f"[{command}] by then, the colours how far they have moved.",
         ),
         _surface(moved, shown, f"surface of {name} at the end", f"of {name} at the end"),
     ]
-    return Section(f"What {name} learns", "", None, drawings)
+    return Section(f"Learning of {name}", "", None, drawings)
 
 
 def _surface(record: SlidingDesign, shown: ReportContext, title: str, when: str) -> Drawing:
     return surfaces.drawing(
         surface(record, shown.units, title),
-        f"Control surface {when}: what the rules command, without the switching part"
+        f"Control surface {when}: the output of the rules, without the switching part"
         + " and without the linear gains" * (record.pid is not None)
         + ".",
     )

@@ -36,6 +36,6 @@ def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str
     return Drawing(
         figure,
         "The factor on the scheduled law against each scaled input",
-        "How much of the scheduled law is added to the linear part: the output of the root, "
-        "scaled, against each input while all others are 0.",
+        "Factor by which the scheduled law is added to the linear part: the scaled "
+        "output of the root over each input while all others are 0.",
     )

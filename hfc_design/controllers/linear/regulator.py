@@ -83,7 +83,8 @@ def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Me
             independent.append(name)
         elif names and name in names:
             raise UserError(
-                f"controller.signals: {name!r} of the {drive_name} follows from the others"
+                f"controller.signals: {name!r} of the {drive_name} is a combination of "
+                "the others; leave it out"
             )
     seen = np.array(rows)
     rest = np.linalg.svd(seen)[2][len(seen) :]
@@ -148,7 +149,7 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
     weights[:, 0], weights[:, 1] = kp, RATE * kd
     gains = regulators(model, weights)
     if not np.isfinite(gains).all():
-        raise UserError("controller: no optimal regulator of this drive was found")
+        raise UserError("controller: found no optimal regulator of this drive")
     small = SMALLEST * np.abs(gains[:, :1])
     gains = np.where(np.abs(gains) < small, small, gains)
     return dict(zip(model.names, gains.T, strict=True))

@@ -35,7 +35,7 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
         ["rate of learning on line", f"{record.rate:.4g}", ""],
         ["momentum", f"{record.momentum:.4g}", ""],
         ["slope of the hidden units", f"{record.slope:.4g}", ""],
-        ["weight of the change in what is learnt from", f"{record.xi:.4g}", ""],
+        ["weight of the change in the training error", f"{record.xi:.4g}", ""],
     ]
     listing = Listing("The network.", ["number", "value", "unit"], rows)
     input_limits = _ranges(record, shown)

@@ -14,8 +14,8 @@ from hfc_design.core.numbers import Scalar, Xp
 class PdGains(NamedTuple):
     """Gains of LL eq. 6."""
 
-    kp: Scalar  # on the error [command/error]
-    kd: Scalar  # on its rate [command s/error]
+    kp: Scalar  # gain on the error [command/error]
+    kd: Scalar  # gain on its rate [command s/error]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:

@@ -15,15 +15,15 @@ from hfc_design.core.numbers import Own, Scalar, Xp
 class PidRecord(ControllerRecord):
     """What a design may say beside its gains."""
 
-    dead_zone: kind.DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
+    dead_zone: kind.DeadZone = 0.0  # errors up to this count as 0 [BLU]
 
 
 class PidGains(NamedTuple):
     """Gains on an error in BLU: one individual, or a population in the trailing axis."""
 
-    k_p: Scalar  # on the error [units/BLU]
-    k_i: Scalar  # on its integral [units/(BLU s)]
-    k_d: Scalar  # on its rate [units s/BLU]
+    k_p: Scalar  # gain on the error [units/BLU]
+    k_i: Scalar  # gain on its integral [units/(BLU s)]
+    k_d: Scalar  # gain on its rate [units s/BLU]
 
 
 class PidMemory(NamedTuple):

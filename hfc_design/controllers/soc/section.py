@@ -41,20 +41,18 @@ def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
     }
     rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
     listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
-    caption = "Control surface to begin with, before it learns."
-    begins = (
-        [_surface(record, shown, "rules to begin with", caption)] if np.any(record.table) else []
-    )
+    caption = "Control initial surface, before it learns."
+    begins = [_surface(record, shown, "initial rules", caption)] if np.any(record.table) else []
     if not begins:
-        text += " It begins with rules that say 0 everywhere."
+        text += " It starts with rules that command 0 everywhere."
     report = [Section("The controller", text, listing, begins)]
     if shown.signals:
         limits = shown.largest or (None,) * len(shown.signals)
         drawings: list[Drawing] = []
         for (axis, signals), limit in zip(named(shown).items(), limits, strict=True):
             drawings += _learning(record, shown, axis, learnt(record, signals, limit))
-        text = "Each axis begins with the rules of the design and learns its own while it moves."
-        report.append(Section("What it has learnt", text, None, drawings))
+        text = "Each axis starts with the rules of the design and learns its own while it moves."
+        report.append(Section("Learned rules", text, None, drawings))
     return report
 
 
@@ -63,11 +61,11 @@ def _learning(
 ) -> list[Drawing]:
     """The rules of an axis by several moments, and the last of them with a cursor."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
-    caption = f"Control surface of {axis} at the end of the motion, by the rules of then."
+    caption = f"Control surface of {axis} with the rules at the end of the motion."
     return [
         Drawing(
             tables(rules, record.law_gains().gu, axis, shown.units["command"]),
-            f"Heat maps of the rules that {axis} has learnt",
+            f"Heat maps of the rules learned by {axis}",
             f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
         ),
         _surface(end, shown, f"rules of {axis} at the end", caption),
@@ -140,7 +138,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """For ``hfc plot``: the rules that the design has learnt, or begins with."""
-    empty = " to begin with: it has learnt none" * (not np.any(record.table))
+    empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),
         "terms": {"rules": lambda: _terms(record, drive)},

@@ -93,7 +93,7 @@ def origin(design: Design) -> Origin:
     sampled: Any = design.provenance.get("sampled")
     with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # none, or it was edited
         (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
-        source += f"; a table sampled from it, off by {off:.3g} at most"
+        source += f"; a table sampled from it, deviating by at most {off:.3g}"
         source += f", {percent(off / (high - low))} of the range of its output"
     used = score.get("usable")
     return Origin(
@@ -158,7 +158,7 @@ def _usable(stored: object) -> str:
     if len(numbers) < len(KEPT):
         return ""
     share, machines, spread = map(float, numbers)
-    off = f"whose parameters are off by up to {100.0 * spread:.3g} %"
+    off = f"with parameters within {100.0 * spread:.3g} %"
     passing = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
     verdict = stored.get("verdict", "yes" if share >= ENOUGH else "no")
     passing = (

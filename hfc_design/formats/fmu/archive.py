@@ -85,7 +85,7 @@ def _sources(model: Model, design: Design, version: str, token: str) -> dict[str
     }
     names = (*AROUND, f"{version}.c")
     if taken := model.sources.keys() & set(names):
-        message = f"an FMU has a {min(taken)} of its own"
+        message = f"the name {min(taken)} is used inside an FMU"
         raise UserError(f"design {design.name}: {message}; give the design another name")
     return model.sources | {name: rendered(f"fmu/{name}.j2", design, **values) for name in names}
 

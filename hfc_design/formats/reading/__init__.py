@@ -53,10 +53,12 @@ def imported(path: Path, wish: Wish) -> Design:
     if ending in LEARNT:
         return _learned(path, ending, wish)
     if ending not in (*LANGUAGES, ".csv"):
-        known = "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"
+        known = "must be a .fll, .fis, .txt or .hal file, or a folder of .csv tables"
         raise UserError(f"{path}: {known}")
     if wish.axis is not None:
-        raise UserError(f"--axis {wish.axis}: is of what an axis has learnt, a .txt or .hal")
+        raise UserError(
+            f"--axis {wish.axis}: applies to the learned state of an axis, a .txt or .hal"
+        )
     with as_user_error(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
         texts, digests = {}, {}
@@ -86,9 +88,11 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
     """
     if ending == ".csv":
         if wish.terms:
-            raise UserError("--terms: tables of .csv have as many as they have; it is for others")
+            raise UserError("--terms: does not apply to .csv tables")
         if wish.output is not None:
-            raise UserError(f"--output {wish.output}: tables of .csv have one output")
+            raise UserError(
+                f"--output {wish.output}: does not apply to .csv tables, which have one output"
+            )
         return csv_tables.read(texts), {}
     (text,) = texts.values()
     reader = LANGUAGES[ending]
@@ -106,7 +110,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
         conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
         if any(one in conditions[:k] for k, one in enumerate(conditions)):
             raise
-        message = "with --terms 7 it is sampled into triangles, and how far they are off is told"
+        message = "with --terms 7 it is sampled into triangles, with a report of the deviation"
         raise ValueError(f"{fault}; {message}") from None
 
 
@@ -115,10 +119,12 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
-        raise UserError(f"--like: has to name the design whose code has learnt {path}")
+        raise UserError(f"--like: must name the design whose code wrote {path}")
     others = wish._replace(like=None, axis=None, name=None)
     if odd := next((key for key, value in others._asdict().items() if value), None):
-        raise UserError(f"--{odd.rstrip('s').replace('_', '-')}: is that of {wish.like}")
+        raise UserError(
+            f"--{odd.rstrip('s').replace('_', '-')}: must be left out, it is that of {wish.like}"
+        )
     design = load_design(wish.like)
     with as_user_error(path):
         data = content(path)
@@ -138,7 +144,7 @@ def design_that_learned(
     """
     parts = design.by_axis()
     if axis is None and len(parts) > 1:
-        raise UserError(f"--axis: has to say whose state that is; there is {', '.join(parts)}")
+        raise UserError(f"--axis: must name the axis of the state; available: {', '.join(parts)}")
     if axis is not None:
         from hfc_design.files.loop_setup import axes_of  # with JAX
 
@@ -146,8 +152,8 @@ def design_that_learned(
         together = design.kind.controller and not design.kind.axis_records
         axes = () if together else axes_of(design)
         if axis not in axes:
-            known = ", ".join(axes) or "one state for all"
-            raise UserError(f"--axis {axis}: there is {known}")
+            known = ", ".join(axes) or "one state for all axes"
+            raise UserError(f"--axis {axis}: available: {known}")
     words = re.split(r"[\s,;]+", text.strip())
     numbers = [*map(number_of, words)] if ending == ".txt" else _parameters(text, axis)
     design_of_part = taken(parts.get(axis or "", design), numbers)
@@ -168,8 +174,8 @@ def _parameters(text: str, axis: str | None) -> list[float]:
             numbers[int(one["place"])] = number_of(one["value"])
     if not numbers:
         name = f"{axis}-controller" if axis else "controller"
-        raise ValueError(f"has no parameter {name}.learnt-00; halcmd save param prints them")
+        raise ValueError(f"must have a parameter {name}.learnt-00, as printed by halcmd save param")
     missing = next((k for k in range(len(numbers)) if k not in numbers), None)
     if missing is not None:
-        raise ValueError(f"has no parameter learnt-{missing:02}")
+        raise ValueError(f"must have a parameter learnt-{missing:02}")
     return [numbers[k] for k in range(len(numbers))]

@@ -156,7 +156,7 @@ def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
     widths = [number for k, number in enumerate(numbers) if k not in curve.places]
     rising = all(a <= b for a, b in pairwise(places)) or curve.falls
     if not rising or not all(widths):
-        raise label.fault(f"term {label.text}: its corners have to rise, its widths not to be 0")
+        raise label.fault(f"term {label.text}: its corners must rise, its widths must not be 0")
     begin, end = places[(len(places) - 1) // 2], places[len(places) // 2]  # of its top
     if not (all(map(isfinite, numbers)) or (curve.reaches and begin < inf and end > -inf)):
         raise label.fault(f"term {label.text}: only straight flanks may reach to -inf or inf")

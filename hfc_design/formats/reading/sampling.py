@@ -216,11 +216,11 @@ def deviation_told(report: Json, chosen: bool) -> str:
     most = report["largest_deviation"]
     share = f" ({percent(most / (high - low))} of its range)" if high > low else ""
     at = ", ".join(f"{name} = {value:.4g}" for name, value in report["at"].items())
-    more = f"; more terms, --terms up to {MOST}, usually make that smaller"
+    more = f"; more terms, --terms up to {MOST}, usually reduce this"
     full = chosen or most == 0.0 or report["terms"] == f"{MOST} x {MOST}"
     return (
-        f"sampled to {report['terms']} terms: output off by {most:.3g} at most{share}, at {at}; "
-        f"of {report['points']} points{'' if full else more}"
+        f"sampled to {report['terms']} terms: output deviates by at most {most:.3g}{share}, "
+        f"at {at}; compared at {report['points']} points{'' if full else more}"
     )
 
 
@@ -230,14 +230,14 @@ def left_out_told(report: Json) -> str:
     if not pairs:
         return ""
     more = f" and {len(pairs) - NAMED} more pairs" if len(pairs) > NAMED else ""
-    return f"no rule for {'; '.join(pairs[:NAMED])}{more}: there the rules beside them decide"
+    return f"no rule for {'; '.join(pairs[:NAMED])}{more}: there the neighbouring rules decide"
 
 
 def _side(variable: Variable, count: int) -> Side:
     low, high = variable.low, variable.high
     name = variable.name.text
     if not (max(abs(low), abs(high)) <= LARGEST and high - low >= SMALLEST * LARGEST):
-        message = f"its range has to lie within {-LARGEST:g} and {LARGEST:g} and not be a point"
+        message = f"its range must be within {-LARGEST:g} and {LARGEST:g} and not empty"
         raise variable.name.fault(f"input {name}: {message}")
     marks = [place for term in variable.terms for place in term.places if low < place < high]
     marks += [0.0] if low < 0.0 < high else []

@@ -181,7 +181,7 @@ def contours(bout: MotionComparison) -> tuple[Figure, str] | None:
     axes, scale = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
-    return figure, f"A division, from one grey line to the next, is {length}; {scale}."
+    return figure, f"One division, from one grey line to the next, is {length}; {scale}."
 
 
 Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and its path
@@ -204,7 +204,10 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     path = known[0][1]
     assert isinstance(path.trajectory, Circle)
     enlarged = BAR * path.trajectory.radius_mm / (division * path.millimetres)
-    return axes, f"deviations from the black circle are {enlarged:.0f} times enlarged, outside is +"
+    return (
+        axes,
+        f"deviations from the black circle are {enlarged:.0f} times enlarged, outwards is positive",
+    )
 
 
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:

@@ -27,7 +27,7 @@ class Line(NamedTuple):
     """A row of a table: a cell for each design."""
 
     metric: str  # "" where it is that of the row above
-    of: str  # which machine
+    of: str  # the machine
     cells: list[str]
     best: list[int]  # the designs that are the best here; none where all are alike
 

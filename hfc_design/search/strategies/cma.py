@@ -39,8 +39,8 @@ class CmaSettings(Ordered, Bounds, StrategySettings):
     population: int = Field(16, ge=6, le=10_000)
     generations: int = Field(450, ge=1, le=10_000_000)
     step: Positive = 1.0  # factor on the first standard deviations [1]
-    trees: int = Field(4, ge=1, le=1000)  # structures that compete
-    hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines [1]
+    trees: int = Field(4, ge=1, le=1000)  # number of competing structures
+    hardened: Probability = 0.6  # share of the generations, at the end, with difficult machines [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
 
@@ -255,7 +255,7 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
     if controller.staged:
         return None
     if "linear" in type(controller).model_fields:
-        return "searches hierarchies on a linear part: add [controller.linear], or use race"
+        return "searches hierarchies with a linear part: add [controller.linear], or use race"
     for axis, axis_controller in getattr(controller, "axes", {}).items():
         if fault := _fault(settings, axis_controller):
             return f"axis {axis}: {fault}"
@@ -289,7 +289,7 @@ STRATEGY = Strategy(
     CmaSettings,
     CmaState,
     Cma,
-    "a distribution that follows what is good (CMA-ES), its stages those of the controller",
+    "covariance matrix adaptation (CMA-ES), in the stages of the controller",
     _fault,
     _sound,
     forgets=lambda settings: int(settings.generations),

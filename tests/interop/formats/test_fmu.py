@@ -252,7 +252,7 @@ def test_the_page_names_every_variable_with_its_unit(to, fmus):
         assert variable.get("description") in re.sub("; before .*", "", columns[3])
         if variable.get("causality") != "parameter":
             assert columns[1] == {"input": "in", "output": "out"}[variable.get("causality")]
-    assert "has to be 0.001 s (1000 Hz)" in read.text
+    assert "must be 0.001 s (1000 Hz)" in read.text
     assert ("ideal tachometer" in read.text) == ("The command is not limited" in read.text)
     assert ("The command is not limited" in read.text) == (to != "fmu-plant")
 

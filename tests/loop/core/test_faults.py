@@ -37,8 +37,8 @@ def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(nam
         told = plain_lines(refused.value)
         key = ".".join(map(str, (*place, "nmae")))
         (line,) = [line for line in told if key in line]
-        assert f"scenario: {key} = 3: there is no such key; " in line
-        assert "there is " in line.partition("no such key; ")[2]
+        assert f"scenario: {key} = 3: unknown key; " in line
+        assert "available: " in line.partition("unknown key; ")[2]
 
 
 @pytest.mark.parametrize(

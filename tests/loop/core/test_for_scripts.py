@@ -22,7 +22,7 @@ TWO = ["pd-only", "lin-lee-1999-table-2"]
         (lambda: hfc.picture("lin-lee-1999-table-2", "surface", "u"), "unit='u'"),
         (
             lambda: hfc.identify("x.csv"),
-            "which machine is it? say plant=, scenario= or cont",
+            "the machine is missing; give plant=, scenario= or",
         ),
         (lambda: hfc.identify("x.csv", "c-axis", axis="x"), "axis='x'"),
         (lambda: hfc.load_scenario({"name": "a", "plant": {"name": "b"}}), ""),

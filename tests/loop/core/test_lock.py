@@ -40,8 +40,8 @@ def test_a_frozen_holder_is_overtaken_and_refused_when_it_wakes(tmp_path, monkey
             write_whole(tmp_path / "result", b"second")
             first.send_signal(signal.SIGCONT)
             (said,) = last_words(first)
-            taker = rf"{tmp_path} was taken over by process {os.getpid()} on \S+ since .*: "
-            why = r"this process was silent for more than 1 s; result is not written\n"
+            taker = rf"{tmp_path} was taken over by process {os.getpid()} on \S+ since .*, "
+            why = r"as this process was silent for more than 1 s; result was not written\n"
             assert re.match(taker + why, said)
             assert in_use(tmp_path)  # it has not given back what is ours
     assert (tmp_path / "result").read_bytes() == b"second"

@@ -159,7 +159,11 @@ def test_numbers_of_an_axis_come_back_as_a_design(tmp_path):
         ("1", ("--kind", "aflc"), "--kind"),
         ("1", ("--signal", "a=error"), "--signal"),
         ("1", ("--like", "pd-only"), "design pd-only is of kind pd"),
-        (" ".join(["9"] * 73), (), "what jee-koren-2004-aflc has learnt"),  # no terms that could be
+        (
+            " ".join(["9"] * 73),
+            (),
+            "learned state of jee-koren-2004-aflc",
+        ),  # no terms that could be
         ("1 1_0", (), "TEXT"),
         ("1 １", (), "TEXT"),
         ("1 1e308", (), "TEXT"),

@@ -66,7 +66,7 @@ def test_the_files_alone_keep_the_rate_of_a_design(name, tmp_path):
 def test_an_adaptive_controller_says_that_its_table_is_a_start(target):
     found = texts(named_design("jee-koren-2004-aflc"), target)
     (rules,) = (text for name, text in found.items() if name.startswith("rules."))
-    assert "the adaptation itself is not here" in rules
+    assert "the adaptation itself is not included" in rules
     assert "state.singletons" in found["controller.m"]
 
 
@@ -110,7 +110,7 @@ def test_an_outermost_triangle_is_a_shoulder_up_to_the_range():
     assert "MF1='NL':'trapmf',[-31.0 -26.0 -21.0 -16.0]" in text
     assert "MF4='ZR':'trimf',[-5.0 0.0 5.0]" in text
     assert "MF7='PL':'trapmf',[16.0 21.0 26.0 31.0]" in text
-    assert "the adaptation itself is not here" in text
+    assert "the adaptation itself is not included" in text
 
 
 @pytest.mark.parametrize(("blu", "factor"), [({}, "0.01"), ({"blu_mm": 0.004}, "0.004")])

@@ -49,7 +49,7 @@ def test_a_parameter_as_the_paper_prints_it(every):
     """Lin & Lee 1999, section 4."""
     (own,) = [one for one in every if one.key == "plant.parameters.spindle_inertia"]
     assert own[:7] == ("plant", "c-axis", "parameter", own.key, "number", "kg m2", 5.102)
-    assert own.allowed == "more than zero"
+    assert own.allowed == "greater than 0"
     (plant,) = [one for one in things(PLANT) if one.name == "c-axis"]
     assert plant.source == "Lin & Lee 1999, eq. 1-2"
 
@@ -105,7 +105,7 @@ def test_fields_of_a_record():
         "own.gain",
         "number",
         2.0,
-        "more than 0",
+        "greater than 0",
     )
     assert (title.type, title.default) == ("text", "valve")
     assert count.required
@@ -128,7 +128,7 @@ def test_sources(text, source):
 
 def test_unknown_names_tell_what_is_near():
     told = str(unknown("plant", "c-axsi", ["c-axis", "feed-drive"]))
-    assert told == "'c-axsi': no such plant; did you mean c-axis? there is c-axis, feed-drive"
+    assert told == "'c-axsi': unknown plant; did you mean c-axis? available: c-axis, feed-drive"
 
 
 def test_every_built_in_scenario_has_a_line():

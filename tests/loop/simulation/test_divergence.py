@@ -56,7 +56,7 @@ def test_what_is_told_beside_the_numbers(oven):
     mended, lost = notes(where, rows)
     assert mended == "b is simulated with 4 substeps, it diverges with 1"
     assert lost.startswith("c diverges: flame runs away at 0.")
-    assert lost.endswith(" s, with 16 substeps too")
+    assert lost.endswith(" s, also with 16 substeps")
 
 
 def test_many_designs_at_once_are_mended_one_by_one(oven):
@@ -78,7 +78,7 @@ def test_the_command_line_says_it(oven, tmp_path):
     done = command("score", lost)
     assert done.exit_code == 0, done.output
     assert "bakes diverges: " in done.stdout
-    assert " s, with 16 substeps too" in done.stdout
+    assert " s, also with 16 substeps" in done.stdout
     told = json.loads(command("score", lost, "--json").stdout)
     assert told["substeps"] == 16
     assert 0.0 <= told["divergence"]["time_s"] <= 0.6

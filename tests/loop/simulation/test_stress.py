@@ -120,7 +120,7 @@ def test_where_a_log_shows_no_mode_none_is_tried():
     assert (min(at), max(at)) == (200.0, 250.0)
     assert sum("before the encoder" in one.name for one in told) == 4
     at_the_drive = found(mode_inertia=[0.1], unknown_above_hz=200.0, encoder_at="drive").stress
-    assert [one.name for one in at_the_drive] == [one.name for one in told if "moves" in one.name]
+    assert [one.name for one in at_the_drive] == [one.name for one in told if "moving" in one.name]
     assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress
 
 
@@ -209,7 +209,8 @@ def test_a_load_is_held_as_long_as_the_motion_before_it(times):
     changes = {"simulation.duration_s": 1.0, "constraints.late_error": "0.05 mm"}
     changes["reference.distance"] = 1.0
     rows = found(changes=changes, ki=KP, load=times * 0.05 / left).stress
-    assert [one.holds for one in rows if one.name.startswith("a load of")] == 2 * [times < 1.0]
+    loaded = [one.holds for one in rows if one.name.startswith("an extra load of")]
+    assert loaded == 2 * [times < 1.0]
 
 
 def test_it_is_held_where_the_motion_begins():
@@ -236,7 +237,7 @@ def test_where_it_is_close_four_times_as_many_machines_decide(share, machines):
     gains = some.actual[0].amplifier_gain
     weak = np.sort(gains[:8])[1:3].mean()
     own = found(robust, load=0.05 * 5.0 * weak * KP, share=share, machines=8)
-    (row,) = (one for one in own.stress if one.name.startswith("a load of -"))
+    (row,) = (one for one in own.stress if one.name.startswith("an extra load of -"))
     assert row.share == np.mean(gains[:machines] > weak)
     assert row.holds == (row.share >= share)
 
@@ -252,7 +253,7 @@ def test_backwards_an_axis_that_goes_harder_stays_behind():
     }
     (row,) = found(changes=changes, backwards=1.0).stress
     assert (row.holds, row.part, row.why) == (False, 0.875, "is far off")
-    assert row.breaks == "every motion 87.5 % of its way backwards"
+    assert row.breaks == "every motion 87.5 % backwards"
     (row,) = found(changes={**changes, "constraints.late_error": 1.2 * off}, backwards=1.0).stress
     assert row.holds
 

@@ -39,7 +39,7 @@ def test_a_scheduler_with_certificates(tmp_path, tmp_path_factory, monkeypatch):
             ([bare], 1, f"--scheduler {bare}: no scheduler answers there"),
             ([address, *foreign], 1, "no scheduler that knows these certificates answers there"),
             ([address, *half], 1, "no scheduler that knows these certificates answers there"),
-            ([f"tcp://{bare}", *TLS], 2, "with --tls-ca it has to be tls://HOST:PORT"),
+            ([f"tcp://{bare}", *TLS], 2, "with --tls-ca it must be tls://HOST:PORT"),
             (["here:there", *TLS], 2, "is no address"),
             ([address, TLS[0], TLS[1], foreign[2]], 2, "KEY_VALUES_MISMATCH"),
         ):

@@ -8,7 +8,7 @@ from run_folders import hfc
 
 def test_a_rate_of_learning_is_bounded():
     done = hfc("train", "huang-soc", "--network", "rate=1e12", "--passes", "1")
-    told = "hfc: --network: rate = 1000000000000.0: has to be 1000000 or less\n"
+    told = "hfc: --network: rate = 1000000000000.0: must be at most 1000000\n"
     assert (done.exit_code, done.stderr) == (2, told)
 
 

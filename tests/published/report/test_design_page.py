@@ -34,5 +34,5 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):
         "The controller",
         "Its units",
         "The loop",
-        "How to run it again",
+        "How to reproduce it",
     ]

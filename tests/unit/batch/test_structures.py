@@ -64,17 +64,17 @@ def test_terminal_and_page_have_them(counted):
     done = hfc("report", counted)
     lines = done.stdout.splitlines()
     assert lines[-1] == str(counted / "report.html")
-    assert "structures that won in c-axis-ramp, group 1: preset race" in map(str.rstrip, lines)
+    assert "best structures of c-axis-ramp, group 1: preset race" in map(str.rstrip, lines)
     assert lines[0].rstrip() == "c-axis-ramp: fitness"
     (group,) = (line for line in lines if line.startswith("1: preset race"))
     assert group.split()[-6:] == ["5", "12.0", "11.0", "to", "13.0", "14.0"]
     told = " ".join(done.stdout.split())
-    assert "cannot be shown with so few runs" in told
+    assert "too few to show which group is better" in told
     (row,) = (line for line in lines if "3 of 5" in line)
     assert row.split()[-6:] == ["60", "(15", "to", "95)", "12.0", "11.0"]
     page = (counted / "report.html").read_text()
-    assert page.count('alt="Structure that won in group 1: preset race"') == 1  # its tree
-    assert "3 of 5 searches ended with it, the best of them was 0000000000000004" in page
+    assert page.count('alt="Best structure of group 1: preset race"') == 1  # its tree
+    assert "3 of 5 searches ended with this structure, the best of them 0000000000000004" in page
     assert "Structure that won in group 2" not in page
     assert f'<th scope="row">{TWO}</th>' in page
 
@@ -83,9 +83,9 @@ def test_structures_of_broken_runs_are_said_to_be_so(tmp_path):
     batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO)]))
     with_score(tmp_path / f"{1:016x}", least_violated=True)
     told, _ = reported(tmp_path)
-    assert "structures that won in a, group 1; 1 of 2 runs break constraints" in told
+    assert "best structures of a, group 1; 1 of 2 runs violate constraints" in told
     page = (tmp_path / "report.html").read_text()
-    assert page.count("1 of 2 runs of group 1 break constraints") == 2  # its task, its structures
+    assert page.count("1 of 2 runs of group 1 violate constraints") == 2  # its task, its structures
 
 
 def test_a_terminal_is_told_no_control_characters(tmp_path):

@@ -61,7 +61,7 @@ def test_axes_that_have_the_same_inside_need_no_name(monkeypatch, tmp_path):
 def test_a_table_that_has_learnt_nothing_says_so():
     for what in ("surface", "tables"):
         figure = picture(hfc.load_design("huang-soc"), what)
-        assert figure.axes[0].get_title() == "rules to begin with: it has learnt none"
+        assert figure.axes[0].get_title() == "rules at the start: it has learned none"
 
 
 def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):

@@ -32,4 +32,4 @@ def test_no_line_says_that_nothing_is_left_when_much_is(monkeypatch, capsys):
 
 def test_machines_that_cannot_be_are_told_in_words():
     assert _refused(0) == ""
-    assert _refused(12).startswith("12 more were drawn and replaced: no machine has such")
+    assert _refused(12).startswith("12 draws were replaced, as their parameters are impossible")

@@ -59,7 +59,7 @@ def test_a_plant_with_units_and_source(monkeypatch):
     lines = [" ".join(line.split()) for line in hfc("show", "plant", "c-axis").stdout.splitlines()]
     assert "source: Lin & Lee 1999, eq. 1-2" in lines
     found = [line for line in lines if line.startswith("spindle_inertia")]
-    assert found == ["spindle_inertia 5.102 kg m2 of spindle and workpiece, J_c; more than zero"]
+    assert found == ["spindle_inertia 5.102 kg m2 of spindle and workpiece, J_c; greater than 0"]
 
 
 def test_a_scenario_says_what_it_sets_and_what_a_motion_has_from_it(tmp_path):
@@ -111,7 +111,10 @@ def test_what_a_controller_is_to_follow_has_a_unit_and_a_meaning():
     assert signals["reference_acceleration"]["unit"] == "mm/s2"
     assert all(one["unit"] and one["meaning"] for one in signals.values())
     (gain,) = (one for one in found["keys"] if one["key"] == "signals.velocity")
-    assert (gain["unit"], gain["meaning"]) == ("V/(mm/s)", "gains on what the drive's sensors tell")
+    assert (gain["unit"], gain["meaning"]) == (
+        "V/(mm/s)",
+        "gains on signals of the drive's sensors",
+    )
 
 
 def test_an_own_plant(own_plugins):
@@ -120,7 +123,7 @@ def test_an_own_plant(own_plugins):
     every = json.loads(done.stdout)
     assert every[0]["name"] != ""
     told = hfc("show", "plant", "examples.02_own_plant:TABLE").stdout
-    assert "more than zero" in told
+    assert "greater than 0" in told
     assert " ; more" not in told
     assert [one for one in every if one["part"] == "parameter"]
 
@@ -205,7 +208,7 @@ def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
     assert rows == ["plant", "plant.name", "plant.parameters", "plant.axes"]
     told = " ".join(shown.split())
     plants = ", ".join(one.name for one in things("plant"))
-    assert f"Each plant has keys of its own here, as in hfc show plant c-axis: {plants}" in told
+    assert f"Each plant has its own keys here, as in hfc show plant c-axis: {plants}" in told
     assert "(race)" in hfc("show", "key", "search.population").stdout  # which is of kinds alone
     every = json.loads(hfc("show", "key", "plant", "--json").stdout)
     assert "plant.parameters.poles" in [one["key"] for one in every]

@@ -20,7 +20,7 @@ def test_without_options_the_published_drive():
         assert part in done.stdout
     shown = " ".join(done.stdout.split())
     assert "K [(BLU/s)/unit]" in shown
-    assert "without friction" in shown
+    assert "has no friction" in shown
 
 
 def test_json_holds_the_range():

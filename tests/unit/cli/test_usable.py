@@ -55,7 +55,7 @@ def test_a_no_says_what_would_give_a_yes(capsys):
     why = {"changes": [change | {"without": 0.998}, other], "lines": ["31 oscillate in b"]}
     show_usable(ANSWER | {"why_not": why})
     told = capsys.readouterr().out
-    _, _, below = told.partition("What would give a yes, each alone:\n")
+    _, _, below = told.partition("Changes that would give a yes, each on its own:\n")
     rows = [line.split() for line in below.splitlines()]
     assert ["constraints.late_error", "2", "mrad", "2.6", "mrad", "31", "99.8"] in rows
     assert ["robust.spread", "0.2", "-", "-", "95.5"] in rows
@@ -102,7 +102,7 @@ def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
 
 def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
     show_usable(None)
-    assert "cannot be said" in capsys.readouterr().out
+    assert "Unknown: there is no machine" in capsys.readouterr().out
 
 
 def test_another_seed_is_named_only_where_it_may_help():

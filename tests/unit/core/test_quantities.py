@@ -37,7 +37,7 @@ def test_a_blu_has_millimetres():
 
 @pytest.mark.parametrize("written", ["20 V", "20 furlong", "2 unit"])
 def test_of_something_else(written):
-    with pytest.raises(ValueError, match="has to be a quantity in rad"):
+    with pytest.raises(ValueError, match="must be a quantity in rad"):
         number(READ(written), "rad")
 
 
@@ -58,5 +58,5 @@ def test_of_something_else(written):
     ],
 )
 def test_what_is_none(written):
-    with pytest.raises(ValidationError, match="is no"):
+    with pytest.raises(ValidationError, match=r"must be a number with a unit|unknown unit"):
         READ(written)

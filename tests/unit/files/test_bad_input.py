@@ -122,8 +122,8 @@ COMMANDS = {
     "score pd-only --scenario no-such": "no-such",
     "export pd-only --to pdf": "--to pdf",
     "export pd-only --to csv --out t": "design pd-only is of kind pd",
-    "design --resume": "--resume needs --out DIR and nothing else",
-    "design --resume --out . --seed 1": "--resume needs --out DIR and nothing else",
+    "design --resume": "--resume takes only --out DIR",
+    "design --resume --out . --seed 1": "--resume takes only --out DIR",
     "design --resume --out .": "--out .",
 }
 

@@ -57,9 +57,9 @@ def test_every_part_says_what_is_here_and_what_was():
         },
     )
     assert found == {
-        "machine": "kept, but for spindle_inertia 3.2 (made with 5.102)",
-        "limits": "kept by the controller (command 90); the drive here has command 60 (made with "
-        "90), delay_samples 1 (made with 0)",
+        "machine": "kept, except spindle_inertia 3.2 (made with 5.102)",
+        "limits": "applied by the controller (command 90); the drive here has command 60 (made "
+        "with 90), delay_samples 1 (made with 0)",
         "sensors": "this scenario's: encoder_resolution 0 (made with 1e-06)",
         "load": "this scenario's: constant 2 (made with 5), sines 1 of them (made with none)",
     }

@@ -90,7 +90,7 @@ def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
     here = load_scenario("c-axis-ramp", {"limits.command": 100.0})
     found = list(differences(design, here, shared_machine({"d": design}, here)))
     assert found == [
-        "the controller keeps to its own limits: command 90.0, here 100.0 V",
-        "made with a drive of other limits: command 120.0, here 100.0 V",
+        "the controller applies its own limits: command 90.0, here 100.0 V",
+        "made with other drive limits: command 120.0, here 100.0 V",
         "made with other sensors: encoder_resolution 1e-06, here 0.0",
     ]

@@ -109,7 +109,7 @@ def test_limit_of_the_component_says_whether_the_controller_has_its_own():
     for changes in (None, {"limits.command": 60.0}):
         found = files(load_design("pd-only", changes))
         for file in ("README.md", "hfc_pd_only.comp"):
-            assert ("none but the controller's own, 60.0" in found[file]) == bool(changes)
+            assert ("only the limit of the controller, 60.0" in found[file]) == bool(changes)
 
 
 def test_a_controller_that_feeds_the_acceleration_forward_reads_it():

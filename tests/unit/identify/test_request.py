@@ -48,7 +48,7 @@ def test_what_is_not_looked_for_is_said_with_its_value():
     """A mass beside a wrong gain is wrong by the same factor; exact ones are known."""
     stage = PLANTS["positioning-stage"]
     told = free_parameters(stage, {"offset": -2.0}, ["mass", "coulomb_friction"]).rest()
-    assert told.startswith("not looked for: ")
+    assert told.startswith("not identified: ")
     for words in ("amplifier_gain 35.1507 N/V", "offset -2 N", "viscous_friction 203.5 N s/m"):
         assert words in told
     assert "mass" not in told

@@ -20,7 +20,7 @@ def test_what_a_judge_is_called():
     plain, hard = judge(lin_lee(), 0.0), judge(lin_lee(), 300.0)
     assert plain.titles == {"fitness": "fitness, LL eq. 5"}
     assert hard.titles == {"fitness": "fitness, LL eq. 5", "merit": TITLE}
-    worse = "largest error, worse by the factor (1 + 2.5 stick share) [mrad]"  # below zero too
+    worse = "largest error, divided by (1 + 2.5 stick share) [mrad]"  # below zero too
     assert judge(CALM, 2.5).title == worse
     never_below = CALM._replace(positive=True)
     assert judge(never_below, 2.5).title == "largest error / (1 + 2.5 stick share) [mrad]"

@@ -24,13 +24,13 @@ def test_what_is_set_is_explained_in_the_units_of_the_plant():
     for above, line in zip(text.splitlines(), text.splitlines()[1:], strict=False):
         before.setdefault(line.partition(" = ")[0], above)
     assert before["stiffness"] == (
-        "# of the transmission, told at the motor's side, k [N m/rad]; more than zero"
+        "# of the transmission, referred to the motor, k [N m/rad]; greater than 0"
     )
-    assert before["duration_s"] == "# how long a motion is simulated [s]; more than 0"
-    assert before["amplitude"] == "# largest deflection from zero [rad]"  # of a motion
-    assert before["root_limit"] == "# |consequent| of a hierarchy's root; more than 0"
-    assert before["[controller]"] == "# what is looked for"
-    assert text.count("of its cost among those of the others") == 1  # not in each motion
+    assert before["duration_s"] == "# duration of a motion [s]; greater than 0"
+    assert before["amplitude"] == "# amplitude [rad]"  # of a motion
+    assert before["root_limit"] == "# |consequent| of a hierarchy's root; greater than 0"
+    assert before["[controller]"] == "# controller to search for"
+    assert text.count("weight of its cost relative to the others") == 1  # not in each motion
     assert tomllib.loads(text) == tomllib.loads(scenario_toml(scenario))
 
 

@@ -116,7 +116,7 @@ def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
     assert refused == 50 + refused - possible.sum() > 0
     np.testing.assert_array_equal(p.mutual_inductance[1:], lm[possible])
     monkeypatch.setattr(machines, "MAX_DRAWS", 0)
-    with pytest.raises(UserError, match=r"spread=0.4: of \d+ draws only \d+ gave a possible"):
+    with pytest.raises(UserError, match=r"spread=0.4: only \d+ of \d+ draws gave a possible"):
         drawn(settings, 0.4, 50, 0)
 
 

@@ -126,7 +126,7 @@ def test_every_axis_has_its_pictures():
         machine, (FEED_DRIVE.parameters(),) * 2, {"x": measured(), "y": measured(2)}
     )
     whole, x, y = sections(sliding(pid=PID).controller, shown)
-    assert [part.title for part in (x, y)] == ["What X learns", "What Y learns"]
+    assert [part.title for part in (x, y)] == ["Learning of X", "Learning of Y"]
     rows = {name: (value, unit) for name, value, unit in whole.listing.rows}
     assert rows["slope of the surface, λ"] == ("20", "1/s")
     assert rows["judgement of the error, P₂"] == ("20", "1/s")

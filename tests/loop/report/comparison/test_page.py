@@ -69,7 +69,7 @@ def test_it_is_small_and_says_what_is_compared(second, written):
     assert "<code>hfc compare &lt;a&gt; b</code>" in written
     other = second.html.decode()
     assert other.count("times enlarged") == 2
-    assert "Again:" not in other
+    assert "To reproduce:" not in other
 
 
 def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, tables):
@@ -83,7 +83,7 @@ def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, ta
         for text in texts:
             caption = re.search(r"\\caption\{(.*)\}", text)[1]
             assert all(caption.count(bout.name) <= 1 for bout in comparison.bouts)
-            of_designs = "the designs that are compared" in caption
+            of_designs = "the compared designs" in caption
             assert caption.count("machines within") == (not of_designs)
     assert len(labels) > 10
     assert len(labels) == len(set(labels))

@@ -76,7 +76,7 @@ def test_ball_bar_draws_the_radius(tables):
     assert isinstance(path.trajectory, Circle)
     largest = max(np.abs(x.motion.contour.error).max() for x in bout.results.values())
     division = next(x for x in (1, 2, 5, 10, 20, 50) if x >= largest / 2)
-    assert told.startswith(f"A division, from one grey line to the next, is {division} BLU")
+    assert told.startswith(f"One division, from one grey line to the next, is {division} BLU")
     assert f"({10 * division} µm)" in told  # of 10 µm each
     enlarged = BAR * path.trajectory.radius_mm / (0.01 * division)
     assert f"{enlarged:.0f} times enlarged" in told

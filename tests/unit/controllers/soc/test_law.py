@@ -161,9 +161,9 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
     gains, learning = sections(design.controller, shown)
     assert ["gu, command of a rule of 1", "5", "V"] in gains.listing.rows
     assert [drawing.alt for drawing in learning.drawings] == [
-        "Heat maps of the rules that X has learnt",
+        "Heat maps of the rules learned by X",
         "Rules of X at the end: rules over error and change of error in a sample",
-        "Heat maps of the rules that Y has learnt",
+        "Heat maps of the rules learned by Y",
         "Rules of Y at the end: rules over error and change of error in a sample",
     ]
     assert len(sections(design.controller, shown._replace(signals=None))) == 1
