@@ -57,13 +57,6 @@ def killed(process):
     process.wait(timeout=PATIENCE)
 
 
-def alive(process):
-    try:
-        return process.status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
-
-
 class Cluster:
     """A scheduler and its workers, which are put back when they have gone.
 

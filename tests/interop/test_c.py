@@ -14,14 +14,12 @@ from wandering import wandering
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
-from hfc_design.files.loop_setup import DEFAULT_SCENARIOS, load_design
-from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
 from hfc_design.formats.code import sources
 from hfc_design.formats.connection import connect
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluating import evaluate
 
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 #: Built-in laws of an axis; what commands a whole machine: tests/interop/formats/test_machine_c.py.
@@ -119,26 +117,6 @@ def test_equals_the_runtime(compiler, name, tmp_path):
     found = built(compiler, DESIGNS[name], tmp_path / "c")
     for samples, expected in expectations(name):
         np.testing.assert_allclose(commands(found, samples), expected, rtol=1e-12, atol=1e-12)
-
-
-#: Of others: in LinuxCNC and as FMUs.
-SEEN = ("lin-lee-1999-table-1", "huang-soc")
-
-
-@pytest.mark.parametrize("name", SEEN)
-def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
-    design = DESIGNS[name]
-    plant = design.plant.name
-    on_c_axis = plant == "c-axis"
-    scenario = load_scenario("c-axis-ramp-cutting" if on_c_axis else DEFAULT_SCENARIOS[plant])
-    found = built(program("gcc"), design, tmp_path / "c")
-    for axis in evaluate(design, scenario).axes:
-        told = axis.sensed()
-        samples = np.stack([told[name] for name in code.signals(design)], axis=1)
-        assert len(samples) >= 3000
-        for seen in (samples, np.round(samples)):
-            expected = of_the_runtime(design, seen)
-            np.testing.assert_allclose(commands(found, seen), expected, rtol=0.0, atol=1e-12)
 
 
 # Rounding may decide which rules are judged; until then the commands differ by single precision.

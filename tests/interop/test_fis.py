@@ -8,13 +8,10 @@ in tests/unit/formats/test_fis.py.
 
 import numpy as np
 import pytest
-from imported_files import SHARED, SHARED_SIGNALS
 from wiring import DESIGNS, UNITS, design, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
-from hfc_design.files.design import Limits
 from hfc_design.formats import FORMATS
-from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
 EVERY = 50
@@ -37,27 +34,6 @@ def test_every_unit_reads_back(name, octave, tmp_path):
 @pytest.mark.parametrize("name", [*WHOLE, "P", "PI", "PD"])
 def test_controller_m_gives_the_commands_of_the_runtime(name, octave, tmp_path):
     record = form(name) if len(name) < 3 else design(name)
-    compare(record, octave, tmp_path)
-
-
-@pytest.mark.parametrize("name", ["random-4-on-linear-scheduled-resonating", "P", "PI", "PD"])
-def test_controller_m_keeps_the_limit_of_a_design(name, octave, tmp_path):
-    """In another BLU, too."""
-    record = form(name, blu_mm=0.02) if len(name) < 3 else design(name)
-    compare(record.model_copy(update={"limits": Limits(command=9.0)}), octave, tmp_path)
-
-
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "PI"])
-def test_controller_m_keeps_the_rate_of_a_design(name, octave, tmp_path):
-    record = form(name) if len(name) < 3 else design(name)
-    rate = 3.0 / record.controller.sample_time_s
-    own = Limits(command=9.0, command_rate=rate)
-    compare(record.model_copy(update={"limits": own}), octave, tmp_path)
-
-
-def test_a_range_that_ends_at_the_outermost_centres_changes_no_command(octave, tmp_path):
-    record = imported(SHARED["fis"], Wish(signals=SHARED_SIGNALS))
-    assert record.controller.ranges["error_change"] == (-4.0, 4.0)
     compare(record, octave, tmp_path)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.foreign_machines import bench
-from experiments.foreign_machines.bench import OTHER, READING, TRUE, Law, oscillation
+from experiments.foreign_machines.bench import OTHER, TRUE, Law
 from hfc_design.files.loop_setup import load_design
 from hfc_design.formats.code import sources
 from hfc_design.formats.writing import write
@@ -87,20 +87,6 @@ def test_a_load_hangs_on_its_flank_and_falls_freely(program):
     assert np.diff(between) / DT == pytest.approx(-20.0 / FREE["load_mass"], rel=1e-4)
     relative = abs(motor + 20.0 / FREE["load_mass"])
     assert time < np.sqrt(2.0 * own["gap"] / relative) + DT
-
-
-def test_an_encoder_counts_and_trembles_as_it_is_told(program):
-    found = pushed(program, np.zeros(20_000), load_encoder=1e-6, noise=2e-6)[:, READING]
-    assert np.allclose(found / 1e-6, np.round(found / 1e-6), atol=1e-9)
-    assert found.std() == pytest.approx(np.sqrt(2e-6**2 + 1e-6**2 / 12), rel=0.02)
-
-
-def test_an_oscillation_is_what_goes_on():
-    time = np.linspace(0.0, 1.0, 1000)
-    swing = np.sin(2 * np.pi * 40 * time)
-    assert oscillation(5.0 * swing + 3.0 * time + 7.0) == pytest.approx(5.0, rel=0.02)
-    assert oscillation(5.0 * swing * np.exp(-9 * time)) < 0.1
-    assert oscillation(time**2) == oscillation(np.sin(4 * time)) == 0.0
 
 
 def test_an_exported_loop_does_what_the_same_gains_do_in_the_simulator(program, tmp_path):

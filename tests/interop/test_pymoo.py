@@ -13,9 +13,6 @@ import pytest
 from places import ROOT
 from toy_fronts import PointGenome, scored, zdt
 
-from hfc_design.controllers.gains.genome import GainVectors
-from hfc_design.files.named_scenario import load_scenario
-from hfc_design.runs.problem import Problem as Scenario
 from hfc_design.search import fronts
 from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategies.nsga_ii import Nsga2Settings
@@ -29,7 +26,6 @@ pytest.importorskip("pymoo", reason="pymoo is not installed; make interop instal
 moocore = pytest.importorskip("moocore")
 
 from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: E402
-from pymoo.core.problem import Problem  # noqa: E402
 from pymoo.operators.survival.rank_and_crowding.metrics import (  # noqa: E402
     get_crowding_function,
 )
@@ -88,38 +84,3 @@ def test_the_front_is_at_least_as_good_as_that_of_pymoo():
         theirs = minimize(get_problem("zdt2"), NSGA2(pop_size=100), ("n_gen", 100), seed=seed)
         other.append(volume(theirs.F))
     assert np.median(own) >= np.median(other)
-
-
-class Drive(Problem):
-    """A scenario whose individuals are places in [0, 1]."""
-
-    def __init__(self, scenario):
-        self.scenario = scenario
-        size = scenario.genome.empty().places.shape[1]
-        super().__init__(n_var=size, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        found = self.scenario.scored(GainVectors(np.zeros(len(x), int), x))
-        out["F"] = np.nan_to_num(np.minimum(found.costs, 1e6), nan=1e6)
-        out["G"] = np.minimum(found.violation, 1e6)[:, None]
-
-
-def test_the_front_of_a_drive_is_at_least_as_good_as_that_of_pymoo():
-    """As many individuals are judged: here in more generations, of which there is an archive."""
-    changes = {"search.preset": "nsga-ii", "search.population": 32, "search.generations": 120}
-    changes |= {"search.front": 64, "search.objectives": ["tracking", "effort"]}
-    changes |= {"simulation.duration_s": 0.5, "controller.kind": "pid+ff"}
-    scenario = load_scenario("c-axis-ramp", changes)
-    problem = Scenario(scenario)
-    own, theirs = [], []
-    for seed in range(3):
-        parts = searcher(scenario.search, problem.task), problem.genome, 120, seed
-        *_, last = generations(*parts, problem.scored)
-        own.append(last.state.front.costs)
-        nsga = NSGA2(pop_size=64)
-        theirs.append(minimize(Drive(problem), nsga, ("n_gen", 60), seed=seed).F)
-    together = np.concatenate(own + theirs)
-    best = together[~fronts.dominated(together, together)]
-    low, width = best.min(axis=0), np.ptp(best, axis=0)
-    own, theirs = ([volume((costs - low) / width) for costs in x] for x in (own, theirs))
-    assert np.median(own) >= np.median(theirs)

@@ -18,7 +18,7 @@ import made_up
 import numpy as np
 import pytest
 from places import ROOT, TESTS
-from plcopen_project import function_block, pous
+from plcopen_project import pous
 from st_cases import CASES, WRITTEN, samples
 from wiring import design
 
@@ -175,15 +175,6 @@ def vectors(content):
     return np.stack([*inputs, resets], axis=1), commands, tolerance
 
 
-@pytest.mark.parametrize("name", WRITTEN)
-def test_it_gives_the_commands_of_the_vectors(name, machine):
-    content, record = FORMATS["st"].content(named_design(name)), named_design(name)
-    rows, commands, tolerance = vectors(content)
-    found = machine(content[f"{code.c_name(record)}.st"], rows)
-    assert not found[:, 1].any()
-    assert np.abs(found[:, 0] - commands).max() <= tolerance
-
-
 @pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-aflc", "lin-lee-1999-table-1"])
 def test_it_runs_the_program_of_the_vectors(name, machine):
     """The first 100 of them: it takes programs of 64 KB. Told are the largest difference and ok."""
@@ -232,18 +223,6 @@ def test_the_published_schema_and_its_classes_take_the_project(name, source, tmp
 def test_the_schema_finds_an_error_where_there_is_one(source, tmp_path):
     with pytest.raises(AssertionError, match="fileHeader"):
         read(design("pd-only"), source, tmp_path, ' companyName="hfc-design"', "")
-
-
-@pytest.mark.parametrize("case", ["table 2", "scheduling within a limit", "PI"])
-def test_the_block_that_the_classes_have_read_runs_as_the_runtime_does(
-    case, source, machine, tmp_path
-):
-    record = CASES[case]
-    found = read(record, source, tmp_path)
-    (name, block), *_ = ((n, one) for n, one in found.items() if one[0] == "functionBlock")
-    text, given, controller = function_block(name, *block[1:]), samples(record), Controller(record)
-    wanted = np.array([controller.step(row) for row in given])
-    assert np.array_equal(machine(text, rows_of(text, given))[:, 0], wanted)
 
 
 def read(record, source, folder, old="", new=""):

@@ -5,14 +5,8 @@ import re
 import shutil
 import subprocess
 
-import phone
 import pytest
 from run_folders import batch_folder, hfc
-
-
-def test_the_page_on_a_phone(large, tmp_path):
-    assert phone.figures_that_fit(large / "report.html", tmp_path) == 4
-
 
 ACTIONS = """<script>
 const buttons = [...document.querySelectorAll(".runs button")];

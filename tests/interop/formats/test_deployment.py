@@ -9,17 +9,14 @@ import shutil
 import subprocess
 
 import made_up
-import numpy as np
 import pytest
 from deployment_folders import ALL, BUILT_IN, FEW, checked, passes, vectors, written
 from whole_machines import DESIGNS
 
-from hfc_design.controllers.controller import PathView
 from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS, code, saving
 from hfc_design.formats.c_folder import write_lookup
 from hfc_design.formats.writing import write
-from hfc_design.runtime import Controller, Machine
 
 
 @pytest.fixture(scope="module")
@@ -56,16 +53,6 @@ def test_one_make_checks_every_axis(tmp_path):
     assert "FAILED" in told
 
 
-def test_the_folder_for_linuxcnc_passes_it_too(tmp_path):
-    FORMATS["linuxcnc"].write(ALL["jee-koren-2004-flc"], tmp_path / "hal")
-    passes(tmp_path / "hal")
-    text = (tmp_path / "hal" / "README.md").read_text()
-    assert "make check" in text
-    assert "The command is not limited" in text
-    assert "1 BLU is 0.01 mm" in text
-    assert "source: Jee & Koren 2004" in text
-
-
 NEEDS = {
     "lin-lee-1999-table-1": {"expf"},
     "huang-neural": {"tanhf"},
@@ -92,11 +79,6 @@ def outside(folder):
 def test_float_needs_one_function_at_most_and_no_heap(name, tmp_path):
     write(tmp_path / "c", code.sources(ALL[name]))
     assert outside(tmp_path / "c") == NEEDS[name]
-
-
-def test_a_lookup_in_float_needs_nothing(tmp_path):
-    write(tmp_path / "c", code.tabulated(ALL["lin-lee-1999-table-1"], 9)[0])
-    assert outside(tmp_path / "c") == set()
 
 
 SCHEDULING = made_up.limited(made_up.scheduling(5), 60.0)
@@ -155,36 +137,6 @@ def test_the_call_to_begin_with_compiles_as_it_stands(name, folder):
         assert own.returncode == 0, own.stderr
 
 
-def of_the_runtime(design, names, numbers):
-    """The commands for the inputs in the columns."""
-    axes = [name.removesuffix("command").strip(".") for name in names if name.endswith("command")]
-    controller, found = Controller(design) if axes == [""] else Machine(design, tuple(axes)), []
-    for row in numbers.tolist():
-        told = {axis: {} for axis in [*axes, "path"]}
-        for name, x in zip(names, row, strict=True):
-            axis, _, signal = name.rpartition(".")
-            told[axis if axis in told else axes[0]][signal] = x
-        if row[0]:
-            controller.reset()
-        if axes == [""]:
-            found.append([controller.step(told[""])])
-            continue
-        way = told.pop("path")
-        tangent = (way.pop("tangent_x"), way.pop("tangent_y")) if way else None
-        found.append(
-            list(controller.step(told, PathView(tangent, **way) if way else None).values())
-        )
-    return found
-
-
-@pytest.mark.parametrize("name", FEW)
-def test_the_vectors_are_those_of_the_runtime(name, folder):
-    names, numbers, _ = vectors(folder(name))
-    expected = of_the_runtime(ALL[name], names, numbers)
-    commands = [k for k, x in enumerate(names) if x.endswith("command")]
-    np.testing.assert_array_equal(numbers[:, commands], expected)
-
-
 #: Where numbers of a table stand in the C of a design.
 TABLES = {
     "jee-koren-2004-flc": "real singletons[49] = {",
@@ -236,11 +188,3 @@ def test_every_number_of_a_table_that_is_off_by_one_per_cent_is_found(name, judg
     found = [fails(k, 1.01) or fails(k, 0.99) for k, x in enumerate(numbers) if x]
     assert len(found) >= 10
     assert all(found), found
-
-
-@pytest.mark.parametrize("precision", ["double", "float"])
-@pytest.mark.parametrize("name", ["jee-koren-2004-flc", "lin-lee-1999-table-1"])
-def test_a_number_that_is_off_by_one_per_cent_is_found(name, precision, judged):
-    numbers, fails = judged(name, precision)
-    assert fails(len(numbers) - 1, 1.01)  # the rule of a corner
-    assert not fails(len(numbers) - 1, 1.0)

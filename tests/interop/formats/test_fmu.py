@@ -6,7 +6,6 @@ from html.parser import HTMLParser
 from math import exp, inf, isfinite, nan
 from xml.etree import ElementTree
 
-import made_up
 import pytest
 from fmi import ERROR, GOOD, WARNING, Slave
 
@@ -64,15 +63,6 @@ def test_the_plant_has_its_parameters_with_units_and_bounds(fmus):
     assert units["kg m2"].attrib == {"kg": "1", "m": "2"}
     assert root.find("DefaultExperiment").get("stepSize") == "0.001"
     assert root.find("CoSimulation").get("canHandleVariableCommunicationStepSize") == "false"
-
-
-def test_a_parameter_that_may_be_negative_has_no_lowest_value(fmus):
-    root = described(fmus(AFLC, "fmu-loop")[0])
-    bounds = {x.get("name"): x.find("Real").attrib for x in root.iter("ScalarVariable")}
-    assert "min" not in bounds["x.positive_slope"]
-    assert bounds["x.lowest_command"]["max"] == "0.0"
-    assert bounds["y.positive_start"]["start"] == "7.23"  # JK04 eq. 28, the Y-axis
-    assert bounds["x.reference"]["unit"] == "BLU"
 
 
 def test_a_compiler_that_fails_is_told():
@@ -156,19 +146,6 @@ def test_a_faulty_sample_is_a_warning_that_is_told_once(slave):
     assert text.startswith(b"at 0.01 s an input is infinite or not a number")
 
 
-def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(fmus, tmp_path):
-    limits = {"command": 6.0, "command_rate": 500.0}
-    design = load_design("pd-only", {"limits": limits})
-    slave = Slave(fmus(design)[0], tmp_path / "u")
-    assert slave.begin() == GOOD
-    found = []
-    for error in (1.0, 1.0, nan, 1.0, -1.0, -1.0):
-        slave.put(error=error)
-        slave.step()
-        found.append(slave.get("command"))
-    assert found == pytest.approx([0.5, 1.0, nan, 1.5, 1.0, 0.5], abs=0, nan_ok=True)
-
-
 def test_what_cannot_be_set_is_told(fmus, tmp_path):
     slave = Slave(fmus(TABLE_1, "fmu-plant")[0], tmp_path / "u")
     assert slave.begin(start__spindle_angle=0.5, start__rotor_angle=0.5) == GOOD
@@ -189,11 +166,6 @@ def test_what_cannot_be_set_is_told(fmus, tmp_path):
     assert slave.step() == WARNING
     assert slave.get("state.current") == before
     assert slave.told[-1][1].endswith(b"the machine and its control stay as they were")
-
-
-def test_another_guid_gives_no_instance(fmus, tmp_path):
-    path = fmus(made_up.network(2, 5))[0]
-    assert Slave(path, tmp_path / "u", token="{0}").instance is None
 
 
 def test_the_same_design_gives_the_same_bytes(fmus, tmp_path):
@@ -255,15 +227,6 @@ def test_the_page_names_every_variable_with_its_unit(to, fmus):
     assert "must be 0.001 s (1000 Hz)" in read.text
     assert ("ideal tachometer" in read.text) == ("The command is not limited" in read.text)
     assert ("The command is not limited" in read.text) == (to != "fmu-plant")
-
-
-def test_the_page_of_a_machine_names_its_axes_and_limits(fmus):
-    design = load_design("lin-gai-2009-fuzzy-sliding-compensated")
-    read = Read(page(fmus(design)[0]))
-    for axis in "xyzac":
-        assert f"{axis}.error_rate" in read.cells
-        assert f"{axis} 8.0" in read.text
-    assert "what was learnt as well" in read.text
 
 
 def test_what_a_user_wrote_is_text(fmus):

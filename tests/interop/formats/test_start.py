@@ -15,12 +15,10 @@ from structured_text import FunctionBlock
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import Limits
-from hfc_design.formats import FORMATS
 from hfc_design.formats.st import text_of
 from hfc_design.runtime import Controller, Machine
 
 PID, FLC, HIERARCHY = "jee-koren-2004-pid", "jee-koren-2004-flc", "lin-lee-1999-table-1"
-LEARNING = ["jee-koren-2004-aflc", "jee-koren-1995-soflc", "huang-soc", "huang-neural"]
 STILL = {
     PID: {"controller.pid.k_i": 0.0, "controller.dead_zone": 1.0},
     FLC: {},
@@ -86,35 +84,6 @@ def test_a_standing_error_is_no_kick(language, name, tmp_path):
     np.testing.assert_allclose(found, found[1], rtol=1e-13)
     if name == PID:
         assert found[0] == pytest.approx(12.0 * design.controller.pid.k_p, rel=1e-13)
-
-
-@pytest.mark.parametrize("name", [FLC, HIERARCHY])
-def test_controller_m_does_not_kick(name, octave, tmp_path):
-    design, row = standing(name, STILL[name])
-    FORMATS["fis"].write(design, tmp_path / "out")
-    np.savetxt(tmp_path / "rows", [[*row.values()]] * 3)
-    files = tmp_path / "out", tmp_path / "rows", ",".join(row), tmp_path / "found"
-    found = octave("evaluate_controller.m", *files)
-    np.testing.assert_allclose(found, found[1], rtol=1e-13)
-
-
-@pytest.mark.parametrize("name", LEARNING[:2])
-@pytest.mark.parametrize("language", IN)
-def test_what_learns_begins_with_its_first_table(language, name, tmp_path):
-    """No rule has fired before the first sample: none is judged in it."""
-    design, row = standing(name, {"controller.integral_gain": 0.0})
-    held = design.model_copy(update={"controller": design.controller.without_adaptation()})
-    first = IN[language](design, [row] * 2, tmp_path)[0]
-    assert first == pytest.approx(in_python(held, [row] * 2, None)[1], rel=1e-12)
-
-
-@pytest.mark.parametrize("language", IN)
-def test_a_table_that_learns_takes_equal_steps_of_a_standing_error(language, tmp_path):
-    """Huang & Shy, eq. 8 and 9: of a change of 0 every sample's correction is the same."""
-    design, row = standing("huang-soc", {})
-    found = IN[language](design, [row] * 4, tmp_path)
-    assert found[0] == 0.0
-    np.testing.assert_allclose(np.diff(found), found[1], rtol=1e-9)
 
 
 def test_forgetting_is_a_first_sample_again():

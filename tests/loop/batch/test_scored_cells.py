@@ -58,27 +58,6 @@ def test_a_cell_scores_what_hfc_score_says(scored):
         assert scores(scored)[label] == said
 
 
-def test_figures_of_two_batches_do_not_mix(scored, tmp_path):
-    for name, value in (("one", 400.0), ("two", 700.0)):
-        text = f"""
-        published = [{{ quantity = "{name}", metric = "max_error_rad", of = "same" }}]
-        [set]
-        simulation.duration_s = 0.2
-        [[cells]]
-        label = "same"
-        design = "pd-only"
-        change.controller.pd.kp = {value}
-        """
-        file = written(tmp_path, text, f"{name}.toml")
-        assert batch(file, "--out", tmp_path / "both" / name).exit_code == 0
-    assert hfc("report", tmp_path / "both").exit_code == 0
-    with (tmp_path / "both" / "published.csv").open(newline="") as file:
-        one, two = (float(row["simulated"]) for row in csv.DictReader(file))
-    own = [scores(tmp_path / "both" / name)["same"]["max_error_rad"] for name in ("one", "two")]
-    assert [one, two] == own
-    assert one != two
-
-
 def test_broken_off_between_any_two_files(scored, tmp_path):
     """Whatever had been written, the same command ends with the same bytes."""
     of_pages = "report", "tables", "usable"

@@ -50,11 +50,3 @@ def test_a_cell_that_fails_is_an_error_after_the_others(tmp_path):
     assert states == ["failed", "finished", "finished"]
     with refused():
         hfc.findings(tmp_path / "nowhere")
-
-
-@pytest.mark.parametrize("workers", [0, -1, 1.5])
-def test_processes_that_cannot_be(tmp_path, workers):
-    with refused() as found:
-        hfc.batch(written(tmp_path, GRID), tmp_path / "out", workers=workers)
-    assert found.where == f"workers={workers}"
-    assert not (tmp_path / "out").exists()

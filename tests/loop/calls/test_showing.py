@@ -22,24 +22,6 @@ def found(ramp):
     return hfc.evaluate("pd-only", ramp)
 
 
-def test_a_large_picture_is_drawn_in_points():
-    bundle, about = hfc.picture("jee-koren-2004-flc", "surface")._repr_mimebundle_()
-    assert set(bundle) <= {"image/png", "image/svg+xml", "text/plain"}
-    if "image/png" in bundle:
-        assert about["image/png"]["width"] == 540  # of 5.4 in
-
-
-def test_a_title_stands_above(found):
-    figure = hfc.plot(found, title="on a ramp & more")
-    assert "on a ramp &amp; more" in figure._repr_mimebundle_()[0].get("image/svg+xml")
-
-
-def test_what_was_not_searched_has_no_search_to_draw(found):
-    for thing in (hfc.Result(hfc.load_design("pd-only"), found, None), "pd-only"):
-        with refused():
-            hfc.plot(thing)
-
-
 def test_the_range_of_the_published_drive():
     """Jee & Koren 2004, fig. 4, cut off at the linear limit; tables of the design within it."""
     found = hfc.stability("jee-koren-2004-flc")

@@ -3,20 +3,24 @@
 import csv
 import io
 import json
+import re
 import signal
 import subprocess
 import sys
 from contextlib import suppress
+from math import exp
 
 import numpy as np
 import pytest
-from run_folders import hfc
+from run_folders import hfc, ran
 from wording import refused_command
 
+from hfc_design.calls.searching import with_gains
 from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.simulation.evaluating import evaluate
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
 SMALL = ["--population", "4", "--generations", "3", "--set", "controller.kind=pd", *SHORT]
@@ -29,18 +33,6 @@ def test_score_of_the_published_design_is_the_published_one():
     assert found["fitness"] == pytest.approx(380.5715, abs=5e-5)
     assert found["scenario"] == "c-axis-ramp"
     assert found["stick_events"] == 0
-
-
-def test_scores_with_a_change_on_another_scenario_and_as_a_table():
-    found = []
-    inertia = ("--set", "plant.parameters.spindle_inertia=8")
-    for more in ((), inertia, ("--scenario", "c-axis-sine")):
-        done = hfc("score", "pd-only", "--json", *SHORT, *more)
-        found.append(json.loads(done.stdout)["fitness"])
-    assert len({*found}) == 3
-    table = hfc("score", "pd-only", *SHORT).stdout
-    for part in ("c-axis-ramp", f"{found[0]:.6g}", "rms_error_rad", "peak_voltage_V"):
-        assert part in table
 
 
 def test_diverged_design_is_a_result(tmp_path):
@@ -119,22 +111,90 @@ Gone(ValueError("told"))
     assert "ValueError: told" in ended.stderr
 
 
-def test_export_csv_of_a_fuzzy_controller(tmp_path):
-    path = tmp_path / "tables"
-    assert hfc("export", "jee-koren-2004-flc", "--to", "csv", "--out", path).exit_code == 0
-    tables = {file.name: list(csv.reader(file.read_text().splitlines())) for file in path.iterdir()}
-    rules = tables["rules.csv"]
-    assert (
-        rules[0][1:] == [row[0] for row in rules[1:]] == ["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
+SCENE = ["--set", "simulation.duration_s=0.1"]
+GAINS = "kp=38.995821,signals.velocity=-0.24345"  # of the cascade that comes with the package
+
+
+def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path):
+    by_hand = ["--controller", "pid+ff", "--gains", GAINS, *SCENE]
+    said = ran("design", "positioning-stage-move", *by_hand, "--out", tmp_path / "hand")
+    assert "Can I use it?" in said
+    found = json.loads((tmp_path / "hand" / "design.json").read_text())
+    built_in = json.loads(ran("score", "emps-cascade", *SCENE, "--json"))
+    assert found["score"]["rms_error_mm"] == pytest.approx(built_in["rms_error_mm"])
+    assert not (tmp_path / "hand" / "history.csv").exists()
+
+
+def test_its_velocity_filter_is_told_by_its_frequency_or_its_time_constant():
+    """A lag of the first order keeps exp(-T / tau) of its state in a sample."""
+    design = with_gains("positioning-stage-move", "pid+ff", {"kp": 1.0, "derivative_s": 0.002})
+    assert design.controller.kept == pytest.approx(exp(-0.001 / 0.002))
+    assert design.controller.derivative_hz == pytest.approx(79.577, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--gains", "kp=1"],
+        ["--controller", "pid+ff", "--gains", "kp=1,kx=2"],
+        ["--controller", "pid+ff", "--gains", "kp=1,derivative_s=-1"],
+    ],
+    ids=range(3),
+)
+def test_gains_that_cannot_be_are_refused_and_leave_no_folder(options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused_command("design", "positioning-stage-move", *options)
+    assert not [*tmp_path.iterdir()]
+
+
+MOTIONS = """
+[simulation]
+duration_s = 0.1
+[fitness]
+settled_after_s = 0.06
+[[motions]]
+name = "ramp"
+[[motions]]
+name = "creep"
+reference = { kind = "ramp", velocity = 0.002 }
+duration_s = 0.08
+"""
+
+
+@pytest.fixture
+def two(tmp_path):
+    """A scenario of two motions without tolerances."""
+    (tmp_path / "two.toml").write_text(MOTIONS)
+    return tmp_path / "two.toml"
+
+
+def test_one_motion_of_several_is_simulated(two, tmp_path):
+    done = hfc("simulate", "pd-only", "--scenario", two, "--motion", "creep")
+    assert done.exit_code == 0, done.output
+    names, *rows = done.stdout.splitlines()
+    columns = dict(
+        zip(names.split(","), np.array([r.split(",") for r in rows], float).T, strict=True)
     )
-    assert rules[6] == ["PM", "8.0", "8.0", "8.0", "16.0", "16.0", "32.0", "32.0"]  # JK04 table 1
-    assert tables["error_terms.csv"][1] == ["NL", "", "-21.0", "-16.0"]  # JK04 table 3
-    assert tables["error_change_terms.csv"][5] == ["PS", "0.5", "1.5", "2.5"]
-    assert tables["manifest.csv"][1][-1] == "rules.csv"
+    scenario = load_scenario(str(two))
+    (axis,) = evaluate("pd-only", scenario).motions["creep"].axes
+    np.testing.assert_array_equal(columns["error_rad"], axis.motion.error)
+    assert columns["reference_rad"][-1] == pytest.approx(0.002 * 0.079)
+    first = hfc("simulate", "pd-only", "--scenario", two).stdout
+    assert first == hfc("simulate", "pd-only", "--scenario", two, "--motion", "ramp").stdout
+    assert first != done.stdout
+    drawn = ["--motion", "creep", "--plot", tmp_path / "c.png"]
+    assert hfc("simulate", "pd-only", "--scenario", two, *drawn).exit_code == 0
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    scored = hfc("score", "pd-only", "--scenario", two, "--motion", "creep", "--json").stdout
+    assert json.loads(scored)["max_error_rad"] == max(abs(columns["error_rad"]))
+    for name, scene in (("crawl", two), ("creep", "c-axis-ramp")):
+        lost = refused_command("simulate", "pd-only", "--scenario", scene, "--motion", name)
+        assert lost.where == f"--motion {name}"
 
 
-def test_a_file_of_a_kind_whose_defaults_are_computed(tmp_path):
-    file = tmp_path / "mine.toml"
-    kind = ("--plant", "positioning-stage", "--controller", "fuzzy-sliding")
-    assert hfc("init", *kind, "--out", file).exit_code == 0
-    assert load_scenario(str(file)).controller.kind == "fuzzy-sliding"
+def test_a_loop_that_is_off_again_and_again_settles_never():
+    """The error of a PD follows the acceleration of a sine to the last sample."""
+    done = hfc(
+        "score", "pd-only", "--scenario", "c-axis-sine", "--set", "simulation.duration_s=0.2"
+    )
+    assert re.search(r"settling_time_s +│ +never │", done.stdout), done.output

@@ -1,30 +1,15 @@
 """hfc plot DESIGN WHAT: what is drawn against what hfc explain says, and what is refused."""
 
 import json
-import re
 
 import numpy as np
 import pytest
-from design_files import written
 from run_folders import ran
 from surfaces_drawn import around_soc, drawn
 from wording import refused_command
 
 from hfc_design import api as hfc
 from hfc_design.report.designs import picture
-
-TABLE_1 = "lin-lee-1999-table-1"
-SHORT = ("--set", "simulation.duration_s=0.1")
-
-
-@pytest.mark.parametrize("what", ["tree", "motion"])
-def test_a_picture_is_as_wide_as_a_column(what, tmp_path):
-    soft = written(tmp_path / "soft.json", name="soft")
-    asked = (TABLE_1, "tree") if what == "tree" else ("pd-only", soft, "motion", *SHORT)
-    path = tmp_path / "a.svg"
-    ran("plot", *asked, "--width", "88mm", "--out", path)
-    width = float(re.search(r'<svg [^>]*width="([\d.]+)pt"', path.read_text())[1])
-    assert width == pytest.approx(88.0 / 25.4 * 72.0, abs=0.01)
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,10 @@
 
 import json
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from imported_files import GAUSSIAN
-from jax import numpy as jnp
 from scipy.integrate import solve_ivp
 from sledge import api_text, hfc, imported, scenario_of
 from wording import refused_command
@@ -124,29 +122,3 @@ def test_an_own_law_runs_as_in_the_simulator(own):
     assert api.Controller(design).step({"error": 0.5, "error_rate": 9.0}) == 1.5
     found = api.evaluate(design, scenario).axes[0].motion
     np.testing.assert_allclose(found.command, 3.0 * found.error, rtol=1e-12)
-
-
-def test_an_own_law_may_look_up_an_array_of_numbers(own_plugins):
-    """It is more precise than what a search simulates in, and what is remembered of it too."""
-
-    class Gains(NamedTuple):
-        """Of the look-up."""
-
-        k: Any
-
-    def step(sample_time, gains, memory, signals):
-        told = jnp.array([-1.0, 0.0, 1.0])
-        return gains.k * jnp.interp(signals["error"], told, 1e4 * told), 0.5 * told[2] * memory
-
-    def straight(sample_time, gains, memory, signals):
-        return gains.k * 1e4 * signals["error"], memory
-
-    found = []
-    for name, function in (("looked-up", step), ("straight", straight)):
-        api.register(api.Law(name, Gains((0.1, 10.0)), lambda zero: zero + 1.0, function))
-        small = {"simulation.duration_s": 0.1, "search.population": 4, "search.generations": 1}
-        scenario = api.load_scenario("c-axis-ramp", small | {"controller": {"kind": name}})
-        found.append(api.design(scenario).design)
-    looked_up, exact = found
-    assert looked_up.controller.gains.k == pytest.approx(exact.controller.gains.k, rel=1e-4)
-    assert looked_up.score["fitness"] == pytest.approx(exact.score["fitness"], rel=1e-4)

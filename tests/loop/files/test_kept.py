@@ -17,16 +17,6 @@ def told(design, scenario, changes=None):
     return dict(line.split(maxsplit=1) for line in lines)
 
 
-def test_simulate_says_it_too_beside_its_numbers(tmp_path):
-    (tmp_path / "here.toml").write_text("load.constant = 5.0\nsimulation.duration_s = 0.1\n")
-    done = hfc("simulate", "pd-only", "--scenario", tmp_path / "here.toml")
-    assert done.exit_code == 0
-    assert HEAD not in done.stdout
-    assert HEAD in done.stderr
-    assert "constant 5" in done.stderr
-    assert HEAD not in hfc("simulate", "pd-only", "--set", "simulation.duration_s=0.1").stderr
-
-
 def test_axes_are_told_apart():
     found = told(
         changed_design(load_design("jee-koren-2004-pid"), {"plant.parameters.gain": 28.3}, "pid"),

@@ -67,10 +67,6 @@ def test_reading_and_reference_may_begin_anew_after_a_turn(name):
 FIRST = K_P * 2.0 + K_I * EVERY * 2.0  # with a standing error of 2 BLU
 
 
-def test_the_first_command_has_no_kick():
-    assert Stepped().step(2.0) == pytest.approx(FIRST)
-
-
 def test_while_it_is_off_nothing_winds_up():
     one = Stepped()
     one.step(2.0)

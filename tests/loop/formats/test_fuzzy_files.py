@@ -84,33 +84,11 @@ def test_names_that_would_be_code_are_not_written(target):
         texts(with_controller(record, error_terms=terms), target)
 
 
-def test_fll_of_a_gaussian_and_of_the_outermost_triangles():
-    """sigma = 1/sqrt(2 rate): 1/sqrt(8) for LL eq. 3a, 1/8 for eq. 3c."""
-    text = texts(named_design("lin-lee-1999-table-1"), "fll")["unit_7.fll"]
-    assert "  term: f1 GaussianProduct -1.1 0.35355339059327373 -0.9 0.35355339059327373\n" in text
-    assert "  term: f3 GaussianProduct -0.2 0.125 -0.2 0.125\n" in text
-    rule = "if previous_spindle_velocity is f1 and spindle_velocity is f2 then unit_7 is u1_2"
-    assert f"  rule: {rule}\n" in text
-    assert "  term: u1_2 Constant 0.4644\n" in text
-    text = texts(named_design("jee-koren-2004-flc"), "fll")["rules.fll"]
-    assert "  term: NL Ramp -16.0 -21.0\n  term: NM Triangle -19.0 -14.0 -9.0\n" in text
-    assert "  term: PL Ramp 16.0 21.0\n" in text
-
-
 def test_a_dead_zone_stands_beside_the_table():
     found = texts(load_design("jee-koren-2004-flc", {"controller.dead_zone": 1.0}), "fis")
     beside = json.loads(found["controller.json"])
     assert beside["dead_zone"] == 1.0
     assert "\ndead_zone = 1.0;\n" in found["controller.m"]
-
-
-def test_an_outermost_triangle_is_a_shoulder_up_to_the_range():
-    text = texts(load_design("jee-koren-2004-aflc"), "fis")["rules.fis"]
-    assert "Name='error'\nRange=[-26.0 26.0]" in text
-    assert "MF1='NL':'trapmf',[-31.0 -26.0 -21.0 -16.0]" in text
-    assert "MF4='ZR':'trimf',[-5.0 0.0 5.0]" in text
-    assert "MF7='PL':'trapmf',[16.0 21.0 26.0 31.0]" in text
-    assert "the adaptation itself is not included" in text
 
 
 @pytest.mark.parametrize(("blu", "factor"), [({}, "0.01"), ({"blu_mm": 0.004}, "0.004")])

@@ -8,13 +8,11 @@ import re
 import numpy as np
 import pytest
 from exported import texts
-from held_back import FORMS, commanded_alone, free, in_text, limited, samples, slow, stepped
+from held_back import FORMS, commanded_alone, in_text, limited, samples, slow, stepped
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.files.design import design_json
-from hfc_design.formats import FORMATS, code
-from hfc_design.runtime.explain import explanation
+from hfc_design.formats import code
 
 #: One of each law that has a block.
 WRITTEN = [case for case in FORMS if ("lc" in case or "pid" in case) and "1995-" not in case]
@@ -99,28 +97,6 @@ def test_a_controller_of_a_whole_machine_keeps_its_rates_in_the_simulator():
     for axis, rate in zip(found.axes, (30.0, 20.0), strict=True):
         moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
         assert moves.max() == pytest.approx(rate * 0.005, rel=1e-12)
-
-
-def test_an_explanation_of_one_sample_leaves_a_rate_out_and_says_so():
-    design = slow("jee-koren-2004-flc")
-    drive = hfc.load_scenario("feed-drive-line").machine.drives[0]
-
-    def told(own, *samples):
-        return explanation(own, drive, drive.parameters(), samples)
-
-    alone, after = told(design, "error=12,previous_error=12"), told(design, "error=12", "error=12")
-    assert alone["rate_left_out"]
-    assert alone["command"] == told(free(design), "error=12,previous_error=12")["command"]
-    assert not after["rate_left_out"]
-    assert after["command"] == 2 * design.limits.command_rate * 0.01
-
-
-def test_a_design_without_them_says_nothing_of_them():
-    design = hfc.load_design("huang-pid", {"limits.command": 6.0})
-    assert "command_rate" not in design_json(design)
-    assert "limits" not in design_json(hfc.load_design("jee-koren-2004-pid"))
-    for to in ("c", "st", "plcopen", "linuxcnc"):
-        assert "previous_command" not in str(FORMATS[to].content(design))
 
 
 @pytest.mark.parametrize("axes", [{}, {"plant.axes": {"x": {}, "y": {}}}])

@@ -1,14 +1,24 @@
 """The folder for LinuxCNC of a feed drive, as far as it can be judged without LinuxCNC."""
 
 import re
+import xml.etree.ElementTree as ET
 
+import made_up
 import numpy as np
 import pytest
+from deployment_folders import ALL, FEW, runs_in_a_plc, vectors
 from exported import table, texts, with_controller, with_scenario
+from plcopen_project import PPX, block_in, function_block, pous
+from structured_text import FunctionBlock
+from wiring import silent
 from wording import refused
 
+from hfc_design.files.design import named_design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.formats import code
+from hfc_design.formats.plcopen import project
+from hfc_design.formats.st import text_of
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 FLC = load_design("jee-koren-2004-flc")
@@ -93,3 +103,81 @@ def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason():
 def test_what_hal_cannot_run_is_refused(design):
     with refused():
         files(design)
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_the_page_names_every_signal_its_unit_and_how_large_it_was(name):
+    found = texts(ALL[name], "c")
+    names, numbers, _ = vectors(found)
+    largest = dict(zip(names, np.abs(numbers).max(axis=0), strict=True))
+    rows = re.findall(r"\| `(\w+)` \| (in|out) \| (\S+) \| (\S+) \| \w", found["README.md"])
+    wanted = {(name, "in", unit) for name, unit in code.signals(ALL[name]).items()}
+    assert wanted < {row[:3] for row in rows}
+    assert all(unit for _, _, unit in wanted)
+    assert {row[:2] for row in rows} - {row[:2] for row in wanted} == {("command", "out")}
+    for signal, _, _, told in rows:
+        ends = [x for key, x in largest.items() if key.rpartition(".")[2] == signal]
+        assert float(told) == pytest.approx(max(ends), rel=6e-3)
+
+
+@pytest.mark.parametrize("name", ["jee-koren-2004-flc", "jee-koren-1995-fit-flc"])
+def test_every_rule_of_a_table_fires(name):
+    """Judged by centres: error and its change come nearer to those of every rule than the next."""
+    names, numbers, _ = vectors(texts(ALL[name], "c"))
+    record = ALL[name].controller
+    error = numbers[:, names.index("error")]
+    change = np.diff(error, prepend=0.0)
+    places = []
+    for terms, values in ((record.error_terms, error), (record.error_change_terms, change)):
+        centres = np.array([term.centre for term in terms])
+        places.append(np.abs(values[:, None] - centres).argmin(axis=1))
+    count = len(record.error_terms) * len(record.error_change_terms)
+    assert len(set(zip(*places, strict=True))) == count
+
+
+def test_a_plc_runs_the_vectors_and_a_project_has_the_same():
+    design = ALL["jee-koren-2004-flc"]
+    runs_in_a_plc(design)
+    block, project = texts(design, "st"), texts(design, "plcopen")
+    checks = {"check/check.st", "check/vectors.csv"}
+    assert {file: project[file] for file in checks} == {file: block[file] for file in checks}
+    assert project.keys() == checks | {"README.md", "jee_koren_2004_flc.xml"}
+
+
+CASES = {
+    "pd": named_design("pd-only"),
+    "hierarchy": made_up.hierarchy(1),
+    "flc with options": made_up.with_options("flc", 3),
+    "lqi within a limit": made_up.limited(made_up.linear("lqi", 2), 400.0),
+    "scheduling": made_up.limited(made_up.scheduling(5), 60.0),
+    "silent": silent(),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_block_of_a_project_is_that_of_structured_text(case):
+    record = CASES[case]
+    name, sections, body = block_in(project(record))
+    written = text_of(record)
+    here, there = FunctionBlock(function_block(name, sections, body)), FunctionBlock(written)
+    assert (here.block, here.values, here.kinds) == (there.block, there.values, there.kinds)
+    assert here.inputs == there.inputs
+    assert body in written
+    assert body.endswith("fault := FALSE;\n")
+
+
+def test_a_task_calls_the_block_once_a_sample():
+    record = made_up.linear("lqr", 3, "feed-drive")
+    every = record.controller.model_copy(update={"sample_time_s": 0.0025})
+    text = project(record.model_copy(update={"controller": every}))
+    task = ET.fromstring(text).find(f".//{PPX}task")
+    assert task.get("interval") == "T#2.5ms"
+    program = task.find(f"{PPX}pouInstance").get("typeName")
+    kind, sections, body = pous(text)[program]
+    name, block = sections["localVars"][0][:2]
+    assert (kind, pous(text)[block][0]) == ("program", "functionBlock")
+    assert body.startswith(f"{name}(reset := FALSE, error := error, ")
+    given = {item.split(" := ")[0] for item in body.partition(")")[0].split("(")[1].split(", ")}
+    assert given == {one[0] for one in pous(text)[block][1]["inputVars"]}
+    assert given - {"reset"} < {one[0] for one in sections["localVars"]}
+    assert body.endswith(f"command := {name}.command;\nfault := {name}.fault;\n")

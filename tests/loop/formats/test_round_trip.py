@@ -9,7 +9,7 @@ import re
 import pytest
 from click.testing import CliRunner
 from exported import texts
-from imported_files import GAUSSIAN, SHARED, SHARED_SIGNALS
+from imported_files import SHARED, SHARED_SIGNALS
 from wording import refused
 
 import hfc_design.api as hfc
@@ -60,22 +60,6 @@ def test_every_name_and_range_comes_back(suffix):
     assert found == wanted
 
 
-def test_the_same_from_one_language_into_another():
-    designs = [imported(file, Wish(signals=SHARED_SIGNALS)) for file in SHARED.values()]
-    one, other = (design.controller.model_copy(update={"ranges": {}}) for design in designs)
-    assert one == other
-    fcl, fml = (written(designs[0], target) for target in ("fcl", "fml"))
-    for line in (
-        "FUNCTION_BLOCK fb_mine",
-        "TERM low := (-10.0, 1.0) (0.0, 0.0)",
-        "TERM c1 := -12.",
-    ):
-        assert line in fcl
-    assert fcl.count("then u is c3") == 3
-    for element in ('name="system_mine"', '<tskTerm name="c3"', "<term>drift_falls</term>"):
-        assert element in fml
-
-
 def test_the_design_shows_the_file_s_names_and_none_of_ours(tmp_path):
     out = tmp_path / "mine.json"
     named = [f"--signal={name}={signal}" for name, signal in SHARED_SIGNALS.items()]
@@ -119,27 +103,6 @@ def test_a_range_has_to_rise():
         parse_design(json.dumps(data), "x.json")
 
 
-def test_infinite_ranges_are_none(tmp_path):
-    endless = ("range: -5 5", "range: -inf inf"), ("range: -15 15", "range: 0 0")
-    design = read(tmp_path, shared(**dict(zip("ab", endless, strict=True))))
-    assert design.controller.ranges == {}
-    assert "range: -8.0 8.0" in written(design)
-
-
-def test_numbers_of_the_rules_are_no_names(tmp_path):
-    """An export numbers singletons without a name, u1_1 first; read again they have none."""
-    design = hfc.load_design("jee-koren-2004-flc")
-    text = written(design)
-    assert "term: u7_7 Constant 32.0" in text
-    (tmp_path / "out.fll").write_text(text)
-    assert imported(tmp_path / "out.fll", Wish()).controller == design.controller
-    swapped = text.replace("u1_1", "x").replace("u1_2", "u1_1").replace("x ", "u1_2 ")
-    swapped = re.sub(r"x$", "u1_2", swapped, flags=re.MULTILINE)
-    (tmp_path / "out.fll").write_text(swapped)
-    labels = imported(tmp_path / "out.fll", Wish()).controller.rules.labels
-    assert labels[0][:3] == ("u1_2", "u1_1", "u1_3")
-
-
 def test_names_that_no_language_holds_become_some_that_differ(tmp_path):
     text = shared(a=("Engine: mine", "Engine: 2 ways"), b=("u is c1", "u is C2"))
     text = text.replace("term: c1 ", "term: C2 ")
@@ -152,10 +115,3 @@ def test_an_output_term_that_stands_twice_is_refused(tmp_path):
     with refused() as found:
         read(tmp_path, shared(a=("term: c2 Constant -6", "term: c1 Constant -6")))
     assert found.where == f"{tmp_path / 'other.fll'}: line 23"
-
-
-def test_terms_of_a_hierarchy_have_names_of_the_file(tmp_path):
-    text = re.sub(r"\bf(\d)\b", r"level-\1", GAUSSIAN.read_text())
-    (tmp_path / "own.fll").write_text(text)
-    labels = [term.label for term in imported(tmp_path / "own.fll", Wish()).controller.terms]
-    assert labels == [f"level_{k}" for k in range(1, 8)]

@@ -1,11 +1,18 @@
 """What is found in logs of a cart, by which observer, and what a log says of the drive."""
 
+import os
+import re
+import sys
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from carts import CART, EVERY, Cart, cart_fit, driven, fit_with, forced, noisy, recorded
+from moved_masses import FORCE, moved, write
 from scipy.optimize import curve_fit
+from sledge import MODULE, hfc
+from wording import refused
 
 from hfc_design.identify import fit
 from hfc_design.identify.fit import by_command, levenberg_marquardt
@@ -13,6 +20,9 @@ from hfc_design.identify.identifiability import certainty, unseen_backlash
 from hfc_design.identify.identified import saturation_warning
 from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.replay import replay
+from hfc_design.logs.columns import Log, parse_columns
+from hfc_design.logs.signals import signals
+from plants import PLANTS
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE
 
@@ -133,3 +143,41 @@ def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen
     assert after.value.tolist() == [0.4 if seen else 0.0, weight]
     assert line.startswith("" if seen else "the backlash is not visible in this log")
     assert bool(line) != seen
+
+
+def test_a_plant_that_branches_is_refused_in_a_line(own_plugins, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sys.path.insert(0, str(tmp_path))
+    (tmp_path / "mine.py").write_text(MODULE)
+    write("log.csv", "time_s,place_m,command_N", moved(5.0, 9.0), FORCE)
+    found = hfc("identify", "log.csv", "--plant", "mine:BRANCHING")
+    assert found.exit_code == 2
+    last = found.stderr.splitlines()[-1]
+    assert last.startswith("hfc: plant 'sledge' cannot be replayed: in mine.py, line ")
+    assert last.endswith("(TracerBoolConversionError)")
+    assert "Traceback" not in found.output
+    assert set(os.listdir()) <= {"__pycache__", "log.csv", "mine.py"}
+
+
+STAGE = PLANTS["positioning-stage"]
+TIME = np.arange(400) * 1e-3
+PLACE = 3.0 * np.sin(20 * TIME)  # [mm]
+VOLTS = np.sin(20 * TIME + 1)
+
+
+def found(columns, *told):
+    return signals(Log(columns), STAGE, parse_columns(told, STAGE), None)
+
+
+def test_all_gaps_are_told_at_once_with_the_options_that_fill_them():
+    """A scope's names: what the line says is taken, and 100 % are the amplifier's 10 V."""
+    columns = {"TIME [ms]": 1e3 * TIME, "Actual position [mm]": PLACE, "Set position [mm]": PLACE}
+    columns["Torque command [%]"] = 10.0 * VOLTS
+    with refused(ValueError) as refusal:
+        found(columns)
+    one = found(columns, *re.findall(r'--column "(.*?)"', str(refusal.error)))
+    np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    assert "reference" in one.values
+    with refused(ValueError):
+        found(columns, "position=actual position", "command=torque command")

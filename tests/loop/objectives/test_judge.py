@@ -83,15 +83,6 @@ def test_score_of_equation_5_by_hand():
     assert scored(lin_lee(2.0, 0.0), moments) == pytest.approx(1000.0)
 
 
-def test_sticking_takes_its_share_of_the_score():
-    """Stuck is an error rate between 0.9 and 1.1 of the commanded 1 rad/s; the first is early."""
-    rates = [1.0, 0.95, 0.0, 1.05, 1.2]
-    moments = [(1.0, rate, 1.0, float(k > 0)) for k, rate in enumerate(rates)]
-    plain = 1000 * (3 / 5 + 0.1 / sum(rates))
-    assert scored(lin_lee(), moments, 4.0) == pytest.approx(plain / (1 + 4 * 0.5))
-    assert scored(lin_lee(), moments, 0.0) == pytest.approx(plain)
-
-
 def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
     limits = {"late_error": "2 mrad", "chatter": 3, "band_time": "0.5 s", "band": "50 urad"}
     scenario = api.load_scenario({"constraints": limits})

@@ -6,7 +6,10 @@ from measuring import MOVE, measured, unsettled
 
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.objectives.metrics import metric
+from hfc_design.motion.contour import (
+    local_error,
+)
+from hfc_design.objectives.measures import measure
 from hfc_design.simulation.evaluating import evaluate
 
 SPEEDS = "spindle_velocity", "rotor_velocity"
@@ -75,3 +78,10 @@ def test_contour_error_and_vectors_of_two_axes():
 def test_nothing_counts_where_nothing_slides():
     still = MOVE | {"reference": {"kind": "step", "height": 0.001}}
     assert measured("pd-only", still, BOTH)[1] == 0.0
+
+
+def test_local_error_of_traced_scalars():
+    jax = pytest.importorskip("jax")
+    values = (0.3, -0.2, 0.6, 0.8, 0.05)
+    traced = jax.jit(jax.vmap(local_error))(*np.array(values)[:, None])
+    assert float(traced[0]) == pytest.approx(local_error(*values), rel=1e-6)

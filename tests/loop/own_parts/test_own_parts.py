@@ -4,7 +4,6 @@ The oracle of the machine is SciPy's integrator, and that of the runtime the toy
 down once more with NumPy.
 """
 
-import json
 import shutil
 import zipfile
 
@@ -13,12 +12,10 @@ import pytest
 from run_folders import ran
 from scipy.integrate import solve_ivp
 from toy_run import OWN
-from wording import refused_command
 
 import hfc_design.api as hfc
 import hfc_design.runs.run as runs
 from hfc_design import runtime
-from hfc_design.report.errors import errors
 
 
 def table_by_hand(record, errors, limit):
@@ -142,26 +139,6 @@ def test_each_axis_is_a_component_of_its_own(toy_place, tmp_path):
     for axis in "xc":
         assert (tmp_path / "hal" / axis / f"hfc_toy_{axis}.comp").exists()
         assert (tmp_path / "hal" / axis / "loop.hal").exists()
-
-
-def test_axes_of_other_units_have_an_error_each(toy_place):
-    evaluation = hfc.evaluate(toy_place / "run", toy_place / "run" / "config.toml")
-    panels = errors({"this design": evaluation}).axes
-    labels = [axes.get_ylabel() for axes in panels]
-    assert labels == ["largest x error [µm]", "largest c error [deg]"]
-    for axes, axis in zip(panels, evaluation.axes, strict=True):
-        (line,) = axes.lines
-        size = 1e3 if axis.name == "x" else 1.0
-        assert max(line.get_ydata()) == pytest.approx(size * np.abs(axis.motion.error).max())
-
-
-def test_it_is_explained(toy_place, toy):
-    assert toy.limits.command == 4.0
-    asked = ("explain", toy_place / "run", *OWN, "--at", "error=1.0")
-    assert refused_command(*asked).where == "--axis"
-    told = ran(*asked, "--axis", "x", "--json")
-    assert {"units", "parts", "command"} <= json.loads(told).keys()
-    assert "toy" in ran("list", "controllers", *OWN)
 
 
 def test_a_machine_whose_axes_push_one_another_is_a_model(toy_place, tmp_path):

@@ -9,7 +9,7 @@ import oracle
 import pytest
 from scipy.integrate import solve_ivp
 
-from plants.blocks import STIFF, bristle, friction_torque, rk4, rk4_tr_bdf2
+from plants.blocks import STIFF, bristle, rk4, rk4_tr_bdf2
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
 
 FIXED, FREE = coefficients(CAxisParameters()), (0.0, 0.0, 0.0)
@@ -141,24 +141,6 @@ def bent(velocity, dt, steps):
         return rk4(rate, z, FREE, dt)
 
     return jax.lax.fori_loop(0, steps, body, Bristle(jnp.zeros_like(velocity))).deflection
-
-
-def test_steady_friction_is_the_stribeck_curve():
-    w = np.array([-0.05, -0.004, -0.001, 1e-4, 0.002, 0.003, 0.01, 0.03])
-    z = bent(w, 1e-3, 30_000)
-    torque = friction_torque(FRICTION, w, *bristle(FRICTION, w, z))
-    wanted = np.sign(w) * (0.7 + 0.5 * np.exp(-((w / 0.003) ** 2))) + 0.4 * w
-    np.testing.assert_allclose(torque, wanted, rtol=1e-12)
-
-
-def test_presliding_is_a_spring_that_gives_way():
-    """After a displacement x at constant velocity z = g (1 - exp(-x / g)), however slow it is."""
-    g = 1.2 / 17000  # far below the Stribeck velocity
-    for w in (1e-6, -1e-5):
-        for x in (1e-8, 1e-6, 2e-5, 1e-4):
-            z = bent(np.array([w]), x / abs(w) / 400, 400)[0]
-            assert z == pytest.approx(-np.sign(w) * g * np.expm1(-x / g), rel=1e-5)
-    assert friction_torque(FRICTION, 0.0, 1e-9, 0.0) == pytest.approx(17000.0 * 1e-9)
 
 
 PERIOD = 1e-3

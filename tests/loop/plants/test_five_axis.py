@@ -149,14 +149,6 @@ def coupling(commands=(0.0,) * 5, **places):
     return np.array(forces(fixed, states, commands), dtype=float)
 
 
-def test_gravity_on_a_machine_at_rest():
-    """30 kg without counterweight at Z; 3 kg m of the cradle, 0.4 kg m on the table."""
-    assert coupling() == pytest.approx([0, 0, 30 * 9.81, 0, 0])
-    assert coupling(a=90.0) == pytest.approx([0, 0, 294.3, 3 * 9.81, 0.4 * 9.81])
-    assert coupling(a=90.0, c=60.0)[4] == pytest.approx(0.4 * 9.81 / 2)
-    assert coupling(a=-30.0, c=180.0)[3:] == pytest.approx([-1.5 * 9.81, 0.2 * 9.81])
-
-
 def test_slides_that_accelerate_turn_the_tables():
     """1,200 N less 210 N on 700 kg of X, 1,000 N less 170 N on 500 kg of Y."""
     x, y = 990.0 / 700.0, 830.0 / 500.0  # [m/s2]

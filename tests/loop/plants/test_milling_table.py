@@ -14,11 +14,8 @@ from plants.milling_table import (
     MILLING_TABLE,
     MillingTableParameters,
     MillingTableState,
-    Motion,
     coefficients,
-    motion,
     step,
-    top_speed,
 )
 
 NOMINAL = MillingTableParameters()
@@ -85,17 +82,6 @@ def test_the_table_waits_until_the_motor_has_crossed_the_backlash():
         assert (motor - position >= -0.5 * gap - 0.03).all()
 
 
-def test_steady_speed_by_hand():
-    """What 6 V push less all friction, over the damping of motor and slides."""
-    axis = Axis.of(NOMINAL)
-    wanted = (6 * axis.gain - axis.motor_friction - 300.0) / (axis.motor_damping + 5.0)
-    found = path(NOMINAL, (0.0, 0.0, 0.0, 0.0), np.full(400, 6.0))[-1]
-    assert found[[1, 3]] == pytest.approx([wanted, wanted], rel=1e-6)
-    assert top_speed(NOMINAL) == pytest.approx(
-        (10 * axis.gain - axis.motor_friction - 300.0) / (axis.motor_damping + 5.0)
-    )
-
-
 def energy(axis, x):
     """Kinetic and elastic energy [N mm] of states (steps, 4)."""
     position, velocity, motor, motor_velocity = x.T
@@ -103,19 +89,6 @@ def energy(axis, x):
     bent = off - np.clip(off, -axis.gap / 2, axis.gap / 2)
     moving = axis.motor * motor_velocity**2 + axis.table * velocity**2
     return 0.5 * (moving + axis.stiffness * bent**2)
-
-
-def test_steps_from_anywhere_gain_no_more_energy_than_said():
-    """What docs/milling-table.md says of random steps, free of push and load."""
-    random, axis = np.random.default_rng(5), Axis.of(NOMINAL)
-    apart, table, motor = (random.normal(0.0, size, 100_000) for size in (0.15, 1.0, 1.0))
-    started = np.stack([0.0 * apart, table, apart, motor])
-    free = Motion(apart, motor, table, 0.0 * apart, table)
-    moved = jax.vmap(lambda x: motion(coefficients(NOMINAL).axis, x, 0.0, 0.0, 0.005 / 16, 1))(free)
-    after = moved.way, moved.velocity, moved.way + moved.deflection, moved.driving_velocity
-    gained = energy(axis, np.stack(after).T) / energy(axis, started.T) - 1.0
-    assert gained.max() < 0.013
-    assert 0.0 < (gained > 1e-9).mean() < 0.01
 
 
 def test_energy_put_in_is_stored_or_lost():
@@ -209,14 +182,6 @@ def test_a_limit_cycle_is_where_the_describing_function_says(gain, within):
         ups = np.flatnonzero((late[:-1] < 0) & (late[1:] >= 0))
         assert np.ptp(late) / 2 == pytest.approx(amplitude, rel=within)
         assert 2 * np.pi / (np.diff(ups).mean() * SAMPLE) == pytest.approx(omega, rel=within / 2)
-
-
-def test_no_limit_cycle_where_the_describing_function_says_none():
-    assert predicted(0.5) is None
-    for start in (0.25, 3.0):
-        position, _ = swinging(0.5, start, 12.0)
-        assert np.ptp(position[-5000:]) < 1e-4
-        assert abs(position[-1]) < 0.25
 
 
 def test_sensors_count_and_the_command_is_bound():

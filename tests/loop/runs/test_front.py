@@ -1,20 +1,26 @@
 """The front of a run: its file, the designs of its points."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from run_folders import hfc, table
-from shaken import shaken
-from short_runs import SEARCHES, once
+from short_runs import SEARCHES, SMALL, once
 from wording import refused_command
 
+from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.report.trade_off import table as shown
+from hfc_design.runs import champion
 from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design
+from hfc_design.runs.individuals import design_of, genome_of
+from hfc_design.search.loop import Archive
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.repeats import Repeats
 
 
 @pytest.fixture(scope="module")
@@ -102,10 +108,33 @@ def test_a_damaged_file_is_told(folder):
     design.finished_run(folder)
 
 
-def test_of_two_points_that_are_as_near_the_first_is_taken():
-    """1.5 mrad is halfway between 1 and 2, but for its last bits."""
-    scenario = load_scenario("c-axis-ramp", SEARCHES["nsga-ii"])
-    for costs in shaken(1e-3, 2e-3, 3e-3, 1.5e-3):
-        points = np.column_stack([costs[:3], [3.0, 2.0, 1.0]])
-        front = fronts.Front(scenario.traded, points, np.ones(3), np.arange(3))
-        assert fronts.nearest(front, {"tracking": costs[3]}, scenario) == 0
+#: Merits of the repeats, the loop as it is first; what the search found is in this order.
+LUCKY, STEADY = [430.8, 511.0, 362.0], [380.0, 380.1, 379.9]
+
+
+@pytest.mark.parametrize(
+    ("each", "chosen"),
+    [
+        ([LUCKY, STEADY], 1),
+        ([STEADY, LUCKY], 0),
+        ([LUCKY, [350.0, 350.0, 350.0]], 0),  # the worst of it is better still
+        ([[430.8, -np.inf, 440.0], STEADY], 1),
+        ([[380.0, 379.0, 380.0], [380.1, 376.4, 380.2]], 1),  # by the merit: none is chaotic
+    ],
+)
+def test_finalists_rank_by_their_lower_end(each, chosen, monkeypatch):
+    scenario = load_scenario("c-axis-ramp", SMALL)
+    found = genome_of(scenario).fresh(np.zeros(2, int), np.random.default_rng(0))
+    designs = [design_of(taken(found, np.array([k])), scenario) for k in range(2)]
+
+    def judged(design, where):
+        (own,) = (x for x, one in zip(each, designs, strict=True) if one == design)
+        repeats = {"merit": Repeats(np.array(own))}
+        return evaluate(design, where)._replace(merit=own[0], repeats=repeats)
+
+    monkeypatch.setattr(champion, "evaluate", judged)
+    searched = SimpleNamespace(archive=Archive(found, np.array([2.0, 1.0])), state=None)
+    _, design, evaluation = next(champion.best_of(searched, scenario))
+    assert design.controller == designs[chosen].controller
+    assert evaluation.merit == each[chosen][0]
+    assert design.score.get("chaotic", False) == evaluation.chaotic

@@ -68,10 +68,6 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
     assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
 
 
-def test_what_is_broken_is_weighed_the_more_the_later(problem):
-    assert [problem._penalty(k) for k in (0, 2)] == [0.0, pytest.approx(1000.0 * (2 / 40) ** 2)]
-
-
 def test_a_search_meets_every_stress_in_turn():
     stress = SCENARIO["stress"] | {"friction": 2.0}
     scenario = api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress})
@@ -121,14 +117,6 @@ def test_the_better_half_of_the_finalists_goes_on_to_twice_the_machines():
     assert found[last] == pytest.approx(rank[last], rel=1e-12)
     assert sorted(lost.sum(axis=0))[0] == 7  # of twelve machines that the best breaks it on
     assert np.argmax(found) == last
-
-
-@pytest.mark.parametrize("count", [32, 80])
-def test_fewer_at_once_than_individuals_or_as_many(problem, count):
-    """Each individual is on its own machines all the same."""
-    many = problem.genome.fresh(np.zeros(count, int), np.random.default_rng(3))
-    found = problem.rank_on(many, np.arange(3), 32)
-    assert found == pytest.approx(problem.rank_on(many, np.arange(3)), rel=1e-5)
 
 
 def test_whoever_cannot_reach_what_it_needs_meets_four_machines_alone():

@@ -8,7 +8,7 @@ import pytest
 from hfc_design import api
 from hfc_design.runs import champion
 from hfc_design.runs import run as runs
-from hfc_design.runs.champion import TRIAL, lap_of
+from hfc_design.runs.champion import TRIAL
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
 from hfc_design.simulation.acceptance import NO, YES
 
@@ -18,13 +18,6 @@ SCENARIO = {
     "robust": {"spread": 0.01, **{"first": 2, "machines": 2, "elite": 2, "final": 12}},
     "search": {"preset": "cma", "population": 6, "generations": 8},
 }
-
-
-def test_a_lap_is_the_scenario_with_another_seed():
-    scenario = api.load_scenario("c-axis-practical")
-    other = lap_of(scenario, 2)
-    assert other.run == scenario.run.model_copy(update={"seed": scenario.run.seed + 2 * 2**34})
-    assert other.model_copy(update={"run": scenario.run}) == scenario
 
 
 class Use(NamedTuple):

@@ -1,19 +1,23 @@
 """Run folders: what is in them, and that no interruption changes or loses anything."""
 
+import json
 import os
+import shutil
 
 import jax
 import numpy as np
 import pytest
 import tomli_w
-from short_runs import SEARCHES, SMALL, contents, once, resumed, started, stopping
+from places import DATA
+from short_runs import SEARCHES, contents, once, resumed, started, stopping
 from wording import refused
 
+from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.core.records import RunError
 from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.runs import polishing, run, stored
 from hfc_design.runs import run as design
-from hfc_design.runs import stored
 from hfc_design.simulation.evaluating import evaluate
 
 
@@ -116,26 +120,6 @@ def test_config_alone_runs_the_same_again(whole, tmp_path):
     assert contents(tmp_path / "again") == contents(whole)
 
 
-def test_csv_tables_travel_with_the_run(tmp_path):
-    (tmp_path / "way.csv").write_text("time_s,reference_rad\n0,0\n0.05,0.001\n0.1,0.0015\n")
-    (tmp_path / "cut.csv").write_text("time_s,load_Nm\n0,0\n0.05,1\n")
-    (tmp_path / "mine.toml").write_text(
-        'reference = {kind = "csv", file = "way.csv"}\nload = {file = "cut.csv"}\n'
-    )
-    folder = tmp_path / "run"
-    scenario = load_scenario(str(tmp_path / "mine.toml"), SMALL)
-    result = design.run(design.new_run(scenario, folder), folder)
-    (tmp_path / "way.csv").unlink()
-    (tmp_path / "cut.csv").unlink()
-    moved = tmp_path / "moved"
-    folder.rename(moved)
-    found = load_design(str(moved))
-    again = evaluate(found, own_scenario(found, str(moved)))
-    assert again.fitness == result.evaluation.fitness
-    assert again.axes[0].reference[50] == pytest.approx(0.001)
-    assert again.axes[0].load[25] == pytest.approx(0.5)
-
-
 def test_tables_of_motions_and_of_axes_travel_too(tmp_path):
     tables = {"slow": 0.002, "fast": 0.01, "x": 50.0, "y": 20.0, "cut": 1.0}
     for name, end in tables.items():
@@ -169,3 +153,54 @@ def test_tables_of_motions_and_of_axes_travel_too(tmp_path):
         again = [alone.samples().axes for alone in design.opened_run(folder).each_motion()]
         jax.tree.map(np.testing.assert_array_equal, again, before)
     assert len(list(tmp_path.rglob("*.csv"))) == 6
+
+
+#: A race of five PD controllers after its first generation, in which four diverged.
+BROKEN_OFF = DATA / "broken_off_1"
+
+
+def test_a_run_that_an_earlier_version_began_goes_on(tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(BROKEN_OFF, folder)
+    with refused(RunError) as found:
+        run.run(run.opened_run(folder), folder)
+    assert found.where == str(folder / "checkpoint.npz")
+    assert sorted(path.name for path in folder.iterdir()) == ["checkpoint.npz", "config.toml"]
+    run.run(run.opened_run(folder), folder, anyway=True)
+    rows = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
+    # What that version made of its generations; later ones see fast spindles that it took for nan.
+    assert rows["best"][:2] == pytest.approx([74.610207, 163.092758], rel=1e-4)
+    assert len(rows) == 8
+    assert (np.diff(rows["best"]) >= 0).all()
+    assert rows["diverged"][0] == 4
+    assert rows["median"][0] == 0.0  # as it was told then
+    assert rows["median"][1:].min() > 0.0
+    design = json.loads((folder / "design.json").read_text())
+    assert design["score"]["merit"] == pytest.approx(rows["best"][-1], rel=1e-4)
+
+
+def test_what_had_failed_ranks_last(tmp_path):
+    scenario = run.opened_run(BROKEN_OFF)
+    state = stored.load(BROKEN_OFF / run.CHECKPOINT, scenario, {}).state
+    assert np.isneginf(state.score).tolist() == [False, True, True, True, True]
+    assert state.score[0] == pytest.approx(74.610207, rel=1e-6)
+
+
+def test_a_kind_without_coordinates_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    """One axis of a user's own without ``around`` is enough."""
+    axes = {axis: {"kind": "pid"} for axis in "xy"}
+    changes = {"controller": {"kind": "per-axis", "axes": axes}, "run.polish": 3}
+    scenario = load_scenario("feed-drive-circle", changes)
+    polishing.check_polish(scenario)
+    monkeypatch.setattr(GainsGenome, "around", lambda genome, about: None)
+    with refused() as found:
+        run.new_run(scenario, tmp_path / "run")
+    assert found.where == "run.polish"
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("changes", [["run.polish=-1"], ["run.polish=3", "search.preset=nsga-ii"]])
+def test_what_cannot_be_polished_is_refused_in_a_line(changes):
+    with refused() as found:
+        load_scenario("c-axis-ramp", changes)
+    assert "run.polish = " in found.refusal

@@ -75,13 +75,6 @@ def test_another_version_goes_on_only_anyway(package, both, monkeypatch):
     assert json.loads(str(told))[package] == "9.8.7"
 
 
-def test_another_version_of_the_package(both, monkeypatch):
-    _, part = both
-    monkeypatch.setattr(stored, "__version__", "7.0")
-    with pytest.raises(RunError, match=r"another hfc-design \('.*', here '7.0'\)"):
-        resumed(part)
-
-
 def test_another_file_beside_it(both):
     whole, part = both
     (part / "reference.csv").write_text(WAY.replace("0.0015", "0.0016"))

@@ -1,15 +1,15 @@
 """What an explanation says: by hand, and as the runtime steps."""
 
-import json
-
+import feed_oracle
+import jax
 import numpy as np
 import pytest
-from by_name import explanation
-from click.testing import CliRunner
+from by_name import explanation, random_design, replayed
 from exported import with_controller
+from feed_designs import DESIGNS, five, jax_motion, runtime_motion
+from lifted import controller_of
 from wording import refused, refused_command
 
-from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import builtin_designs
@@ -30,10 +30,6 @@ def read_signals(design):
 
 def text_of(sample):
     return ",".join(f"{name}={value!r}" for name, value in sample.items())
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, ["explain", *arguments], env={"COLUMNS": "80"}).stdout
 
 
 def test_a_feed_drive_by_hand():
@@ -90,17 +86,6 @@ def test_the_command_is_the_runtimes_bit_for_bit(name):
             assert mean == pytest.approx(unit["output"], abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc"])
-def test_what_was_read_before_is_the_sample_before(name):
-    design = load_design(name)
-    now, before = read_signals(design)
-    first, second = (dict.fromkeys(now, value) for value in (0.02, 0.013))
-    remembered = dict.fromkeys(before, 0.02)
-    runtime = Controller(design)
-    runtime.step(first)
-    assert explanation(design, [text_of(second | remembered)])["command"] == runtime.step(second)
-
-
 def test_the_forms_p_and_pi_of_jk95():
     """P reads no change; PI adds up what is inferred, from 0 before the first sample."""
     p = explanation(changed("jee-koren-2004-flc", form="P"), ["error=10"])
@@ -114,17 +99,6 @@ def test_the_forms_p_and_pi_of_jk95():
     assert twice["units"][0]["output"] == 8.0  # PS and no change
     assert twice["parts"]["fuzzy"] == 8.0 + 8.0  # a first sample has no change either
     assert explanation(pi, ["error=7,error_change=0"])["parts"]["fuzzy"] == 8.0
-
-
-def test_alone_nothing_adapts_and_the_stable_range_still_bounds_the_table():
-    design = load_design("jee-koren-2004-aflc")
-    found = explanation(design, ["error=11,previous_error=12.3"])
-    assert found["adaptation_held"]
-    # PS-NS is 8; PM-NS, 8 too, may be k2_max |edge of ZR| = 5.9 x 1 below PM-ZR, 16, and no more.
-    assert sorted(r["consequent"] for r in found["units"][0]["rules"]) == pytest.approx([8.0, 10.1])
-    moved = explanation(design, ["error=12.3", "error=11"])
-    assert not moved["adaptation_held"]
-    assert moved["command"] != found["command"]
 
 
 FLC, TABLE_1 = "jee-koren-2004-flc", "lin-lee-1999-table-1"
@@ -167,14 +141,49 @@ def test_what_is_not_finite_is_a_line_of_at():
         assert "--at" in line
 
 
-def test_tables_fit_80_columns_and_count_what_they_hide():
-    zero = "error=1e-3,error_rate=0,deflection=2e-4,deflection_rate=0,spindle_velocity=0.02"
-    shown = hfc(TABLE_1, "--at", f"{zero},previous_spindle_velocity=0.02")
-    assert max(map(len, shown.splitlines())) <= 80
-    assert "…" not in shown
-    assert "37 more below 1 %" in shown  # of the 49 of the first unit 12 are shown
-    every = hfc(TABLE_1, "--least", "0", "--at", f"{zero},previous_spindle_velocity=0")
-    assert every
-    assert "more below" not in every
-    assert "Nothing adapts" in hfc("jee-koren-2004-aflc", "--at", "error=12.3,error_change=1.5")
-    assert json.loads(hfc("jee-koren-2004-aflc", "--json", "--at", "error=0", "--at", "error=9"))
+def equals_the_loop(design, scenario):
+    compiled, found = replayed(design, scenario)
+    np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("scenario", ["c-axis-ramp", "c-axis-ramp-cutting"])
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "pd-only"])
+def test_equals_the_loop_on_built_in_designs(name, scenario):
+    equals_the_loop(load_design(name), scenario)
+
+
+def test_equals_the_loop_on_random_designs(random_population):
+    for seed in range(3):
+        equals_the_loop(random_design(6, seed, random_population), "c-axis-ramp-cutting")
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """A rough reference, and five individuals of which the first is the design."""
+    design = DESIGNS["jee-koren-2004-aflc"]
+    controller, one = controller_of(design)
+    random = np.random.default_rng(3)
+
+    def varied(leaf):
+        factors = random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,))
+        factors[..., 0] = 1.0
+        return leaf * factors
+
+    reference = feed_oracle.errors(600, 3)
+    many = jax.tree.map(varied, one)
+    return design, controller, many, reference, jax_motion(controller, many, reference)
+
+
+def test_the_loop_equals_the_runtime_on_a_rough_reference(rough):
+    design, _, _, reference, found = rough
+    expected = list(runtime_motion(design, reference))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_a_population_equals_its_individuals(rough):
+    _, controller, many, reference, together = rough
+    assert np.ptp(together[-1]) > 0.1
+    for k in range(5):
+        own = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], many)
+        alone = jax_motion(controller, five(own), reference)
+        np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)

@@ -10,7 +10,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import fault, generations, searcher
-from hfc_design.search.strategies.cma import Cma, CmaSettings, _sound
+from hfc_design.search.strategies.cma import CmaSettings, _sound
 from hfc_design.search.strategy import Task
 
 INPUTS = [{"name": name, "scale": 10.0} for name in ("error", "error_rate", "deflection")]
@@ -40,12 +40,7 @@ def searched(genome, settings=CMA, evaluate=hill, **options):
     return searches.searched(settings, Task(genome), evaluate, **options)
 
 
-def test_same_seed_same_bits_other_seed_other_run(genome, whole):
-    assert same(searched(genome), whole)
-    assert not same(searched(genome, seed=1), whole)
-
-
-@pytest.mark.parametrize("stop", [1, 30, 61, 80, 119])
+@pytest.mark.parametrize("stop", [30, 61, 119])
 def test_continued_equals_uninterrupted(stop, genome, whole):
     """Stages end at 30 and 60, of three structures one goes at 80 and another one at 100."""
     part = searched(genome, total=stop)
@@ -106,7 +101,7 @@ def test_where_everything_fails_a_stage_begins_about_the_first_individual(genome
     assert _sound(CMA, found.state)
 
 
-@pytest.mark.parametrize("total", [1, 2, 3, 5])
+@pytest.mark.parametrize("total", [1, 5])
 def test_any_number_of_generations(total, genome):
     settings = CmaSettings(population=6, generations=total, trees=9)
     assert len(searched(genome, settings).history.best) == total
@@ -134,21 +129,6 @@ def test_a_state_that_cannot_be_is_refused(change, genome):
     with np.errstate(all="ignore"):
         told = fault(found._replace(state=change(found.state)), genome.empty(), CMA)
     assert told is not None
-
-
-def test_forty_averages_are_kept_on_the_way(genome):
-    """As they were before generations 80, 81, ... 119 of 120: of the best island."""
-    own, cma, averages = searcher(CMA, Task(genome)), Cma(CMA, Task(genome)), {}
-    for search in generations(own, genome, CMA.generations, 0, hill):
-        state = search.state
-        if search.generation < 80:
-            continue
-        stage, k = cma._stage(state.about, 2), np.array([np.argmax(state.score)])
-        averages[search.generation] = stage.members(
-            state.islands.average[k], state.population.tree[k]
-        )
-    for k, wanted in enumerate(averages[generation] for generation in range(80, 120)):
-        assert same(taken(state.trail, np.array([k])), wanted)
 
 
 def test_the_last_generations_meet_the_machines_that_are_hard_by_then(genome):
@@ -207,24 +187,6 @@ def test_of_many_structures_compete_that_are_best_at_first():
     state, asked = searcher(settings, task).start(np.random.default_rng(0))
     assert state.population.tree.tolist() == [7, 8, 6, 9]
     assert asked.structures == 4
-
-
-def test_gains_are_one_stage():
-    """Of a score that has its best at k_p = 30, k_i = 6, k_d = -0.5."""
-    ranges = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
-    own = {"controller": {"kind": "pid", "ranges": ranges}, "search.preset": "cma"}
-    genome = genome_of(api.load_scenario("feed-drive-line", own))
-
-    def score(population, generation):
-        gains = genome.gains(population)
-        off = np.log(gains.k_p / 30.0) ** 2 + (gains.k_i - 6.0) ** 2 + (gains.k_d + 0.5) ** 2
-        return 1.0 / (1.0 + off)
-
-    found = searched(genome, CmaSettings(generations=150), score)
-    gains = genome.gains(found.state.population)
-    assert gains.k_p[0] == pytest.approx(30.0, rel=1e-3)
-    assert gains.k_i[0] == pytest.approx(6.0, abs=1e-3)
-    assert gains.k_d[0] == pytest.approx(-0.5, abs=1e-3)
 
 
 def test_axes_of_unlike_kinds_are_searched_together():

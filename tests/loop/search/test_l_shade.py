@@ -98,7 +98,7 @@ def whole(genome):
     return searched(genome)
 
 
-@pytest.mark.parametrize("stop", [1, 2, 31, 59])
+@pytest.mark.parametrize("stop", [2, 31, 59])
 def test_continued_equals_uninterrupted(stop, genome, whole):
     part = searched(genome, total=stop)
     assert fault(part, genome.empty(), SETTINGS) is None
@@ -154,11 +154,3 @@ def test_a_state_that_cannot_be_is_refused(change, genome):
     assert fault(found, genome.empty(), SETTINGS) is None
     with np.errstate(all="ignore"):
         assert fault(found._replace(state=change(found.state)), genome.empty(), SETTINGS)
-
-
-def test_it_climbs_higher_than_chance(genome, whole):
-    score = hill(genome)
-    for seed, found in enumerate((whole, *(searched(genome, seed=k) for k in (1, 2)))):
-        drawn = genome.fresh(np.zeros(1000, int), np.random.default_rng(seed))
-        assert found.history.best[-1] > score(drawn).max()
-        assert score(found.state.population) == pytest.approx(found.state.score)

@@ -8,7 +8,6 @@ from sledge import hfc as command
 
 import hfc_design.api as hfc
 from hfc_design.files.design import design_json
-from hfc_design.simulation.evaluating import notes
 
 #: Where classical Runge-Kutta steps stop being stable for a real decay, rate times step.
 LIMIT = 2.785
@@ -43,20 +42,6 @@ def test_what_diverges_in_all_of_them_says_when_and_what(oven):
     found = simulated(oven(cools=1e6))
     assert found.divergence.cause == "heat"
     assert found.divergence.time_s < 0.01
-
-
-def test_a_command_that_is_no_number_is_named(oven):
-    found = simulated(oven(), kp=1.7e308)
-    assert found.divergence.cause == "the command"
-
-
-def test_what_is_told_beside_the_numbers(oven):
-    where = oven(cools=5000.0)
-    rows = {"a": simulated(oven()), "b": simulated(where), "c": simulated(oven(burns=2.0))}
-    mended, lost = notes(where, rows)
-    assert mended == "b is simulated with 4 substeps, it diverges with 1"
-    assert lost.startswith("c diverges: flame runs away at 0.")
-    assert lost.endswith(" s, also with 16 substeps")
 
 
 def test_many_designs_at_once_are_mended_one_by_one(oven):

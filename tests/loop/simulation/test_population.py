@@ -1,5 +1,6 @@
 """The population simulator: published scores, independence of individuals, sensors, Jacobian."""
 
+import jax
 import numpy as np
 import pytest
 from lifted import every_axis
@@ -8,6 +9,7 @@ from populations import LAW, fitness, picked, prepared
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.pd import PdGains, initial_memory, sample
 from hfc_design.simulation import population as simulate
+from hfc_design.simulation.flattening import packed, unpacked
 
 PD = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
 
@@ -78,3 +80,31 @@ def test_noise_is_that_of_its_seed():
     assert (disturbance("sensors.seed=1") != first).all()
     assert first.std() == pytest.approx(1e-5, rel=0.2)  # 200 samples: 5 % is one sigma
     assert abs(first.mean()) < 3e-6
+
+
+TREE = {
+    "table": np.arange(24.0).reshape(2, 3, 4),
+    "sources": np.array([[5, 6, 7, 8]], np.int64),
+    "none": None,
+    "gain": np.array([1.5, 2.5, 3.5, 4.5]),
+}
+
+
+def test_chunks_of_what_was_packed():
+    form, numbers = packed(TREE, np.float32, 2)
+    assert numbers.floats.shape == (2, 7, 2)
+    assert numbers.floats.dtype == np.float32
+    assert numbers.integers.tolist() == [[[5, 6]], [[7, 8]]]
+    for k in range(2):
+        own = jax.tree.map(lambda leaf, k=k: leaf[k], numbers)
+        found = jax.jit(unpacked, static_argnums=0)(form, own)
+        wanted = jax.tree.map(lambda leaf, k=k: leaf[..., 2 * k : 2 * k + 2], TREE)
+        jax.tree.map(np.testing.assert_array_equal, found, wanted)
+
+
+def test_single_numbers_without_integers():
+    form, numbers = packed((2.0, (), np.arange(3.0)), np.float64)
+    assert numbers.floats.tolist() == [2.0, 0.0, 1.0, 2.0]
+    assert numbers.integers.shape == (0,)
+    number, empty, several = unpacked(form, numbers)
+    assert (number, empty, several.tolist()) == (2.0, (), [0.0, 1.0, 2.0])

@@ -6,7 +6,7 @@ import numpy as np
 import oracle
 import pytest
 from scipy.signal import lfilter
-from sensed import axes, moved, scenario
+from sensed import moved, scenario
 
 import hfc_design.api as hfc
 
@@ -33,48 +33,6 @@ def test_observer_is_a_filter_of_the_readings(bandwidth):
     reading = in_steps(motion.state.spindle_angle + noise, 1e-5)
     told = (motion.command - 20.0 * (0.02 * found.simulation.time - reading)) / 5.0
     np.testing.assert_allclose(0.02 - told, differentiated(reading, bandwidth), atol=1e-9)
-
-
-class Clock(NamedTuple):
-    angle: Any
-    speed: Any
-
-
-class Nothing(NamedTuple):
-    unused: float = 1.0
-
-
-CLOCK = hfc.Plant(
-    name="clock",
-    parameters=Nothing,
-    fault=hfc.only_positive(Nothing),
-    units={"error": "rad", "error_rate": "rad/s", "command": "V", "load": "N m"},
-    initial_state=lambda zero: Clock(zero, zero),
-    step=lambda p, x, command, loads, dt: Clock(x.angle + 0.3 * dt, 0.0 * x.speed + 0.3),
-    signals=lambda p, x: {},
-    position="angle",
-    velocity="speed",
-    encoders={"angle": "speed"},
-)
-
-
-def test_observer_is_exact_at_constant_speed(own_plugins):
-    hfc.register(CLOCK)
-    found = hfc.load_scenario(
-        {
-            "plant": {"name": "clock"},
-            "reference": {"kind": "ramp", "velocity": 0.0},
-            "simulation": {"duration_s": 1.0},
-            "sensors": {"velocity": "observer", "observer_hz": 20.0},
-            "controller": {"kind": "pd", "ranges": {"kp": [1.0, 10.0], "kd": [1.0, 10.0]}},
-        }
-    )
-    motion = moved(found, kp=0.0, kd=1.0)
-    assert abs(motion.command[5] + 0.3) > 0.01
-    assert motion.command[-1] == pytest.approx(-0.3, rel=1e-11)
-    # The position is the reading: a filtered one would lag.
-    position = moved(found, kp=1.0, kd=0.0).command
-    np.testing.assert_allclose(position, -0.3 * found.simulation.time, atol=1e-12)
 
 
 def test_difference_over_several_samples_is_one_of_the_readings():
@@ -109,19 +67,6 @@ def test_commands_are_bound_then_rounded_then_held_back():
     assert len(np.unique(wanted)) > 5
     assert abs(wanted).max() == pytest.approx(9.6)
     np.testing.assert_allclose(motion.command, wanted, atol=1e-9)
-
-
-def test_a_limit_that_is_no_whole_step_is_not_exceeded():
-    changes = ["resolution=0.6", "command=10.0", "delay_samples=1"]
-    motion = moved(scenario(*(f"limits.{x}" for x in changes)))
-    assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
-
-
-def test_each_axis_has_a_converter_of_its_own():
-    x, y = (one.command for one in axes({"delay_samples": 1}))
-    assert (x % 3 == 0).all()
-    assert (y % 5 == 0).all()
-    assert len(np.unique(x)) > 5 < len(np.unique(y))
 
 
 class Gains(NamedTuple):

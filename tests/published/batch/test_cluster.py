@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 from batches import batch, files, left_behind, written
-from dask_cluster import GRID, alive, ended, first_finished, killed, psutil, until
+from dask_cluster import GRID, ended, first_finished, killed, psutil
 from distributed import Client
 from distributed.security import Security
 
@@ -73,12 +73,6 @@ def test_a_worker_elsewhere_is_killed(tmp_path, undisturbed, started, cluster):
     assert files(tmp_path / "out") == undisturbed
 
 
-def test_two_batches_share_the_work(tmp_path, undisturbed, started, cluster):
-    both = [started("--scheduler", cluster.up(), *shared) for shared in ([], ["--shared"])]
-    assert [ended(process) for process in both] == [(0, []), (0, [])]
-    assert files(tmp_path / "out") == undisturbed
-
-
 @pytest.mark.parametrize("shared", [(), ("--shared",)])
 def test_ctrl_c_and_called_again(tmp_path, undisturbed, started, cluster, shared):
     address = cluster.up()
@@ -91,18 +85,6 @@ def test_ctrl_c_and_called_again(tmp_path, undisturbed, started, cluster, shared
         assert batch(tmp_path / "mine.toml", "--out", tmp_path / "out").exit_code == 0
     else:
         assert ended(started("--scheduler", address)) == (0, [])
-    assert files(tmp_path / "out") == undisturbed
-
-
-def test_ctrl_c_ends_our_own_workers(tmp_path, undisturbed, started):
-    process = started("--workers", "1")
-    first_finished(tmp_path / "out")
-    children = psutil.Process(process.pid).children()
-    os.killpg(process.pid, signal.SIGINT)  # a terminal tells the whole group
-    code, said = ended(process)
-    assert (code, len(said), "interrupted" in said[0]) == (1, 1, True), said
-    until(lambda: not any(map(alive, children)), what="the end of the workers")
-    assert batch(tmp_path / "mine.toml", "--out", tmp_path / "out").exit_code == 0
     assert files(tmp_path / "out") == undisturbed
 
 

@@ -63,32 +63,6 @@ def test_on_many_machines_in_a_column_every_text_is_whole_and_no_numbers_touch(k
         assert all(b.x0 - a.x1 > 3 for a, b in pairwise(boxes))
 
 
-def test_usable_shows_itself():
-    usable = FOUND["usable"]()
-    assert repr(usable).startswith("Usable(yes=")
-    assert usable.answer.partition(":")[0] in ("yes", "no")
-    assert f"machines={len(usable.good)}" in repr(usable)
-    assert usable._repr_html_().count("<tr>") == 7  # six figures, one motion
-    with pytest.raises(hfc.UserError):
-        hfc.usable("pd-only", "feed-drive-line")
-
-
-def test_the_page_of_a_design_and_of_a_run(tmp_path):
-    page = hfc.report(hfc.load_design("pd-only", {"name": "mine"}), tmp_path / "a.html")
-    assert page == tmp_path / "a.html"
-    assert "mine" in page.read_text("utf-8")
-    hfc.design(hfc.load_scenario("c-axis-ramp", SMALL), tmp_path / "run")
-    (tmp_path / "run" / "report.html").unlink()
-    assert hfc.report(tmp_path / "run") == tmp_path / "run" / "report.html"
-    assert (tmp_path / "run" / "report.html").exists()
-    with pytest.raises(hfc.UserError, match=r"leave path out, .* as .*run/report\.html$"):
-        hfc.report(tmp_path / "run", "b.html")
-    with pytest.raises(hfc.UserError, match="this is a design"):
-        hfc.report("pd-only", each=True)
-    with pytest.raises(hfc.UserError, match="no such design"):
-        hfc.report(str(tmp_path / "nowhere"))
-
-
 PAPER = {"figures": "pdf", "width": "88mm", "latex": True}
 
 

@@ -5,9 +5,6 @@ import sys
 
 from run_folders import hfc
 
-from hfc_design.cli import search_progress
-from hfc_design.core.plugins import know
-
 SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.1"]
 
 
@@ -40,26 +37,3 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     assert resumed.exit_code == 0
     assert resumed.stderr == "hfc: warning: the design is not usable as it is\n"  # no progress
     assert resumed.stdout.startswith("Can I use it? no: ")
-
-
-def _interrupted(self, search):
-    raise KeyboardInterrupt
-
-
-def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines, known_use):
-    know([])  # nothing of other tests
-    with monkeypatch.context() as patched:
-        patched.setattr(search_progress.Watch, "generation", _interrupted)
-        stopped = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", "--out", "run")
-    wanted = "hfc design --resume --out run --use mine:SLEDGE"
-    assert stopped.stderr.rstrip().endswith(wanted)
-    assert hfc(*wanted.split()[1:], "--quiet").exit_code == 0
-    page = (own / "run" / "report.html").read_text()
-    assert "hfc design config.toml --use mine:SLEDGE --out another-folder" in page
-
-
-def test_design_without_out_finds_a_free_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for number in (1, 2):
-        assert hfc("design", "c-axis-ramp", *SMALL, "--quiet").exit_code == 0
-        assert (tmp_path / "runs" / f"c-axis-ramp-{number}" / "design.json").exists()

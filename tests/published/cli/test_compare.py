@@ -1,17 +1,11 @@
 """``hfc compare`` as a user meets it."""
 
 import csv
-import html
 import json
-import re
-import shlex
 
 import numpy as np
 from places import ROOT
 from run_folders import hfc
-from sledge import BUDGET
-
-from hfc_design.core.plugins import know
 
 SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
 PARAMETERS = "backlash", "table_mass"
@@ -34,17 +28,6 @@ def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
     assert "simulated in" in found.stderr
 
 
-def test_the_first_line_says_that_the_scenario_has_other_machines():
-    own = ["--set", "robust.spread=0.1", "--set", "robust.tolerances.stiffness=0.3"]
-    heads = {"0.1": "±10 % ([robust]: ±10 %, stiffness ±30 %)", "0.2": "±20 % ([robust]: ±10 %, st"}
-    for spread, head in heads.items():
-        found = hfc("compare", *TWO, *SHORT, *own, "--spread", spread)
-        first = " ".join(found.stdout.partition("\nmetric")[0].split())
-        assert first.startswith(f"c-axis-ramp, 6 machines within {head}")
-    same = hfc("compare", *TWO, *SHORT, *own[:2], "--spread", "0.1").stdout
-    assert same.splitlines()[0].rstrip() == "c-axis-ramp, 6 machines within ±10 %"
-
-
 def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     table = tmp_path / "machines.csv"
     single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]
@@ -62,23 +45,6 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     for told in ("backlash=2", "backlash=x", "gap=0.5"):
         found = hfc("compare", *PIDS, *few, "--tolerance", told)
         assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
-
-
-def test_the_command_on_the_page_names_own_parts(own, known_use):
-    """What stands there repeats the comparison in a process that knows nothing else."""
-    made = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", *BUDGET, "--out", "run")
-    assert made.exit_code == 0, made.output
-    design = json.loads((own / "run" / "design.json").read_text())
-    (own / "other.json").write_text(json.dumps(design | {"name": "other"}))
-    few = ("--machines", "2", "--seed", "3")
-    assert hfc("compare", "run", "other.json", *few, "--html", "beside.html").exit_code == 0
-    page = (own / "beside.html").read_text()
-    again = html.unescape(re.search("Again: <code>hfc (.*)</code>", page)[1])
-    assert again.endswith(" --machines 2 --seed 3 --use mine:SLEDGE")
-    know([])
-    assert "no plant known here" in hfc("compare", "run", "other.json", *few).stderr
-    done = hfc(*shlex.split(again))
-    assert done.exit_code == 0, done.output
 
 
 def test_a_folder_of_page_table_and_numbers(tmp_path):

@@ -6,7 +6,6 @@ from places import ROOT
 
 import hfc_design.api as hfc
 from experiments.designed_contours.table_page import METRICS, OWN, versus
-from hfc_design.runs import run
 from hfc_design.simulation.comparison import DesignStatistics
 
 FOLDER = ROOT / "experiments" / "designed_contours"
@@ -34,17 +33,6 @@ def test_the_best_figures_of_the_paper_are_beaten_too(designed):
     path, impulse, _ = designed
     assert path < 0.007
     assert impulse < 0.02
-
-
-def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid(monkeypatch, known_use):
-    monkeypatch.setattr(run, "used", lambda *_: dict.fromkeys(run.KEPT))  # nobody asks
-    few = {"first": 2, "machines": 2, "elite": 2, "final": 8}
-    changes = {f"robust.{key}": count for key, count in few.items()}
-    changes |= {"search.generations": 24, "search.trees": 1}
-    changes |= {"simulation.duration_s": 18.0, "constraints": {"limit_share": 0.05}}
-    scenario = hfc.load_scenario("milling-table-robust", changes)
-    found = figures(hfc.design(scenario).design)
-    assert all(mine < theirs for mine, theirs in zip(found, figures("huang-pid"), strict=True))
 
 
 def test_the_page_pairs_machines():

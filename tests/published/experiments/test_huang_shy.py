@@ -8,7 +8,6 @@ import hfc_design.api as hfc
 from experiments.huang_shy import page as huang
 from experiments.huang_shy import pictures, tables
 from hfc_design.files.loop_setup import load_design
-from hfc_design.formats import FORMATS
 from plants.milling_table import MillingTableParameters, coefficients
 
 ORDER = ("PID", "cross-coupling", "SOC", "neural")
@@ -71,14 +70,6 @@ def test_what_goes_on_is_the_design_but_for_what_it_has_learnt(label):
         assert axis.model_dump(exclude={learnt}) == whole.controller.model_dump(exclude={learnt})
         assert getattr(axis, learnt) != getattr(whole.controller, learnt)
     assert found.provenance["learned"]["scenario"] == "milling-table-circle"
-
-
-@pytest.mark.parametrize("name", ["huang-cross-coupled", str(tables.HERE / "soc-lap-1.json")])
-def test_c_code_of_two_axes_of_a_plant_of_one_knows_its_units(name, tmp_path):
-    FORMATS["c"].write(load_design(name), tmp_path / "c")
-    headers = list((tmp_path / "c").rglob("*.h"))
-    assert len(headers) == (1 if name == "huang-cross-coupled" else 2)
-    assert any("[mm]" in header.read_text(encoding="utf-8") for header in headers)
 
 
 def test_the_network_is_what_back_propagation_makes_of_the_lap():

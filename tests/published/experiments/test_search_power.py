@@ -11,12 +11,11 @@ from click.testing import CliRunner
 from experiment_pages import page_of, table
 
 from experiments.search_power import figures, page
-from experiments.search_power.charts import Chart, chart_about
 from experiments.search_power.lockstep import CHECKS, together
 from experiments.search_power.methods import DEFAULT, names
-from experiments.search_power.plain import LAST, LShade, Thirds
+from experiments.search_power.plain import LShade
 from experiments.search_power.searches import Setup, peer, strategy
-from experiments.search_power.tasks import TANGENT, Field, Ground
+from experiments.search_power.tasks import Field, Ground
 from hfc_design.controllers.genome import taken
 from hfc_design.runs.problem import Problem
 from hfc_design.search.loop import generations, searcher
@@ -96,22 +95,6 @@ def test_the_page_is_that_of_its_results():
     assert [row for row in told if row[0] in figures.GROUNDS] == rows
 
 
-def test_side_by_side_a_strategy_is_that_of_the_package(field):
-    """The same bits as ``search.loop.generations``, whoever is beside it; all samples are paid."""
-    settings = field.scenario.search.model_copy(update={"generations": 6})
-    rich = Field(field.ground._replace(budget=30_000))
-    seeds = together(lambda *own: strategy(settings, *own), rich, [4, 5])
-    for seed, found in zip((4, 5), seeds, strict=True):
-        problem = Problem(field.scenario.model_copy(update={"search": settings}))
-        own = searcher(settings, problem.task), problem.genome, 6, seed
-        *_, last = generations(*own, problem.scored)
-        assert found.best[-1] == last.history.best[-1]
-        steps = field.steps
-        assert problem.simulated <= found.spent
-        # Jacobians, by their lanes, come on top.
-        assert found.spent - problem.simulated <= 6 * 4 * 96 * TANGENT * steps
-
-
 def test_on_many_machines_the_default_meets_those_of_the_package():
     """Hard ones too, which are asked for in the last generations: the same incumbent."""
     changes = {"search.generations": 45, "robust.final": 24}
@@ -136,29 +119,3 @@ def test_nobody_spends_more_than_the_budget(field):
     assert 0.9 * field.budget < found.spent <= field.budget
     assert (np.diff(found.best[np.isfinite(found.best)]) >= 0.0).all()
     assert len(found.incumbents) == len(CHECKS)
-
-
-def test_points_are_individuals_and_0_is_where_they_begin(field):
-    genome, rng = field.problem.genome, np.random.default_rng(0)
-    about = taken(genome.fresh(np.arange(3), rng), np.array([1]))
-    chart = chart_about(genome, about)
-    same = chart.members(np.zeros((1, chart.size)))
-    for one, other in zip(about, same, strict=True):
-        assert np.allclose(one, other, rtol=1e-12)
-
-
-@pytest.mark.parametrize(("make", "least"), [(LShade, 1e-4), (Thirds, 1e-1)])
-def test_optimizers_find_a_bowl(make, least):
-    size = 8
-    chart = Chart(size, 1.0, lambda points: points, np.full(size, -3.0), np.full(size, 3.0))
-    own, best, spent = make(chart, 1.0, 40, 0), np.inf, 0
-    while spent < 12_000:
-        own.share = spent / 12_000
-        points = own.ask()
-        assert (np.abs(points) <= 3.0).all()
-        costs = (points - 1.0) ** 2 @ np.arange(1.0, size + 1.0)
-        own.tell(points, costs)
-        best, spent = min(best, costs.min()), spent + len(points)
-    assert best < least
-    if make is LShade:
-        assert len(own.points) <= LAST + 1

@@ -40,16 +40,6 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     assert values["mass"] / values["force_gain"] == pytest.approx(2.0, rel=2e-3)
 
 
-def test_one_that_is_known_tells_the_others():
-    true = Cart(2.4, 7.0, 1.2, 0.6)
-    found, _ = cart_found(["mass", "viscous_friction", "force_gain"], true, {"pull": 0.6})
-    known = certainty(found)
-    assert all(known.identifiable)
-    assert known.untold == ()
-    assert (known.low < [2.4, 7.0, 1.2]).all()
-    assert (known.high > [2.4, 7.0, 1.2]).all()
-
-
 def test_mass_and_gain_of_the_positioning_stage_are_one_number():
     """The same of a built-in machine, by its slopes alone."""
     stage = PLANTS["positioning-stage"]
@@ -87,19 +77,6 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
             rtol=0.01,
         )
     assert note == "held where it began: pull; the log tells others only beside it"
-
-
-def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
-    """Friction of 3, known to two thirds, that began at 40; gain and pull are held."""
-    names = ["mass", "viscous_friction", "force_gain", "pull"]
-    start = {"viscous_friction": 40.0}
-    found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2)
-    _, known, note = hold_untold(found, certainty(found))
-    assert known.state == ("given", "no", "held", "held")
-    assert known.low[0] < 2.4 / 1.2 < known.high[0]
-    assert known.value[1] < 10.0
-    assert known.value[2:].tolist() == [1.0, 0.5]
-    assert "does not tell viscous_friction: as it was found, for where it" in note
 
 
 def test_no_last_bit_decides_which_of_two_is_named_first():

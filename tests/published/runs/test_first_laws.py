@@ -26,15 +26,6 @@ def test_laws_that_were_searched_are_better_than_regulators(name):
     assert rank.max() > 1.2 * others.max()
 
 
-def test_same_numbers_same_individuals():
-    sizes = "search.population=160", "search.generations=100"
-    _, one, _ = begun("c-axis-ramp", *sizes)
-    _, same, _ = begun("c-axis-ramp", *sizes)
-    _, other, _ = begun("c-axis-ramp", *sizes, seed=1)
-    assert np.array_equal(one.consequents, same.consequents)
-    assert not np.array_equal(one.consequents, other.consequents)
-
-
 def test_a_short_search_begins_with_regulators_that_nobody_simulated():
     assert not worthwhile(1000)
     problem, found, tree = begun("c-axis-ramp", "search.population=20", "search.generations=5")

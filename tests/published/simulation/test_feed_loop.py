@@ -1,7 +1,5 @@
 """X-Y machines in the population simulator: the published figures, a search."""
 
-import csv
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -10,7 +8,6 @@ from hfc_design.cli import main
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.simulation.comparison import compare
 from hfc_design.simulation.evaluating import evaluate
 
 CIRCLE = "feed-drive-circle"
@@ -50,25 +47,6 @@ def test_a_machine_that_never_moves_is_no_good():
     assert found.metrics["rms_contour_error_BLU"] < 1e-6
     # behind = -R sin(angle): a root mean square of R / sqrt(2) over whole cycles
     assert found.fitness == pytest.approx(1 / (0.01 * 4000 / np.sqrt(2)), rel=1e-3)
-
-
-def test_a_motion_that_the_simulation_cuts_short_is_said():
-    scenario = load_scenario("milling-table-circle", {"simulation.duration_s": 0.6})
-    found = compare(["huang-pid", "huang-cross-coupled"], scenario, 0.1, 1)
-    assert found.notes[0].startswith("milling-table-circle: the simulation ends after 0.6 s of a ")
-
-
-def test_trajectory_csv_names_axes_and_units(tmp_path):
-    path = tmp_path / "motion.csv"
-    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=4.0"]
-    result = CliRunner().invoke(main, [*arguments, "--csv", str(path)])
-    assert result.exit_code == 0, result.output
-    rows = list(csv.DictReader(path.read_text().splitlines()))
-    assert len(rows) == 400
-    for axis in "xy":
-        error = float(rows[3][f"{axis}_reference_BLU"]) - float(rows[3][f"{axis}_position_BLU"])
-        assert float(rows[3][f"{axis}_error_BLU"]) == pytest.approx(error)
-    assert "contour_error_BLU" in rows[0]
 
 
 def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines, known_use):

@@ -10,7 +10,6 @@ from scipy.signal import cont2discrete
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation import monte_carlo
-from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
 from hfc_design.stability.stable_range import stable_range
 from plants.c_axis import coefficients
@@ -32,46 +31,6 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
             mine = found.nominal[key] if k == 0 else found.values[key][k - 1]
             assert mine == pytest.approx(np.nan if value is None else value, rel=1e-9, nan_ok=True)
     assert np.ptp(found.values["fitness"]) > 0.01 * found.nominal["fitness"]
-
-
-def test_what_a_scenario_tolerates_is_told_of_every_machine():
-    """Beside the metrics, under keys like theirs, once."""
-    tolerances = {"settled_rms_error": 1e-3, "rms_error": 2e-3, "chatter": "1 V"}
-    fitness = {"kind": "tolerances", "tolerances": tolerances, "settled_after_s": 0.5}
-    design, scenario = case("pd-only", seconds=1.0)
-    scenario = load_scenario(scenario, {"fitness": fitness})
-    found = robustness(design, scenario, 0.2, 3, seed=2)
-    more = found.values.keys() - {"fitness", "merit", *evaluate(design, scenario).metrics}
-    assert more == {"settled_rms_error_rad", "chatter_V"}
-    assert found.meanings["chatter_V"].endswith("[V]")
-    for k in range(4):
-        moved = alone(design, scenario, found.machines, k)
-        (axis,) = moved.axes
-        error = np.sqrt(np.mean(axis.motion.error[moved.time >= 0.5 - 1e-9] ** 2))
-        key = "settled_rms_error_rad"
-        mine = found.nominal[key] if k == 0 else found.values[key][k - 1]
-        assert mine == pytest.approx(error, rel=1e-3)
-
-
-def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
-    design, scenario = case("jee-koren-2004-pid", seconds=0.3)  # 30 samples of 2 axes
-    monkeypatch.setattr(monte_carlo, "KEPT", 200)
-    told = []
-    robustness(design, scenario, 0.2, 8, progress=lambda *news: told.append(news))
-    assert told == [(3, 9), (6, 9), (9, 9)]
-
-
-@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid"])
-def test_nearly_no_spread_gives_the_nominal_metrics(name):
-    design, scenario = case(name, seconds=0.3)
-    found = robustness(design, scenario, 1e-13, 3)
-    wanted = evaluate(design, scenario)
-    for key, value in {"fitness": wanted.fitness, **wanted.metrics}.items():
-        nominal = np.nan if value is None else value
-        assert found.nominal[key] == pytest.approx(nominal, rel=1e-9, nan_ok=True)
-        assert found.values[key] == pytest.approx(np.full(3, nominal), rel=1e-8, nan_ok=True)
-    assert found.stable.all()
-    assert found.nominal_stable
 
 
 def test_stable_share_is_that_of_the_poles():

@@ -30,13 +30,6 @@ def test_published_score(design, scenario, score):
     assert not found.diverged
 
 
-def test_published_score_of_the_second_pd_alone():
-    pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
-    prepared_loop = prepared(pd, seconds=10)
-    gains = PdGains(np.array([1002.076]), np.array([135.007]))
-    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
-
-
 @pytest.mark.parametrize(
     ("design", "scenario"),
     [("lin-lee-1999-table-1", "c-axis-ramp"), ("lin-lee-1999-table-2", "c-axis-ramp-cutting")],
@@ -74,16 +67,6 @@ def test_population_equals_a_loop_over_individuals(count, random_population):
     assert together[::7] == pytest.approx(alone, rel=1e-12)
 
 
-def test_order_of_individuals_does_not_matter(random_population):
-    gains = random_population(65, seed=3)
-    loop = prepared(HIERARCHICAL)
-    order = np.random.default_rng(1).permutation(65)
-    for dtype in (np.float32, np.float64):
-        scores = fitness(*loop, gains, dtype)
-        reordered = fitness(*loop, picked(gains, order), dtype)
-        np.testing.assert_array_equal(reordered, scores[order])
-
-
 def test_diverging_individual_is_alone_in_it(random_population):
     gains = random_population(65, seed=5)
     loop = prepared(HIERARCHICAL)
@@ -114,18 +97,6 @@ def test_substeps_converge():
     errors = [np.max(abs(final / exact[-1] - 1)) for final in finals]
     assert errors[0] > 12 * errors[1] > 12 * 12 * errors[2]
     assert errors[2] < 2e-9
-
-
-def test_command_limit_is_kept(published):
-    controller, gains = published("lin-lee-1999-table-2")
-    _, (free,) = simulate.trajectory(*prepared(controller), gains)
-    _, (held,) = simulate.trajectory(*prepared(controller, "limits.command=25.0"), gains)
-    assert abs(free.command).max() > 30
-    assert abs(held.command).max() == 25.0
-    inside = free.command[:, 0] < 25.0
-    first = np.argmin(inside)
-    assert (held.command[:first] == free.command[:first]).all()
-    assert held.command[first] == 25.0
 
 
 @pytest.mark.parametrize(("inputs", "firing"), [(3, 40), (5, 90)])

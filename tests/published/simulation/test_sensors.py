@@ -2,16 +2,9 @@
 
 import numpy as np
 import pytest
-from sensed import axes, moved, scenario
+from sensed import moved, scenario
 
 import hfc_design.api as hfc
-
-
-def test_an_axis_may_be_held_back_alone():
-    (x, y), (same, prompt) = axes({"delay_samples": 1}), axes({})
-    first = [np.flatnonzero(one.state.velocity)[0] for one in (x, y, same, prompt)]
-    assert first[1] == first[3] + 1
-    assert first[0] == first[2]
 
 
 def test_difference_and_observer_without_memory_are_the_same():

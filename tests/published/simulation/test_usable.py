@@ -120,42 +120,6 @@ def test_who_keeps_a_constraint_is_counted_with_its_interval():
         assert told["largest"] == one.nominal["peak_command"].max()
 
 
-def test_what_a_scenario_tolerates_and_the_design_misses():
-    """Against constraints of the same measures, and the error of the nominal machine alone."""
-    free = usable("pd-only", load_scenario(TWO))
-    assert free.missed == {}  # of another fitness
-    own = {"settled_rms_error": 1e-9, "peak_command": 1e9}
-    scenario = load_scenario(TWO, {"fitness": {"kind": "tolerances", "tolerances": own}})
-    found = usable("pd-only", scenario)
-    assert set(found.missed) == {"settled_rms_error"}  # the other one is kept
-    medians = {one.name: np.median(one.nominal["settled_rms_error"]) for one in free.motions}
-    worst = max(medians, key=medians.get)
-    one = found.missed["settled_rms_error"]
-    assert one["motion"] == worst
-    assert one["times"] == pytest.approx(medians[worst] / 1e-9, rel=1e-3)
-    assert found.yes == free.yes
-    assert found.answer == free.answer
-    told = found.numbers()["motions"]["slow"]["tolerances"]["peak_command"]
-    assert told["allowed"] == 1e9
-    assert told["largest"] == found.motions[1].measured["peak_command"].max()
-    assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)
-
-
-def test_a_tolerance_of_what_is_a_constraint_too():
-    """Both stand among what is measured, in this order."""
-    own = {"rms_error": 1e-9, "peak_command": 1.0}
-    changes = {"fitness": {"kind": "tolerances", "tolerances": own}, "constraints.late_error": 1.0}
-    found = usable("pd-only", load_scenario(TWO, {**changes, "constraints.peak_command": 1e6}))
-    for one in found.motions:
-        assert one.bounds["peak_command"][0] == 1e6
-        np.testing.assert_array_equal(
-            one.tolerances["peak_command"][1], one.bounds["peak_command"][1]
-        )
-        np.testing.assert_array_equal(
-            one.bounds["peak_command"][1][1:], one.nominal["peak_command"]
-        )
-
-
 @pytest.mark.parametrize(
     "bound", [{"constraints.peak_command": 1e-3}, {"constraints.late_error": 0.0}]
 )
@@ -166,18 +130,6 @@ def test_what_no_machine_keeps_is_said_in_a_line(bound):
     assert found.answer.startswith("no: the nominal machine exceeds ")
     assert "\n" not in found.answer
     assert "0 % of 20 unseen machines" in found.answer
-
-
-def test_a_design_that_diverges_everywhere():
-    wild = load_design("pd-only", ["controller.pd.kd=1e9"])
-    found = usable(wild, load_scenario(TWO))
-    assert found.answer.startswith("no: the nominal machine diverges in ramp")
-    assert found.numbers()["precision"] is None
-
-
-def test_without_tolerances_two_hundred_machines_within_a_fifth():
-    found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
-    assert (len(found.good), found.spread) == (200, 0.2)
 
 
 def test_a_loop_that_swings_at_rest_is_of_no_use():

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
+from run_folders import batch_folder
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.objectives.judge import OBJECTIVES
-from plants.feed_drive import FEED_DRIVE
 
-CONTOUR = OBJECTIVES.get("lin-lee")
 SHORT = {"simulation.duration_s": 0.1}
 FOUND = hfc.load_design("pd-only")
 RAMP = hfc.load_scenario("c-axis-ramp", SHORT)
@@ -17,29 +15,18 @@ RAMP = hfc.load_scenario("c-axis-ramp", SHORT)
 #: What is neither a record nor the name of one, and what no argument can be.
 CALLS = [
     lambda: hfc.evaluate(3, RAMP),
-    lambda: hfc.evaluate(RAMP, RAMP),
     lambda: hfc.evaluate(FOUND, FOUND),
-    lambda: hfc.evaluate("c-axis-ramp", RAMP),
-    lambda: hfc.evaluate(FOUND, "pd-only"),
     lambda: hfc.evaluate_many([FOUND, None], RAMP),
     lambda: hfc.design(None),
     lambda: hfc.Controller(3.0),
     lambda: hfc.export({}, "json", "x"),
-    lambda: hfc.register(3),
     lambda: hfc.load_scenario(RAMP, 5),
-    lambda: hfc.load_scenario(RAMP, [5]),
-    lambda: hfc.load_scenario("c-axis-rmp"),
-    lambda: hfc.load_design("pd-only", 5),
-    lambda: hfc.load_design("pd-onyl"),
     lambda: hfc.design("c-axis-ramp", 5),
     lambda: hfc.pick(5),
     lambda: hfc.compare([FOUND, 5]),
-    lambda: hfc.robustness(FOUND, RAMP, "x", 10),
-    lambda: hfc.robustness(FOUND, RAMP, 0.2, "x"),
     lambda: hfc.evaluate_many(FOUND, RAMP, [5]),
     lambda: hfc.learned_in(FOUND, RAMP, "x"),
     lambda: hfc.trajectory_csv("pd-only"),
-    lambda: hfc.plot(FOUND, "a.png"),
     lambda: hfc.comparison_page("pd-only", "a.html"),
     lambda: hfc.with_gains(RAMP, "pd", 5),
     lambda: hfc.with_gains(RAMP, "pid+ff", {"kp": 1, "signals": {"speed": 2}}),
@@ -47,7 +34,6 @@ CALLS = [
     lambda: hfc.export(FOUND, ["c"], "a"),
     lambda: hfc.export(FOUND, "json", 5),
     lambda: hfc.Scenario(name="x", plnt={}),
-    lambda: hfc.Scenario(name="a b"),
     lambda: hfc.evaluate(hfc.Taught(FOUND, 0, 0, "V"), RAMP),
 ]
 
@@ -75,9 +61,13 @@ def test_only_public_names_are_listed():
     assert not [name for name in hfc.__all__ if not hasattr(hfc, name)]
 
 
-def test_a_registered_part_is_shown_in_a_few_words():
-    """A cell of a notebook ends with ``hfc.register(...)``, and shows what it gives."""
-    machine = hfc.side_by_side(x=FEED_DRIVE, y=FEED_DRIVE)
-    for thing in (FEED_DRIVE, machine, hfc.strategies["race"], CONTOUR):
-        assert repr(thing).startswith(f"{type(thing).__name__}({thing.name!r}")
-        assert len(repr(thing)) < 80
+def test_findings_are_drawn_as_their_searches(tmp_path):
+    batch_folder(tmp_path, [({"search.preset": name}, [k, 9.0]) for k, name in enumerate("ab", 2)])
+    found = hfc.findings(tmp_path)
+    figure = hfc.plot(found)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1: preset b", "2: preset a"]
+    assert figure.axes[0].lines[1].get_ydata()[-1] == 5.5  # the median of 2 and 9
+    twice = hfc.plot({"mine": found, "yours": found})
+    assert len(twice.axes[0].lines) == 4
+    assert twice.legends[0].get_texts()[0].get_text() == "mine 1: preset b"

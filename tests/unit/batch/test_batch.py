@@ -4,7 +4,6 @@ import pytest
 from batches import GRID, TINY, batch, written
 from wording import refused, refused_command
 
-from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 
 
@@ -46,19 +45,11 @@ def test_dry_run_touches_nothing(tmp_path):
     "text",
     [
         "[grid]\nrun.seed = 3\n",
-        "[grid]\nrun.seed = []\n",
-        "[grid]\nrun.seed = [-1]\n",
         '[grid]\nscenario = ["nobody"]\n',
-        "[gird]\n",
-        "grid = 3\n",
-        "[grid\n",
         "[grid]\nsearch.speed = [1]\n",
         f"[grid]\nrun.seed = {list(range(400))}\nsearch.generations = {list(range(1, 400))}\n",
         "",
-        "name = 'a'\n",
-        "cells = []\n[set]\n",
     ],
-    ids=range(12),
 )
 def test_batch_files_that_cannot_be_run(text, tmp_path):
     path = written(tmp_path, text)
@@ -74,21 +65,57 @@ def test_a_folder_without_a_batch(tmp_path):
     refused_command("batch")
 
 
-def test_brackets_are_no_markup(tmp_path):
-    """Of units, in labels and in reasons."""
-    text = f"{TINY}[[cells]]\nlabel = 'peak [rad/s] of [/b]'\n"
-    path, out = written(tmp_path, text), tmp_path / "out"
-    assert "label=peak [rad/s] of [/b]" in batch(path, "--out", out, "--dry-run").output
-    (cell,) = read_batch(path).cells
-    folder.note_plan(out, read_batch(path))
-    folder.note(out, cell.name, "failed", "no [/such] thing")
-    said = batch("--status", out)
-    assert said.exit_code == 0
-    assert "no [/such] thing" in said.output
+SHORT = "[set]\nsimulation.duration_s = 0.2\n"
 
 
-def test_a_plan_tells_cells_of_one_label_apart(tmp_path):
-    text = f"{GRID}[[cells]]\nlabel = 'a'\n[[cells]]\nlabel = 'b'\nscenario = 'c-axis-sine'\n"
-    lines = batch(written(tmp_path, text), "--out", tmp_path / "out", "--dry-run").output
-    assert "b, seed=1" in lines
-    assert "a, scenario=c-axis-ramp-cutting, seed=0" in " ".join(lines.split())
+def test_seeds_of_a_given_design_are_one_run(tmp_path):
+    text = f"{SHORT}[grid]\nrun.seed = [0, 1, 2]\nsearch.population = [8, 16]\n"
+    text += '[[cells]]\ndesign = "pd-only"\n[[cells]]\n'
+    cells = read_batch(written(tmp_path, text)).cells
+    assert [cell.design is None for cell in cells].count(True) == 6
+    assert [cell.design is None for cell in cells].count(False) == 2  # search.population is kept
+
+
+def test_changes_for_every_cell(tmp_path):
+    path = written(tmp_path, "[grid]\nrun.seed = [0, 1]\nsearch.generations = [5, 6]\n")
+    cells = read_batch(path, ["search.generations=2"]).cells
+    assert [cell.scenario.run.seed for cell in cells] == [0, 1]
+    assert {cell.scenario.search.generations for cell in cells} == {2}
+    found = batch(path, "--dry-run", "--set", "run.seed=7")
+    assert "2 cells" in found.output
+
+
+@pytest.mark.parametrize(
+    ("entry", "where"),
+    [
+        ('metric = "b", of = "c"', ""),
+        ('metric = "max_eror_rad", of.run.seed = 0', ""),
+        ('metric = "b"', ".of"),
+        ('metric = "b", of = "c", worth = 1.0', ".worth"),
+    ],
+)
+def test_published_figures_that_cannot_be(entry, where, tmp_path):
+    entry = f'{{ quantity = "a", {entry} }}'
+    path = written(tmp_path, f"published = [{entry}]\n[set]\nrun.seed = 0\n")
+    with refused() as found:
+        read_batch(path)
+    assert f": published.0{where}" in found.refusal
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "change.controller.pd.kp = 4.0",
+        'design = "nope"',
+        'design = "pd-only"\nchange.controller.pd.kx = 4.0',
+        'design = "pd-only"\nscenario = "milling-table-circle"',
+        "label = 3",
+        'label = "a\\u001bb"',
+    ],
+)
+def test_cells_that_cannot_be(text, tmp_path):
+    path = written(tmp_path, f"[set]\n{text}\n")
+    with refused() as found:
+        read_batch(path)
+    assert found.where == str(path)
+    assert "cell with" in found.refusal

@@ -1,11 +1,13 @@
 """What runs of many are compared by: the merit where all were judged alike, else the fitness."""
 
+import json
+
 import numpy as np
 import pytest
-from run_folders import PRESETS, batch_folder, reported, table, with_score
+from run_folders import batch_folder, hfc, reported, table, with_score
 
 from hfc_design.batch.comparisons import compared
-from hfc_design.batch.groups import grouped, quartiles
+from hfc_design.batch.groups import grouped
 from hfc_design.batch.results import runs_below
 
 HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"
@@ -56,14 +58,6 @@ def test_runs_judged_in_two_ways_are_compared_by_their_fitness(title, tmp_path):
     assert "Median, quartiles and best of fitness over runs" in page(tmp_path)
 
 
-def test_another_task_has_another_judge(tmp_path):
-    """In the last of the given batches ``b`` is judged, ``a`` is of an earlier version."""
-    names = batch_folder(tmp_path, PRESETS)
-    judge(tmp_path, names[-3:], [-1.0, -2.0, -3.0])
-    found = {group.task: group.measure for group in grouped(runs_below(tmp_path))}
-    assert found == {"a": "fitness", "b": HARD}
-
-
 def test_what_diverged_is_last_in_its_group_and_no_number_in_a_file(tmp_path):
     groups = [({"search.preset": "a"}, [1.0] * 4), ({"search.preset": "b"}, [1.0] * 4)]
     names = batch_folder(tmp_path, groups)
@@ -80,19 +74,44 @@ def test_what_diverged_is_last_in_its_group_and_no_number_in_a_file(tmp_path):
     assert "inf" not in (tmp_path / "runs.csv").read_text()
 
 
-def test_quartiles_with_what_diverged():
-    assert quartiles(np.array([-np.inf, 1.0, 2.0])) == (-np.inf, 1.0, 1.5)
-    assert quartiles(np.array([-np.inf] * 3)) == (-np.inf,) * 3
-    assert np.isnan(quartiles(np.empty(0))).all()
+TWO = [
+    ({"scenario": "a", "search.preset": "race"}, [430.0, 440.0]),
+    ({"scenario": "a", "search.preset": "cma"}, [400.0, 401.0]),
+]
 
 
-def test_histories_below_zero_and_with_generations_in_which_all_failed(tmp_path):
-    names = batch_folder(tmp_path, [({}, [1.0, 2.0])])
-    for name, best in zip(names, (["nan", "-3.5", "-0.25"], ["nan", "nan", "nan"]), strict=True):
-        rows = [f"{k},{value},nan,16,1" for k, value in enumerate(best)]
-        head = "generation,best,median,diverged,structures"
-        (tmp_path / name / "history.csv").write_text("\n".join([head, *rows]) + "\n")
-    runs = runs_below(tmp_path)
-    assert [run.reason for run in runs] == ["", ""]
-    assert runs[0].best[1:].tolist() == [-3.5, -0.25]
-    assert "Best merit so far" in page(tmp_path)
+def made_chaotic(folder, lowest, highest):
+    ends = {"lowest": lowest, "median": None, "highest": highest, "count": 64}
+    with_score(folder, chaotic=True, repeats={"fitness": ends})
+
+
+def test_it_counts_with_the_lower_end_and_is_told_as_a_range(tmp_path):
+    first, second, *_ = batch_folder(tmp_path, TWO)
+    made_chaotic(tmp_path / first, 362.04, 511.0)
+    made_chaotic(tmp_path / second, 398.0, 441.0)
+    _, page = reported(tmp_path)
+    groups = table(tmp_path / "groups.csv")
+    assert [row["search.preset"] for row in groups] == ["cma", "race"]
+    assert [float(row["fitness_median"]) for row in groups] == [400.5, pytest.approx(380.02)]
+    runs = {row["run"]: row for row in table(tmp_path / "runs.csv")}
+    assert [runs[name]["fitness"] for name in (first, second)] == ["362.04", "398.0"]
+    assert [row["fitness_highest"] for row in runs.values()] == ["511.0", "441.0", "", ""]
+    assert "<td>362 to 511 (chaotic)</td>" in page
+    assert "<td>430.0</td>" not in page
+    assert "A chaotic design (2) has a range (in 64 repeats" in page
+
+
+def test_a_ratio_over_zero_is_none(tmp_path):
+    own, other = ({"scenario": "a", "search.preset": x} for x in ("race", "third"))
+    names = batch_folder(tmp_path / "out", [(own, [0.0, 0.0]), (other, [0.0, 0.0])])
+    sides = [{"of": own, "over": other}, {"of": own}]
+    figures = [{"quantity": "q", "value": 0.0, "metric": "fitness", **side} for side in sides]
+    plan = json.loads((tmp_path / "out" / "batch.json").read_text())
+    plan["files"] = {"mine": {"published": figures}}
+    (tmp_path / "out" / "batch.json").write_text(json.dumps(plan))
+    done = hfc("report", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    rows = table(tmp_path / "out" / "published.csv")
+    assert [row["simulated"] for row in rows] == ["", "0.0"]
+    assert [row["ratio"] for row in rows] == ["", ""]
+    assert len(table(tmp_path / "out" / "runs.csv")) == len(names)

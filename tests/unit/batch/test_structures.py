@@ -2,15 +2,12 @@
 
 import json
 
-import numpy as np
 import pytest
 from run_folders import batch_folder, hfc, reported, table, with_score
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import design_json
 from hfc_design.files.loop_setup import load_design
-from hfc_design.files.named_scenario import load_scenario
-from hfc_design.runs.individuals import genome_of
 
 #: The trees of Tables I and II, as LL sections 4.1 and 4.2 tell them in words.
 ONE = "((((spindle velocity, previous spindle velocity), deflection), error), deflection rate)"
@@ -60,51 +57,6 @@ def test_counts_by_hand(counted):
         assert found == pytest.approx(PRINTED[int(row["runs"]), 5], abs=6e-4)
 
 
-def test_terminal_and_page_have_them(counted):
-    done = hfc("report", counted)
-    lines = done.stdout.splitlines()
-    assert lines[-1] == str(counted / "report.html")
-    assert "best structures of c-axis-ramp, group 1: preset race" in map(str.rstrip, lines)
-    assert lines[0].rstrip() == "c-axis-ramp: fitness"
-    (group,) = (line for line in lines if line.startswith("1: preset race"))
-    assert group.split()[-6:] == ["5", "12.0", "11.0", "to", "13.0", "14.0"]
-    told = " ".join(done.stdout.split())
-    assert "too few to show which group is better" in told
-    (row,) = (line for line in lines if "3 of 5" in line)
-    assert row.split()[-6:] == ["60", "(15", "to", "95)", "12.0", "11.0"]
-    page = (counted / "report.html").read_text()
-    assert page.count('alt="Best structure of group 1: preset race"') == 1  # its tree
-    assert "3 of 5 searches ended with this structure, the best of them 0000000000000004" in page
-    assert "Structure that won in group 2" not in page
-    assert f'<th scope="row">{TWO}</th>' in page
-
-
-def test_structures_of_broken_runs_are_said_to_be_so(tmp_path):
-    batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO)]))
-    with_score(tmp_path / f"{1:016x}", least_violated=True)
-    told, _ = reported(tmp_path)
-    assert "best structures of a, group 1; 1 of 2 runs violate constraints" in told
-    page = (tmp_path / "report.html").read_text()
-    assert page.count("1 of 2 runs of group 1 violate constraints") == 2  # its task, its structures
-
-
-def test_a_terminal_is_told_no_control_characters(tmp_path):
-    batch_of(tmp_path, ({"scenario": "a\x1b[2J", "search.preset": "b\x07"}, [(1.0, ONE)]))
-    done = hfc("report", tmp_path)
-    assert done.exit_code == 0
-    assert "1 of 1" in done.stdout
-    assert not {"\x1b", "\x07"} & {*done.stdout}
-
-
-def test_no_table_where_there_is_but_one_structure(tmp_path):
-    batch_of(tmp_path, ({"scenario": "a"}, [(1.0, ""), (2.0, "")]))
-    done = hfc("report", tmp_path)
-    assert "structure" not in done.stdout.replace(str(tmp_path), "")
-    assert "The highest median fitness is 1.5, of group 1 (2 runs)." in done.stdout
-    assert not (tmp_path / "structures.csv").exists()
-    assert "Which structures won" not in (tmp_path / "report.html").read_text()
-
-
 def test_who_does_not_count(tmp_path):
     """A given design, a repeated seed, a damaged controller; one that diverged does, as such."""
     batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO), (8.0, TWO), (0.0, TWO)]))
@@ -126,18 +78,6 @@ def test_who_does_not_count(tmp_path):
     ]
     assert [row["best"] for row in rows] == ["3.0", "-inf"]
     assert float(rows[0]["share_low"]) == pytest.approx(PRINTED[1, 2][0], abs=6e-4)
-
-
-def test_a_record_tells_its_structure_as_the_genome_does():
-    scenario = load_scenario("c-axis-ramp")
-    genome, kind = genome_of(scenario), KINDS.get(scenario.controller.kind)
-    told = set()
-    for k in range(0, genome.structures, 13):
-        own = genome.record(genome.fresh(np.array([k]), np.random.default_rng(0)))
-        record = kind.record.model_validate(own | {"sample_time_s": 0.001})
-        assert kind.structure(record) == genome.notation(k)
-        told.add(genome.notation(k))
-    assert len(told) == 9
 
 
 def test_a_structure_of_each_axis_and_one_inside():

@@ -1,10 +1,11 @@
-"""The tables of many runs as CSV, as Parquet and in a paper."""
+"""The tables of many runs as CSV, as Parquet, in a paper and on their page."""
 
 import sys
+from collections import Counter
+from html.parser import HTMLParser
 
 import pytest
-import tex
-from run_folders import PRESETS, batch_folder, hfc, table, with_score
+from run_folders import HOSTILE, PRESETS, batch_folder, hfc, table
 from wording import refused_command
 
 
@@ -28,20 +29,28 @@ def test_parquet_without_pyarrow(tmp_path, monkeypatch):
     assert not (tmp_path / "runs.csv").exists()
 
 
-def test_the_best_of_each_task_is_bold_in_a_paper(tmp_path):
-    """Less is better of an error, more of a fitness; tasks do not compare."""
-    runs = [("a", "x", 5.0, 2e-3), ("a", "y", 4.0, 1e-3)]
-    runs += [("b", "x", 9.0, 4e-3), ("b", "y", 8.0, 5e-3)]
-    told = [({"scenario": task, "search.preset": own}, [score]) for task, own, score, _ in runs]
-    for name, (*_, error) in zip(batch_folder(tmp_path, told), runs, strict=True):
-        with_score(tmp_path / name, rms_error_rad=error, merit=error)
-        (tmp_path / name / "config.toml").write_text('name = "a"\n')
-    assert hfc("report", tmp_path, "--latex").exit_code == 0
-    text = (tmp_path / "latex" / "metrics.tex").read_text()
-    assert tex.rows(text)[0] == ["metric", "1", "2", "3", "4"]
-    bold = {line.split(" & ")[0]: line for line in text.splitlines() if "textbf" in line}
-    assert bold == {"rms error [mrad]": r"rms error [mrad] & 2 & \textbf{1} & \textbf{4} & 5 \\"}
-    groups = (tmp_path / "latex" / "groups.tex").read_text()
-    first = [line for line in groups.splitlines() if "textbf" in line]
-    assert [line.split(" & ")[0] for line in first] == ["1", "3"]
-    assert rf"\label{{tab:{tmp_path.name.lower().replace('_', '-')}-groups}}" in groups
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.addresses = Counter(), []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags[tag] += 1
+        self.addresses += [value for key, value in attributes if key in ("src", "href")]
+
+
+def test_hostile_settings_are_only_text(tmp_path):
+    folder = tmp_path / "<i>"
+    names = batch_folder(folder, [({"description": HOSTILE + str(k)}, [k, 9.0]) for k in (2, 3)])
+    (folder / names[0] / "report.html").touch()
+    assert hfc("report", folder).exit_code == 0
+    text = (folder / "report.html").read_text()
+    page = Page(text)
+    assert page.tags["script"] == 1
+    assert page.tags["i"] == 0
+    assert "alert(&#34;1&#34;)" in text
+    assert page.tags["figure"] == 2
+    assert [address for address in page.addresses if not address.startswith("data:image/svg")] == [
+        f"{names[0]}/report.html"
+    ]

@@ -1,38 +1,19 @@
-"""hfc plot DESIGN WHAT: what is drawn against what hfc explain says, and what is refused."""
+"""``hfc plot``: what is drawn against what ``hfc explain`` says, and over one another."""
 
 import json
 
 import numpy as np
 import pytest
-from run_folders import batch_folder, ran
-from surfaces_drawn import around_soc, drawn
-from wording import refused_command
+from run_folders import ran, searched
+from surfaces_drawn import drawn
+from wording import refused
 
 from hfc_design import api as hfc
+from hfc_design.batch.findings import convergence
 from hfc_design.report.designs import picture
 from hfc_design.runtime import Controller
 
 TABLE_1 = "lin-lee-1999-table-1"
-
-
-@pytest.mark.parametrize(
-    ("what", "suffix"),
-    [("surface-3d", "png"), ("terms", "svg"), ("tables", "pdf"), ("tree", "png")],
-)
-def test_a_file_of_each(tmp_path, what, suffix):
-    path = tmp_path / f"a.{suffix}"
-    assert ran("plot", TABLE_1, what, "--out", path) == f"{path}\n"
-    start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[suffix]
-    assert path.read_bytes().startswith(start)
-
-
-def test_names_and_units_stand_in_the_picture(tmp_path):
-    path = tmp_path / "a.svg"
-    ran("plot", TABLE_1, "surface", "--unit", "unit-7", "--out", path)
-    text = path.read_text()
-    assert "previous spindle velocity [mrad/s]" in text
-    assert "spindle velocity [mrad/s]" in text
-    assert "output [1]" in text
 
 
 def test_a_surface_is_what_explain_says(monkeypatch):
@@ -46,22 +27,6 @@ def test_a_surface_is_what_explain_says(monkeypatch):
         told = json.loads(ran("explain", TABLE_1, "--at", at, "--json"))
         said = next(u["output"] for u in told["units"] if u["unit"] == "unit-7")
         assert values[i, j] == pytest.approx(said, abs=1e-12)
-
-
-def test_axes_that_have_the_same_inside_need_no_name(monkeypatch, tmp_path):
-    path = tmp_path / "around.json"
-    path.write_text(json.dumps(around_soc(all=1.0)))
-    found = [drawn(monkeypatch, path, None, axis)[2] for axis in ("", "x", "y")]
-    np.testing.assert_array_equal(found[0], found[1])
-    np.testing.assert_array_equal(found[0], found[2])
-    z = ("--axis", "z", "--out", tmp_path / "a.png")
-    assert refused_command("plot", path, "surface", *z).where == "--axis 'z'"
-
-
-def test_a_table_that_has_learnt_nothing_says_so():
-    for what in ("surface", "tables"):
-        figure = picture(hfc.load_design("huang-soc"), what)
-        assert figure.axes[0].get_title() == "rules at the start: it has learned none"
 
 
 def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):
@@ -87,9 +52,26 @@ def test_terms_are_the_papers():
     assert found == pytest.approx([1.0, np.exp(-8 * 0.45**2)], abs=1e-4)
 
 
-@pytest.mark.parametrize("command", [("plot", "surface", "--out"), ("simulate", "", "--csv")])
-def test_the_folder_of_a_batch_is_called_one(command, tmp_path):
-    batch_folder(tmp_path / "many", [({"search.preset": "race"}, [1.0])])
-    name, what, option = command
-    words = [name, tmp_path / "many", *filter(None, [what]), option, tmp_path / "a.png"]
-    assert refused_command(*words).where == str(tmp_path / "many")
+def test_searches_of_runs_have_distinct_names(tmp_path):
+    folders = [searched(tmp_path / name, k + 1.0) for k, name in enumerate(("a/b", "x/b", "x/c"))]
+    axes = convergence(folders).axes[0]
+    assert axes.get_ylabel() == "best fitness so far"
+    labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert labels == ["a/b", "x/b", "c"]
+    for k, line in enumerate(axes.lines):  # three generations, a third more each
+        assert line.get_ydata() == pytest.approx(np.arange(1, 4) * (k + 1) / 3)
+    searched(tmp_path / "d", 4.0, "loss")
+    axes = convergence([*folders, tmp_path / "d"]).axes[0]
+    assert axes.get_ylabel() == "best merit, each by its own, so far"
+
+
+def test_no_history_and_too_many_curves(tmp_path):
+    for k in range(11):
+        searched(tmp_path / f"r{k}", k + 1.0)
+    with refused():
+        convergence(sorted(tmp_path.iterdir()))
+    (tmp_path / "r0" / "history.csv").unlink()
+    with refused():
+        convergence([tmp_path / "r0"])
+    with refused():
+        convergence([tmp_path / "r1", tmp_path / "r1"])

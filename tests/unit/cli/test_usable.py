@@ -1,6 +1,15 @@
-"""What the terminal says of whether a design can be used: the table, the picture, one motion."""
+"""What the terminal says of how good a design is: its use and its distance to the bound."""
 
-from hfc_design.cli.scoring import WARNING, again_told, show_usable
+import json
+
+import pytest
+from wording import refused
+
+from hfc_design.cli.scoring import WARNING, show_usable
+from hfc_design.core.records import RunError
+from hfc_design.report.parts import usable_numbers
+from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
+from hfc_design.runs.run import USABLE, kept_use
 
 
 def of_motion(share, factor, limited):
@@ -63,49 +72,62 @@ def test_a_no_says_what_would_give_a_yes(capsys):
     assert max(map(len, told.splitlines())) <= 80
 
 
-def test_a_machine_that_runs_away_has_no_numbers(capsys):
-    """An error of 1e7 rad is 1e13 urad; a table of such numbers says nothing."""
-    lost = of_motion(0.8, 1.0, 0.0)
-    lost["measures"]["settled_rms_error"]["q95"] = 1.07e7
-    lost["measures"]["peak_command"]["largest"] = 2.16e12
-    show_usable(ANSWER | {"motions": {"a": lost}})
-    (row,) = (x.split()[1:] for x in capsys.readouterr().out.splitlines() if x.startswith("a "))
-    assert row == ["80", "2", "diverges", "2", "4", "20", "diverges", "0"]
-
-
-def test_chaos_is_told_in_a_line(capsys):
-    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": 189.34, "highest": 686.4}})
-    text = " ".join(capsys.readouterr().out.split())
-    repeats = "in 64 repeats with the command changed by up to one millionth"
-    assert f"merit is chaotic: {repeats}, it ranges from 189.3 to 686.4" in text
-    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": None, "highest": 686.4}})
-    assert "it ranges from diverged to 686.4" in " ".join(capsys.readouterr().out.split())
-
-
-def test_a_design_that_can_be_used_is_not_warned_of(capsys):
-    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "gain": None})
-    told = capsys.readouterr()
-    assert told.out.startswith("Can I use it? yes: all\n")
-    assert told.err == ""
-    assert "gain margin: none, the nominal machine does not pass" in told.out
-
-
-def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
-    missed = {"settled_rms_error": {"times": 910.3, "motion": "b"}}
-    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "missed": missed})
-    text = " ".join(capsys.readouterr().out.split())
-    missed = (
-        "targets missed, value divided by target in the worst motion: settled_rms_error 910 (b)"
+def test_rows_and_the_line_of_a_design():
+    one = {"bound": 0.02, "reached": 0.025, "sum_error": 0.05, "simple": 0.01, "samples": 9}
+    found = {"unit": "rad", "motions": {"ramp": one}}
+    assert attained_rows(found) == [["ramp", "0.02", "0.025", "0.05", "2.5", "2"]]
+    assert attained_told(found) == (
+        "sum |e| 0.05 rad: 2.5 times the certified bound 0.02, "
+        "2 times the best open-loop voltage 0.025"
     )
-    assert text.startswith(f"Can I use it? yes: all {missed} ")
+    slow = attained_told(found | {"left_out": "limits.command_rate"})
+    assert slow.endswith("the best open-loop voltage 0.025 (limits.command_rate is left out)")
+    lost = {"motions": {"ramp": one | {"sum_error": None}}}
+    assert attained_rows(lost) == [["ramp", "0.02", "0.025", "–", "–", "–"]]
+    assert attained_told(lost) == ""
+    nothing = {"motions": {"ramp": one | {"bound": 0.0, "reached": 0.0}}}
+    assert attained_rows(nothing) == [["ramp", "0", "0", "0.05", "–", "–"]]
 
 
-def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
-    show_usable(None)
-    assert "Unknown: there is no machine" in capsys.readouterr().out
+TEXTS = ["", "{", "[]", '{"motions": 3}', '{"motions": {}}', '{"motions": {"a": {"bound": "no"}}}']
+TEXTS += [
+    "[" * 99_999,
+    "9" * 9999,
+    '{"motions": NaN}',
+    '"' + "a" * 6_000_000 + '"',
+    "\x00",
+    '{"a": 1e999}',
+]
 
 
-def test_another_seed_is_named_only_where_it_may_help():
-    assert again_told(ANSWER, 3).startswith("To get a usable design, try --seed 3, twice the")
-    assert again_told(ANSWER | {"verdict": "on this model only"}, 3) == ""
-    assert again_told(ANSWER | {"usable": True}, 3) == again_told(None, 3) == ""
+@pytest.mark.parametrize(("name", "read"), [(ATTAINABLE, kept_attained), (USABLE, kept_use)])
+def test_a_damaged_file_beside_a_design_is_refused(tmp_path, name, read):
+    assert read(tmp_path) is None
+    for text in TEXTS:
+        (tmp_path / name).write_text(text)
+        with refused(RunError) as found:
+            read(tmp_path)
+        assert found.where.startswith(str(tmp_path / name))
+        assert len(found.refusal) - len(str(tmp_path)) < 300
+
+
+def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
+    """What a version that told less has written is read; what a page cannot show is not."""
+    measure = {"nominal": 1.0, "median": 1.0, "q95": None, "largest": 2.0}
+    motion = {
+        "share": 0.5,
+        "reasons": {"oscillates": 3},
+        "measures": dict.fromkeys("abcd", measure),
+    }
+    good = {"usable": False, "answer": "no", "spread": 0.2, "machines": 9, "share": 0.5}
+    good |= {"interval": [0.1, 0.9], "gain": None, "precision": 1e-6, "substeps": None}
+    good |= {"units": dict.fromkeys("abc", "rad"), "motions": {"ramp": motion}}
+    file = tmp_path / USABLE
+    file.write_text(json.dumps(good))
+    assert kept_use(tmp_path) == good
+    usable_numbers(good)
+    for key in good:
+        for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
+            file.write_text(json.dumps(wrong))
+            with pytest.raises(RunError, match=key):
+                kept_use(tmp_path)

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from hfc_design.core import console
 from hfc_design.core.console import ProgressBar, busy, plain_table, show_whole
+from hfc_design.core.wording import percent
 
 WIDTHS = 40, 60, 80, 120
 LINE = "best 380.57  median 371.2  diverged 3  structures 17  1.2e+07 individual-steps/s"
@@ -51,14 +52,6 @@ def test_the_time_left_stays_longest(at, width):
     assert len(told) == {40: 0, 60: 1, 80: 2, 120: 4}[width]
 
 
-def test_a_bar_that_is_done_says_how_long_it_took(at):
-    at(60)
-    with ProgressBar("cells", 3) as bar:
-        assert line_of(bar).endswith("-:--:-- left")
-        bar.show(completed=3)
-        assert line_of(bar).endswith("0:00:00 in all")
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("terminal", [True, False])
 def test_numbers_of_a_table_are_never_cut(at, width, terminal):
@@ -80,16 +73,6 @@ def test_numbers_of_a_table_are_never_cut(at, width, terminal):
     assert (tables > 1) == (width < 100)
 
 
-def test_a_table_that_fits_is_one(at):
-    shown = at(80)
-    table = plain_table()
-    for name in ("metric", "a", "b"):
-        table.add_column(name)
-    table.add_row("x", "1", "2")
-    show_whole(table)
-    assert len(shown.getvalue().splitlines()) == 3
-
-
 def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkeypatch):
     with busy("thinking"):
         print("found")
@@ -102,8 +85,15 @@ def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkey
     assert "thinking" in told.err
 
 
-def test_a_terminal_of_no_columns_has_the_usual_ones(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "0")
-    assert console.room() == 80
-    monkeypatch.setenv("COLUMNS", "40")
-    assert console.room() == 40
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [
+        (0.0, "0 %"),
+        (5e-34, "less than 0.001 %"),
+        (1.234e-4, "0.012 %"),
+        (0.9951, "100 %"),
+        (3.4, "340 %"),
+    ],
+)
+def test_no_share_has_an_exponent(share, told):
+    assert percent(share) == told

@@ -5,7 +5,7 @@ import time
 
 import pytest
 from mistakes import WRONG, mistaken, places, refusals
-from plain_words import library_words, plain_lines
+from plain_words import plain_lines
 from wording import refused
 
 from hfc_design.core.records import UserError
@@ -58,14 +58,6 @@ def test_every_fault_of_a_file_has_a_line():
     assert told == [f"c-axis-ramp: {key}" for key in order]
 
 
-def test_many_faults_are_counted():
-    windows = [{"name": f"w{k}", "from_s": "x"} for k in range(MOST + 10)]
-    lines = refusal("c-axis-ramp", {"windows": windows})
-    assert len(lines) == MOST + 1
-    last = "c-axis-ramp: and 10 more keys with errors, starting with windows.100.from_s"
-    assert lines[-1] == last
-
-
 def test_a_text_for_a_parameter_hides_no_unknown_name_and_this_no_value():
     own = {"stiffness": "soft", "spindle_mas": 1, "poles": "x"}
     lines = refusal("c-axis-ramp", {"plant.parameters": own})
@@ -93,13 +85,3 @@ def test_what_is_quoted_stays_bounded_and_cannot_move_the_terminal():
     keys = {f"a\nb\x1b[2J{k}{'x' * 1000}": "\x1b[2J" * 1000 for k in range(MOST + 9)}
     lines = refusal({"name": "x"} | keys)
     assert len(lines) == MOST + 1
-
-
-def test_words_of_the_library_would_be_found():
-    assert library_words("x = 1: Extra inputs are not permitted")
-    assert library_words(
-        "Input tag 'foo' found using 'kind' does not match any of the expected tags: 'a'"
-    )
-    assert library_words("x = 0: Input should be greater than 0")
-    assert library_words("String should match pattern '^a$'")
-    assert not library_words("x = 0: must be greater than 0 [s]")

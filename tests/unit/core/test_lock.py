@@ -8,7 +8,7 @@ import time
 import pytest
 from wording import refused
 
-from hfc_design.core import lock
+from hfc_design.core import devices, lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.lock import GRACE, LOCK, Overtaken, check, exclusive, in_use, try_lock
 from hfc_design.core.records import RunError
@@ -124,3 +124,17 @@ def test_a_grace_that_is_none(value, tmp_path, monkeypatch):
         pass
     assert found.where == GRACE
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("pieces", "expected"), [(5, False), (6, True)])
+def test_more_than_half_of_what_may_be_mapped_is_crowded(monkeypatch, tmp_path, pieces, expected):
+    (tmp_path / "maps").write_text("7f00-7f10 rw-p\n" * pieces)
+    (tmp_path / "most").write_text("10\n")
+    monkeypatch.setattr(devices, "MAPPED", tmp_path / "maps")
+    monkeypatch.setattr(devices, "MOST_MAPPED", tmp_path / "most")
+    assert devices.crowded() is expected
+
+
+def test_a_system_that_counts_nothing_is_never_crowded(monkeypatch, tmp_path):
+    monkeypatch.setattr(devices, "MOST_MAPPED", tmp_path / "missing")
+    assert devices.crowded() is False

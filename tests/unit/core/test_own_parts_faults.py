@@ -40,13 +40,14 @@ def test_every_field_of_a_drive_is_what_its_annotation_says(value, sledge):
     assert f"plant '{value}': name = {value}" in why_not(replace(sledge, name=value))
 
 
-def test_what_a_drive_names_exists(sledge):
-    why_not(replace(sledge, exact={"nope"}))
-    why_not(replace(sledge, signals=lambda p, x: [x.place]))
-    api.register(replace(sledge, exact={"mass"}))
-
-
-@pytest.mark.parametrize("text", ["m*/", '"', "a\\", "N\nm", "??/", "m" * 33])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m*/",
+        "N\nm",
+        "??/",
+    ],
+)
 def test_a_unit_can_end_no_comment(text, sledge):
     line = why_not(replace(sledge, units=sledge.units | {"command": text}))
     assert line.startswith(f"plant 'sledge': the unit {text!r} must be ")
@@ -173,20 +174,6 @@ def test_a_law_does_a_step_before_a_search_and_when_a_design_is_loaded(changes, 
         design["controller"]["kind"] = "mine"
         (own / "mine.json").write_text(json.dumps(design))
         assert found.refusal in refused_command("score", "mine.json")
-
-
-def test_a_law_that_raises_is_named(own):
-    api.register(pd_kind(law=lambda record, limit: 1 / 0))
-    with pytest.raises(api.UserError, match="'mine', a step of its law: ZeroDivisionError"):
-        api.design(api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL}))
-
-
-def test_a_law_that_is_registered_again_is_the_same_key_of_compiled_code(own):
-    law = imported("mine").P
-    record = KINDS.add(law).record(kind="only-p", sample_time_s=0.01, gains={"p": 3.0})
-    one, other = (KINDS.add(law).law(record, 2.0) for _ in range(2))
-    assert one == other
-    assert hash(one) == hash(other)
 
 
 def test_numbers_with_a_unit_meet_those_of_an_own_plant(sledge):

@@ -118,13 +118,6 @@ def test_settings_of_an_own_law_are_checked(own):
         api.load_scenario(scenario_of("only-p") | {"search": {"preset": "lin-lee-1999"}})
 
 
-def test_a_machine_of_own_axes_follows_no_path(own):
-    api.register(imported("mine").SLEDGE)
-    plant = {"name": "sledge", "axes": {"x": {}, "y": {}}}
-    with refused():
-        api.load_scenario("feed-drive-circle", {"plant": plant})
-
-
 @pytest.mark.parametrize("name", [".x", "a..b", "x" * 5000 + ".y", "a\0.b"])
 def test_names_that_no_module_can_have(name):
     with pytest.raises(UserError):

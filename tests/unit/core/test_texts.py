@@ -4,14 +4,16 @@ import bz2
 import gzip
 import json
 import lzma
+import math
 import os
 import threading
-from pathlib import Path
 
 import pytest
+from pydantic import TypeAdapter, ValidationError
 from wording import refused
 
 from hfc_design.core.overrides import set_keys
+from hfc_design.core.quantities import Quantity, number
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.core.texts import DEEPEST, LARGEST, MEGABYTE, json_of, read_text, read_toml, toml_of
 from hfc_design.files.design import design_json, named_design, parse_design
@@ -35,12 +37,9 @@ def line(read, *arguments):
     [
         ("x = " + "1" * 5000, "Exceeds the limit (4300 digits)"),
         ("x = 0x" + "f" * 5000, "an integer is larger than any float"),
-        ("x = " + "[" * 3000, "nested"),
-        ("x = " + "[" * 80 + "]" * 80, "nested"),
-        ("x = " + "{a=" * 3000, "nested"),
+        ("x = " + "[" * 80 + "]" * 80, "lie in each other"),
         ("a" + ".a" * 50_000 + " = 1", "more than 64 parts"),
         ('"a b"' + " . 'a'" * 50_000 + " = 1", "more than 64 parts"),
-        ("[" + "a." * 70 + "a]", "more than 64 parts"),
         ('x = "\\ud800"', "not a Unicode scalar"),
         ("x = 1\nx = 2", "Cannot overwrite"),
     ],
@@ -53,23 +52,14 @@ def test_toml_that_breaks_its_parser_or_what_comes_after(text, words, tmp_path):
     assert words.lower() in told.lower()
 
 
-def test_dots_that_are_no_key():
-    dots = ", ".join(["0.5"] * 500)
-    text = f'a = [{dots}]\nb = "{"a." * 500}"\n# {"." * 300}\n' + ".".join("k" * 60) + " = 1"
-    assert toml_of(text)["a"] == [0.5] * 500
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ('{"a": ' + "1" * 5000 + "}", "Exceeds the limit (4300 digits)"),
-        ("[" * 100_000, "nested"),
-        ("[" * 80 + "]" * 80, "nested"),
+        ("[" * 100_000, "lie in each other"),
         ('{"name": "\\ud800"}', "half a character"),
-        ('{"\\udfff": 1}', "half a character"),
-        ('{"a": 1, "b": {"c": 1, "c": 1}}', "'c' is given twice"),
-        ('{"a": NaN}', "NaN is not a number"),
-        ('{"a": 1e999}', "inf is not a number"),
+        ('{"a": 1, "b": {"c": 1, "c": 1}}', "'c' stands twice"),
+        ('{"a": NaN}', "NaN is no number"),
         ("", "Expecting value"),
     ],
 )
@@ -84,18 +74,16 @@ def test_as_deep_as_is_allowed():
     assert toml_of("x = " + "[" * (DEEPEST - 1) + "]" * (DEEPEST - 1))
 
 
+@pytest.mark.parametrize("name", ["x" * 5000, "a\0b", "\x1b[31m\u202e", "/dev/zero", "/"])
 @pytest.mark.parametrize(
-    "name", ["x" * 5000, "a\0b", "a\udcffb", "\x1b[31m\u202e", "/dev/zero", "/proc/self/mem", "/"]
+    "read",
+    [
+        load_scenario,
+        named_design,
+    ],
 )
-@pytest.mark.parametrize("read", [load_scenario, named_design, read_text, read_toml])
 def test_names_that_no_file_can_have_and_files_without_end(read, name):
     line(read, name)
-
-
-@pytest.mark.parametrize("ending", [".fll", ".fis", "/rules.csv"])
-def test_names_of_imports(ending):
-    line(imported, Path("x" * 5000 + ending), Wish())
-    line(imported, Path("\0" + ending), Wish())
 
 
 @pytest.mark.parametrize("pack", [gzip, bz2, lzma], ids=lambda module: module.__name__)
@@ -172,23 +160,6 @@ def test_a_file_of_a_change_is_where_the_user_stands_else_beside_the_scenario(
             assert found.samples().axes[0].reference.max() == pytest.approx(top, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    "change",
-    ["sample_time_s=1e-320", "duration_s=1e308", "duration_s=1e300", "sample_time_s=1e-300"],
-)
-def test_steps_beyond_all_numbers(change):
-    with refused():
-        load_scenario("c-axis-ramp", [f"simulation.{change}"])
-
-
-def test_a_long_message_keeps_both_ends():
-    told = str(UserError("mine.toml: " + "xxx " * 1000 + ": must be small"))
-    assert told.startswith("mine.toml: xxx")
-    assert " ... " in told
-    assert told.endswith("xxx : must be small")
-    assert str(UserError("a\n\tb \x1b[31m\u202e\ud800")) == "a b ?[31m??"
-
-
 def test_texts_in_a_design_keep_their_blanks():
     told = {"a  b": "1   2", "c": ["NL", "  A  A  "], "d": "[ 1,   2 ]", "e": ["NL", 'x\\"  [ 1 ]']}
     data = json.loads(design_json(named_design("jee-koren-2004-flc"))) | {"provenance": told}
@@ -212,3 +183,48 @@ def test_100_kb_take_no_time(suffix, text, tmp_path):
     file = tmp_path / f"mine.{suffix}"
     file.write_text(text)
     line(imported, file, Wish())
+
+
+READ = TypeAdapter(Quantity).validate_python
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "found"),
+    [
+        ("20 urad", "rad", 20e-6),
+        ("90 deg", "rad", math.pi / 2),
+        ("0.1V", "V", 0.1),
+        ("3 N m", "N m", 3.0),
+        ("50 ms", "s", 0.05),
+        ("10 BLU", "BLU", 10.0),
+    ],
+)
+def test_quantities(written, unit, found):
+    assert number(READ(written), unit) == pytest.approx(found, rel=1e-12)
+
+
+def test_a_blu_has_millimetres():
+    assert number("5 um", "BLU", 0.01) == pytest.approx(0.5)
+    assert number("6 mm/min", "BLU/s", 0.01) == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("written", ["20 V", "20 furlong", "2 unit"])
+def test_of_something_else(written):
+    with pytest.raises(ValueError, match="has to be a quantity in rad"):
+        number(READ(written), "rad")
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "20",
+        "9**9**9 rad",
+        "1e999 rad",
+        "3 nothing",
+        "1_0 rad",
+        "１ rad",
+    ],
+)
+def test_what_is_none(written):
+    with pytest.raises(ValidationError, match="is no"):
+        READ(written)

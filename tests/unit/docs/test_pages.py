@@ -6,11 +6,12 @@ import json
 import re
 import shlex
 import tomllib
+from pathlib import Path
 
 import click
 import doc_pages
 import pytest
-from doc_pages import PAGES, ROOT
+from doc_pages import NOTEBOOKS, PAGES, ROOT, stored, texts
 
 from hfc_design.cli import main
 
@@ -89,3 +90,22 @@ def test_what_searches_from_the_disk_is_that_of_the_release():
     shim = (folder / "shim.js").read_bytes()
     assert hashlib.sha256(shim).hexdigest() == SHIM
     assert "Permission is hereby granted" in (folder / "LICENSE").read_text("utf-8")
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_cell_was_run_in_order_and_is_small(path):
+    code = [cell for cell in stored(path)["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in code] == [*range(1, len(code) + 1)]
+    kinds = {one["output_type"] for cell in code for one in cell["outputs"]}
+    assert kinds == {"stream", "execute_result"}
+    streams = {one.get("name") for cell in code for one in cell["outputs"]}
+    assert "stderr" not in streams
+    text = path.read_text("utf-8")
+    assert len(text) < 190_000
+    assert str(Path.home()) not in text
+
+
+def test_what_varies_is_seldom():
+    """Else nothing would be compared."""
+    for path in NOTEBOOKS:
+        assert sum(map(len, texts(stored(path)))) > 150, path

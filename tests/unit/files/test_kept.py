@@ -32,11 +32,6 @@ def told(design, scenario, changes=None):
     return dict(line.split(maxsplit=1) for line in lines)
 
 
-def test_what_is_the_same_is_kept():
-    every = dict.fromkeys(("machine", "limits", "sensors", "load"), "kept")
-    assert told(made_with(MADE), {"name": "here", **MADE}) == every
-
-
 def test_a_machine_that_the_scenario_does_not_name_is_the_designs():
     changes = {"plant.parameters.spindle_inertia": 9.0}
     own = changed_design(load_design("pd-only"), changes, "pd-only")

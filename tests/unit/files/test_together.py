@@ -2,11 +2,9 @@
 
 import json
 
-import pytest
 from design_files import written
 from wording import refused
 
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design_set import differences, labelled, own_machine, shared_machine
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
@@ -58,12 +56,6 @@ def test_the_same_twice_is_refused(tmp_path):
     for twice in (["pd-only", "pd-only"], [file, tmp_path / "link.json"], [load_design(file)] * 2):
         with refused():
             labelled(twice)
-
-
-@pytest.mark.parametrize("kind", sorted(KINDS.built_in))
-def test_a_kind_is_no_design_yet(kind):
-    with refused():
-        labelled(["pd-only", kind])
 
 
 def test_the_machine_is_that_of_the_first_design(tmp_path):

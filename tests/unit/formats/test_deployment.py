@@ -3,7 +3,6 @@
 import re
 from html import unescape
 
-import made_up
 import numpy as np
 import pytest
 from deployment_folders import page, vectors
@@ -11,11 +10,9 @@ from exported import texts
 from markdown_it import MarkdownIt
 from run_folders import hfc
 
-from hfc_design.core.wording import percent
 from hfc_design.files.design import design_json, named_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats.deployment.single_precision import tolerance
-from hfc_design.formats.deployment.vectors import vectors as made
 from hfc_design.formats.writing import plain
 
 
@@ -34,21 +31,6 @@ def test_the_page_says_how_velocities_were_formed():
     assert "read in steps of 1e-05 rad" in text
     text = page(sensed("pd-only", velocity="observer", observer_hz=100.0))
     assert "The velocities in `error_rate` come from a tracking observer of 100.0 Hz" in text
-
-
-def test_the_page_says_which_signals_are_made_of_velocities():
-    text = page(named_design("lin-lee-1999-table-1"))
-    assert "velocities in `error_rate`, `deflection_rate`, `spindle_velocity` were exact" in text
-    assert "ideal tachometer" in text
-
-
-def test_the_page_says_what_is_filtered_and_limited():
-    filtered = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
-    own = filtered.controller.model_copy(update={"derivative_hz": 90.0})
-    text = page(filtered.model_copy(update={"controller": own}))
-    assert "`error_rate` passes a low-pass of the first order at 90.0 Hz" in text
-    assert "The command is limited to 40.0 V of either sign" in text
-    assert "The command is not limited" in page(named_design("pd-only"))
 
 
 def test_the_page_ends_with_what_counts_of_the_score():
@@ -83,37 +65,6 @@ def test_the_page_ends_with_what_counts_of_the_score():
     assert "measure" not in page(named_design("pd-only"))
 
 
-def test_the_page_has_what_the_design_was_tried_under():
-    """Of a file that was edited: nothing of it, and no markup."""
-    held = {"name": "2 times | *the* noise", "holds": True, "share": 1.0, "merit": 0.8}
-    broken = {"name": "a backlash of 3 steps", "holds": False, "share": 0.25, "merit": 0.0}
-    broken |= {"part": 0.5, "breaks": "a backlash of 1.5 steps", "why": "oscillates in there"}
-    used = {"share": 0.99, "spread": 0.03, "machines": 1000, "stress": [held, broken]}
-    design = named_design("pd-only").model_copy(update={"score": {"usable": used}})
-    text = page(design)
-    assert "| stress | passes on [%] | merit [times] |\n|---|---|---|\n" in text
-    assert "\n| 2 times \\| \\*the\\* noise | 100 | 0.80 |\n" in text
-    assert "\n| a backlash of 3 steps | 25 | breaks |\n" in text
-    assert "\n- breaks: with a backlash of 1.5 steps it oscillates in there\n" in text
-    for wrong in (3, [held, 3], [{}]):
-        used["stress"] = wrong
-        assert "| stress |" not in page(design)
-
-
-def test_a_signal_whose_gain_is_zero_is_said_not_to_be_used():
-    design = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
-    gains = design.controller.feed_forward
-
-    def idle(**own):
-        changes = {"feed_forward": gains.model_copy(update=own)}
-        controller = design.controller.model_copy(update=changes)
-        text = page(design.model_copy(update={"controller": controller}))
-        return re.findall(r"\| `(\w+)` \| in \| \S+ \| not used, gain 0 \|", text)
-
-    assert idle(acceleration=1.0, velocity=1.0) == []
-    assert idle(acceleration=0.0, velocity=1.0) == ["reference_acceleration"]
-
-
 TEXTS = ("<b>*/ #include [x](y) `", "a_b and _c_ __d__ \\ ~~e~~ &lt; | f", "2*3*4 ![p](q) <!-- r")
 
 
@@ -123,11 +74,6 @@ def test_a_text_is_read_as_it_was_written(text):
     assert unescape(read(f"of {plain(text)}")) == f"<p>of {text}</p>\n"
     (cell,) = re.findall("<td>(.*)</td>", read(f"| x |\n|---|\n| {plain(text)} |"))
     assert unescape(cell) == text
-
-
-def test_only_what_would_be_markup_is_escaped():
-    for text in ("gear_ratio > 1", "k_p 33.3 1/s, Jee & Koren (2004)", "no. #3 [of", "C-axis"):
-        assert plain(text).replace("\\[", "[") == text
 
 
 def test_nothing_that_a_user_wrote_is_markup_or_code():
@@ -173,19 +119,6 @@ def test_the_vectors_go_beyond_the_ends_of_the_universe():
         assert ((np.abs(column) < 0.1) & (column != 0)).sum() > 30
 
 
-def test_vectors_reach_as_far_as_the_motions_of_the_design_go():
-    """A move of 250 mm at 125 mm/s, where a velocity of 41 mm/s alone commands the limit."""
-    assert made(named_design("emps-cascade")).largest("", "velocity") >= 125.0
-
-
-def test_the_page_says_how_far_a_sampled_table_is_off():
-    design = named_design("pd-only")
-    told = {"sampled": {"output_range": [-1.0, 1.0], "largest_deviation": 0.05}}
-    text = page(design.model_copy(update={"provenance": {"source": "imported from a.fis", **told}}))
-    off = "a table sampled from it, deviating by at most 0.05, 2.5 % of the range of its output"
-    assert f"- source: imported from a.fis; {off}" in text
-
-
 def test_an_export_warns_of_a_design_that_is_not_usable(tmp_path):
     design = named_design("pd-only")
     for share, warned in ((0.199, True), (0.995, False)):
@@ -196,9 +129,3 @@ def test_an_export_warns_of_a_design_that_is_not_usable(tmp_path):
         assert done.exit_code == 0, done.output
         said = "warning: design pd-only: not usable as it is: passes on 19.9 %"
         assert (said in done.stderr) == warned
-
-
-def test_no_share_is_told_beyond_all_sense():
-    assert [percent(x) for x in (0.0, 1e-20, 1e-5, 0.0012, 0.5)] == [
-        *("0 %", "less than 0.001 %", "0.001 %", "0.12 %", "50 %")
-    ]

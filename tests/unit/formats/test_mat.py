@@ -1,14 +1,18 @@
 """The MAT export, read back by SciPy; by Octave: tests/interop/test_mat.py."""
 
+import zipfile
+
 import made_up
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.io import loadmat
 from wording import refused
 
-from hfc_design import __version__
-from hfc_design.files.design import Limits, builtin_designs, named_design
-from hfc_design.formats import FORMATS
+from hfc_design.cli import main
+from hfc_design.files.design import builtin_designs, named_design
+from hfc_design.formats import FORMATS, compiling
+from hfc_design.formats.fmu.description import base_unit
 
 
 @pytest.fixture
@@ -66,20 +70,6 @@ def test_the_wiring_counts_inputs_and_then_units_from_1(read):
     assert read(named_design("jee-koren-2004-flc"))["wiring"].tolist() == [1, 2]
 
 
-def test_a_limit_is_there_where_the_design_has_one(read):
-    design = named_design("lin-lee-1999-table-1")
-    assert "limits" not in read(design)
-    assert read(design.model_copy(update={"limits": Limits(command=9.0)}))["limits"] == {
-        "command": 9.0
-    }
-
-
-def test_the_head_of_the_file_has_no_date(tmp_path):
-    FORMATS["mat"].write(named_design("pd-only"), tmp_path / "a.mat")
-    head = (tmp_path / "a.mat").read_bytes()[:116].decode()
-    assert head.rstrip() == f"MATLAB 5.0 MAT-file, made by hfc-design {__version__}"
-
-
 def test_a_name_is_a_string_and_never_a_field(read):
     evil = "x'); system('id"
     good = named_design("lin-lee-1999-table-1")
@@ -87,3 +77,68 @@ def test_a_name_is_a_string_and_never_a_field(read):
     plant = good.plant.model_copy(update={"parameters": {evil: 1.0}})
     with refused():
         read(good.model_copy(update={"plant": plant}))
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "exponents"),
+    [
+        ("N m s/rad", 1.0, {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("(mm/s)/V", 1e-3, {"m": -1, "s": 2, "kg": -1, "A": 1}),
+        ("m/(mm/s)^2", 1e6, {"m": -1, "s": 2}),
+        ("ohm", 1.0, {"kg": 1, "m": 2, "s": -3, "A": -2}),
+        ("(BLU/s)/unit", None, None),
+        ("m)", 1.0, {"m": 1}),
+        ("N??", None, None),
+    ],
+)
+def test_units_in_the_base_units_of_fmi(unit, factor, exponents):
+    found = base_unit(unit)
+    if factor is None:
+        assert found is None
+    else:
+        assert found.factor == pytest.approx(factor, rel=1e-15)
+        assert found.exponents == exponents
+
+
+def test_without_a_compiler_there_are_sources_and_a_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(compiling.shutil, "which", lambda name: None)
+    found = CliRunner().invoke(
+        main, ["export", "pd-only", "--to", "fmu", "--out", str(tmp_path / "a")]
+    )
+    assert found.exit_code == 0
+    assert found.output.splitlines()[0] == compiling.note()
+    assert compiling.note().startswith("no C compiler (cc) was found")
+    with zipfile.ZipFile(tmp_path / "a" / "pd_only_fmi3.fmu") as archive:
+        names = archive.namelist()
+    assert "sources/buildDescription.xml" in names
+    assert "sources/pd_only.c" in names
+    assert not [name for name in names if name.startswith("binaries")]
+
+
+#: What there is beside the sources of a folder of code.
+CHECK = {"Makefile", "README.md", "check/check.c", "check/vectors.csv"}
+C = CHECK | {"pd_only.c", "pd_only.h"}
+HAL = {"controller.hal", "loop.hal", "reference.txt", "hfc_c_axis.comp", "hfc_pd_only.comp"}
+NAMES = {
+    "c": C,
+    "linuxcnc": C | HAL | {"plant_c_axis.c", "plant_c_axis.h"},
+    "st": {"README.md", "check/check.st", "check/vectors.csv", "pd_only.st"},
+    "plcopen": {"README.md", "check/check.st", "check/vectors.csv", "pd_only.xml"},
+}
+
+
+@pytest.mark.parametrize("target", [to for to in FORMATS if not to.startswith("fmu")])
+def test_the_same_design_gives_the_same_bytes(target, tmp_path):
+    design = named_design("pd-only" if target in NAMES else "lin-lee-1999-table-2")
+    both = []
+    for folder in ("a", "b"):
+        FORMATS[target].write(design, tmp_path / folder)
+        files = [tmp_path / folder, *(tmp_path / folder).rglob("*")]
+        found = {
+            str(x.relative_to(tmp_path / folder)): x.read_bytes() for x in files if x.is_file()
+        }
+        both.append(found)
+    assert both[0] == both[1]
+    assert both[0].keys() == NAMES.get(target, both[0].keys())
+    if target in ("fll", "fcl", "fcl-jfuzzylogic", "fml"):
+        assert not [text for text in both[0].values() if b"\n\n\n" in text]

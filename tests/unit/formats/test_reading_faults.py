@@ -1,18 +1,12 @@
 """Files that no design can hold are refused in one line with file and line."""
 
-import re
-
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from imported_files import (
     CHANGE,
     GAUSSIAN,
     MAMDANI_FIS,
     MAMDANI_FLL,
     MAMDANI_SIGNALS,
-    PYFUZZYLITE,
     TEXTS,
 )
 from places import ROOT
@@ -20,7 +14,6 @@ from wording import refused
 
 from hfc_design.core.records import UserError
 from hfc_design.formats.reading import Wish, imported
-from hfc_design.runtime import Controller
 
 SECOND = "OutputVariable: w\n  defuzzifier: WeightedAverage\n"
 #: (what stands in the text, what instead, line of the fault), of each text.
@@ -31,29 +24,21 @@ FLL = [
     ("conjunction: AlgebraicProduct", "conjunction: Minimum", 76),
     ("d0 Ramp -6.3", "d0 Triangle -13 -9.5 -6.3 #", 7),
     ("range: -12.000 12.000", "range: twelve", 5),
-    ("Constant", "Linear", 26),
     ("  range: -40 40", "  lock-previous: true", 24),
     ("  range: -40 40", "  lock-range: true\n  range: -1 1", 24),
     ("d3 Triangle", "d3 Bell", 6),
-    ("d3 Triangle -0.9", "d3 Triangle 0.25", 6),
-    ("d3 Triangle -0.9", "d3 Triangle 1.9", 6),
     ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Triangle -0.9 0.25 1.7 0.5", 6),
     ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Trapezoid -0.9 0.2 0.3 1.7", 6),
     ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Gaussian 0 1", 3),
-    ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Triangle -0.9 0.25", 6),
     ("d3 Triangle", "d2 Triangle", 6),
     ("  term: d3 Triangle -0.9 0.25 1.7 1.0\n", "", 3),
     ("d3 Triangle -0.9 0.25 1.7", "d3 Triangle 0.24 0.25 0.26", 3),
-    ("then u is u00", "then u is u00 with 0.5", 78),
     ("if error is e1 and", "if error is very e1 and", 85),
     ("if error is e1 and", "if error is e1 or", 85),
-    ("change is d1 and error is e0", "change is d0 and error is e0", 79),
     ("change is d1 and error is e0", "error is e1 and error is e0", 79),
     ("change is d1 and error is e0", "chnge is d1 and error is e0", 79),
-    ("u is u11", "u is u99", 86),
     ("Engine: mine", "Engine", 2),
     ("Engine: mine", "Motor: mine", 2),
-    ("  enabled: true", "  enabled: maybe", 4),
     ("  range: -40 40", "  accumulate: 3", 24),
     ("OutputVariable: u\n", f"{SECOND}OutputVariable: u\n", 25),
 ]
@@ -65,23 +50,16 @@ FIS = [
     ("AggMethod='sum'\n", "", 2),
     ("NumRules=49", "NumRules=48", 8),
     ("NumInputs=2", "NumInputs=3", 6),
-    ("NumMFs=7", "NumMFs=5", 18),
     ("MF2='t0'", "MF9='t0'", 20),
     ("'linzmf'", "'sigmf'", 20),
-    ("[Input2]", "[Input3]", 27),
     ("[Output1]", "[Input1]", 38),
     ("'constant',[", "'linear',[0 0 ", 42),
-    ("1 1, 25 (1) : 1", "1 1, 25 (1) : 2", 116),
     ("1 1, 25 (1) : 1", "1 1, 25 (0.5) : 1", 116),
-    ("1 1, 25 (1) : 1", "-1 1, 25 (1) : 1", 116),
     ("1 1, 25 (1) : 1", "0 1, 25 (1) : 1", 116),
-    ("1 1, 25 (1) : 1", "1 1, 50 (1) : 1", 116),
     ("1 1, 25 (1) : 1", "1 1 1, 25 (1) : 1", 116),
-    ("1 1, 25 (1) : 1", "1.2 1, 25 (1) : 1", 116),
     ("1 1, 25 (1) : 1", "1 1, 25 2 (1) : 1", 116),
     ("1 1, 25 (1) : 1", "1 2, 25 (1) : 1", 116),
     ("Range=[-9.5 12]", "Range=[-9.5 Inf]", 17),
-    ("Range=[-9.5 12]", "Range=[12 -9.5]", 16),
 ]
 OF_FLL = [
     ("Centroid 200", "Centroid 1e9", 22),
@@ -90,11 +68,8 @@ OF_FLL = [
     ("-1.000 1.500", "-1e308 1e308", 2),
     ("is not rising", "is never rising", 34),
     ("then valve is close", "then valve is very close", 37),
-    ("if level is high or", "if (level is high or", 37),
     ("if level is high or", "if level is high) or", 37),
-    ("if level is high or", "if level is high or or", 37),
     ("if level is high or", "if (level is high) rate is rising or", 37),
-    ("if level is fine", "if speed is fine", 36),
     ("disjunction: AlgebraicSum", "disjunction: none", 37),
 ]
 OF_FIS = [
@@ -102,10 +77,8 @@ OF_FIS = [
     ("NumOutputs=1", "NumOutputs=2", 6),
     ("'gaussmf',[3 0]", "'sinmf',[3 0]", 27),
     ("'gaussmf',[3 0]", "'gaussmf',[0 0]", 27),
-    ("[-40 0 40]", "[-40 0 -41]", 19),
     ("Range=[-8 8]", "Range=[8 -8]", 22),
     ("3 3, 5 (1) : 1", "0 0, 5 (1) : 1", 49),
-    ("3 3, 5 (1) : 1", "3 4, 5 (1) : 1", 49),
     ("3 3, 5 (1) : 1", "3 3, 5 (2) : 1", 49),
 ]
 FAULTS = {
@@ -147,28 +120,6 @@ def test_gaussians_that_are_not_those_of_a_hierarchy(tmp_path):
         with refused() as found:
             imported(file, Wish())
         assert found.where == (f"{file}: line {line}" if line else str(file)), (old, new)
-
-
-def test_one_input_of_gaussians_and_one_of_triangles(tmp_path):
-    straight, flat = (file.read_text().split("InputVariable") for file in (PYFUZZYLITE, GAUSSIAN))
-    file = tmp_path / "mine.fll"
-    text = "InputVariable".join([*straight[:2], *flat[2:]])
-    rules = [
-        f"  rule: if error is {label} and deflection is f{k} then unit_0 is r00"
-        for label in ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
-        for k in range(1, 8)
-    ]
-    kept = [line for line in text.splitlines() if "rule: " not in line]
-    file.write_text("\n".join(kept + rules))
-    with refused():
-        imported(file, Wish())
-
-
-def test_a_missing_rule_is_named(tmp_path):
-    file = tmp_path / "mine.fll"
-    file.write_text(re.sub(r".*then u is u23\n", "", TEXTS["fll"]))
-    with refused():
-        imported(file, Wish(signals=CHANGE))
 
 
 def test_an_unknown_signal_is_asked_for(tmp_path):
@@ -233,31 +184,3 @@ def test_a_mistake_is_not_to_be_sampled(tmp_path):
         with refused() as found:
             imported(tmp_path / name, Wish())
         assert "terms=7" not in found.refusal
-
-
-@given(st.data())
-@settings(max_examples=150, deadline=None)
-def test_any_damage_is_refused_or_gives_a_design(tmp_path_factory, data):
-    suffix = data.draw(st.sampled_from(sorted(TEXTS)))
-    lines = TEXTS[suffix].splitlines()
-    for _ in range(data.draw(st.integers(1, 3))):
-        k = data.draw(st.integers(0, len(lines) - 1))
-        words = re.split(r"([\s,:=()\[\]]+)", lines[k])
-        m = data.draw(st.integers(0, len(words) - 1))
-        other = data.draw(
-            st.sampled_from(
-                ["", "1e999", "-inf", "0", "'", "[", "1_0", "nan", "%", "#", "é", "9" * 400]
-            )
-            | st.text(max_size=6)
-            | st.floats().map(repr)
-        )
-        words[m] = other
-        lines[k] = "".join(words)
-    file = tmp_path_factory.mktemp("damaged") / f"mine.{suffix}"
-    file.write_text("\n".join(lines), encoding="utf-8", errors="replace")
-    try:
-        found = imported(file, Wish(signals=CHANGE))
-    except UserError as error:
-        assert "\n" not in str(error)
-        return
-    assert np.isfinite(Controller(found).step({"error": 3.0}))

@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from imported_files import (
-    CHANGE,
     MAMDANI_FIS,
     MAMDANI_FLL,
     MAMDANI_SIGNALS,
-    MAMDANI_SUM,
-    TEXTS,
     output,
 )
 from places import ROOT
@@ -23,8 +20,6 @@ from scipy.integrate import quad
 from wording import refused, refused_command
 
 from hfc_design.cli import main
-from hfc_design.files.design import design_json, parse_design
-from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported, sampling
 from hfc_design.formats.reading import fis as any_fis
 from hfc_design.formats.reading import fll as any_fll
@@ -84,36 +79,6 @@ def test_the_deviation_is_that_of_the_design_from_the_file(file, terms):
     assert np.abs(found - base.outputs(*points)).max() <= 1.03 * most
 
 
-def test_more_terms_are_nearer():
-    counts = ((3, 3), (5, 5), (7, 7), (11, 11))
-    found = [taken(MAMDANI_FIS, terms=terms) for terms in counts]
-    off = [design.provenance["sampled"]["largest_deviation"] for design in found]
-    assert off == sorted(off, reverse=True)
-    assert off[-1] < 0.3 * off[0]
-
-
-def test_sugeno_rules_of_other_norms_are_sampled_when_asked_for(tmp_path):
-    file = tmp_path / "mine.fis"
-    file.write_text(TEXTS["fis"].replace("AndMethod='prod'", "AndMethod='min'"))
-    with refused():
-        imported(file, Wish(signals=CHANGE))
-    found = imported(file, Wish(signals=CHANGE, terms=(11, 11)))
-    assert found.provenance["sampled"]["largest_deviation"] > 1.0  # singletons up to 40 at random
-
-
-def test_names_are_kept_and_made_identifiers():
-    design = taken(MAMDANI_FIS)
-    controller = design.controller
-    assert dict(controller.names) == {
-        "error": "Position_error",
-        "error_change": "d_dt_error",
-        "output": "drive_current",
-        "engine": "pos",
-    }
-    assert [term.label for term in controller.error_terms] == ["neg", "zero", "pos"]
-    assert parse_design(design_json(design), "again") == design
-
-
 def test_the_command_tells_the_deviation(tmp_path):
     out = tmp_path / "mine.json"
     named = [f"--signal={name}={signal}" for name, signal in MAMDANI_SIGNALS[".fis"].items()]
@@ -145,12 +110,6 @@ def test_where_no_rule_fires_is_named(tmp_path):
         taken(copy)
     copy.write_text(copy.read_text().replace("default: nan", "default: 0.25"))
     assert taken(copy).controller.rules.shape() == (3, 4)
-
-
-def test_files_whose_tables_stay_as_they_are(tmp_path):
-    FORMATS["csv"].write(taken(MAMDANI_SUM.with_name("mamdani.fis")), tmp_path / "t")
-    with refused():
-        imported(tmp_path / "t", Wish(terms=(3, 3)))
 
 
 @pytest.mark.parametrize("file", [MAMDANI_FLL, MAMDANI_FIS], ids=lambda file: file.name)

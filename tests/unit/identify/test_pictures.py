@@ -1,18 +1,14 @@
 """What the pictures of an identification show, read back from the figures."""
 
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from carts import CART, EVERY, forced, recorded
 from read_figures import lines_of
-from scipy.stats import chi2
 
 from hfc_design.identify import page
-from hfc_design.identify.advice import Profile
 from hfc_design.identify.outcome import Check
-from hfc_design.pictures.files import image
 
 STEPS, BEGUN, WORST = 1000, 100, 700
 TIME = EVERY * np.arange(STEPS)
@@ -54,40 +50,3 @@ def test_where_it_is_off_most_is_seen_from_near(found):
     assert np.ptp(recorded_there) < 60.0  # of 10 mm that it goes there
     (dot,) = (line for line in lower.lines if line.get_marker() == "o")
     assert np.ravel(dot.get_data()) == pytest.approx([0.7, -40.0])
-
-
-def test_what_is_off_is_drawn_once(found):
-    (axes,) = page.checked(found).axes
-    assert axes.get_title() == "two.csv: open loop"
-    found.checks = found.checks[:1]
-    assert page.checked(found) is None
-
-
-def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
-    values = np.linspace(-3.1612, -3.1598, 11)
-    z = np.linspace(-2.2, 2.2, 11)
-    figure = page.profiled(Profile("offset", values, z**2, np.array([values, z**2])), "N")
-    (axes,) = figure.axes
-    figure.draw_without_rendering()
-    assert (axes.get_xlabel(), axes.get_ylabel()) == (
-        "offset [N]",
-        "2 × fall of log likelihood [1]",
-    )
-    (level,) = (line.get_ydata()[0] for line in axes.lines if line.get_color() == page.OTHER)
-    assert level == pytest.approx(chi2.ppf(0.95, 1))
-    assert [text.get_text() for text in axes.texts] == ["95 %: 3.84"]
-    low, high = axes.get_xlim()
-    ticks = [
-        label.get_window_extent()
-        for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
-        if low <= place <= high
-    ]
-    assert len(ticks) > 2
-    assert all(a.x1 < b.x0 for a, b in pairwise(ticks))
-    assert axes.xaxis.get_offset_text().get_text() == ""
-    assert image(figure, "svg")
-
-
-def test_a_profile_narrower_than_an_axis_can_say_is_not_drawn():
-    values = -3.16 + 1e-9 * np.linspace(-1.0, 1.0, 11)
-    assert page.profiled(Profile("offset", values, 0 * values, np.zeros((2, 3))), "N") is None

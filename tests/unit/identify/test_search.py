@@ -1,10 +1,11 @@
 """Which observers are tried, what they are told apart by, and logs of other machines."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from carts import recorded
+from carts import CART, EVERY, recorded
 from shaken import shaken
 from wording import refused
 
@@ -12,8 +13,11 @@ from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.fit import bandwidths
 from hfc_design.identify.identified import mismatched_logs
 from hfc_design.identify.outcome import Check
+from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.recording import recording
 from hfc_design.identify.replay import load_between
+from hfc_design.identify.request import parameters_of, task_of
+from hfc_design.identify.scenario import differences, linear_part, motions_like
 from hfc_design.logs.signals import EvenLog
 from plants.positioning_stage import POSITIONING_STAGE
 
@@ -94,3 +98,78 @@ def test_a_load_that_swings_is_not_cut_short():
     assert np.abs(middle - exact).max() < 1e-3 * (w * every) ** 2
     np.testing.assert_array_equal(start, load)
     np.testing.assert_allclose(end[:-1], load[1:], atol=1e-15)
+
+
+def wanted(plant, changes, names=None):
+    return parameters_of(task_of(plant, None, changes, None, None, names, None, 0))
+
+
+def test_a_load_is_looked_for_where_no_parameter_is_one():
+    assert "load" in wanted("milling-table", ()).names
+    assert "load" not in wanted("positioning-stage", ()).names
+    assert "load" in wanted("positioning-stage", (), ["mass", "load"]).names
+
+
+def test_what_is_set_is_known_and_listed():
+    changes = {"plant.parameters.torque_gain": 2.5, "load.constant": 530, "limits.lag_s": 0.0005}
+    found = wanted("milling-table", changes | {"plant.parameters.lead": 10.0})
+    assert not {"torque_gain", "load", "lead"} & {*found.names}
+    assert found.sought.tolist() == [1.0, 0.0]
+    for told in ("load 530 N", "torque_gain 2.5 N m/V", "lead 10 mm/rev"):
+        assert told in found.rest()
+    assert "table_mass 100 kg" in found.wanted()
+    assert "lag_s known to be" in found.wanted()
+
+
+def test_a_start_is_said_beside_the_name():
+    found = wanted("milling-table", (), ["table_mass=180", "load=20"])
+    assert found.starts["table_mass"] == 180.0
+    assert found.values(found.begun) == pytest.approx([180.0, 20.0])
+
+
+def test_only_what_units_explain_is_said_to_be_far_from_where_it_began():
+    """Machines of 97 times the mass of the built-in stage exist, and of 0.004 times the drag."""
+    cart = free_parameters(CART, {}, ("mass", "viscous_friction"))
+    for factor, told in ((97.3, 0), (0.0042, 0), (1.5, 0), (1020.0, 1), (1e-3, 1), (1 / 57, 1)):
+        numbers = np.append(np.log([factor, 1.0]), [0.0, 0.0])
+        assert list(cart.away(numbers)) == ["mass"] * told
+
+
+PLACE = 1e-6 * np.round(2e4 * np.sin(0.02 * np.arange(2000)))
+
+
+@pytest.mark.parametrize("samples", [1, 4, 16])
+def test_a_velocity_is_a_difference_over_samples(samples):
+    """By the control, which prints six digits; one that is measured apart is none."""
+    told = recorded(PLACE, PLACE)
+    rate = np.zeros(len(PLACE))
+    rate[samples:] = (PLACE[samples:] - PLACE[:-samples]) / (samples * EVERY)
+    with_rate = told._replace(outputs=told.outputs | {"velocity": np.round(rate, 6)})
+    expected = {"difference_samples": samples} if samples > 1 else {}
+    assert differences(with_rate, "velocity") == expected
+    assert differences(told, "velocity") == {}
+    smooth = 0.4 * np.cos(0.02 * np.arange(2000))
+    assert differences(told._replace(outputs={"velocity": smooth} | told.outputs), "velocity") == {}
+
+
+@pytest.mark.parametrize(("error", "height"), [(0.002, 0.1), (1.0, 3.0)])
+def test_the_scale_tells_a_step_that_is_made(error, height):
+    """Three times the error of the log's loop, and a hundred steps of the scale at least."""
+    told = SimpleNamespace(place=np.array([0.0, 10.0]), step=0.001)
+    found = motions_like(told, speed=5.0, acceleration=50.0, duration=3.0, error=error)
+    assert found[-1]["reference"] == {"kind": "step", "height": height}
+
+
+@pytest.mark.parametrize(
+    ("feedback", "logged", "read"),
+    [
+        ("position", ["position"], {}),  # a motor has an encoder of its own
+        ("motor_position", ["motor_position", "position"], {}),
+        ("motor_position", ["motor_position"], {"signals": []}),
+        ("motor_position", ["motor_position", "motor_velocity"], {"signals": []}),
+    ],
+)
+def test_a_law_reads_no_scale_that_no_log_shows(feedback, logged, read):
+    own = task_of("milling-table", None, {"sensors.feedback": feedback}, None, None, None, None, 0)
+    told = SimpleNamespace(outputs=dict.fromkeys(logged))
+    assert linear_part(*own.scenario.machine.drives, told) == read

@@ -47,13 +47,6 @@ def test_stamps_that_tremble_are_no_noise():
     assert noise_level(off + RANDOM.normal(0.0, 1e-4, TIME.shape), MOTION, None) < 1.6e-4
 
 
-def test_rounding_is_no_noise():
-    off = 1e-4 * (np.round(MOTION / 1e-4) - MOTION / 1e-4)
-    assert noise_level(off, MOTION, 1e-4) is None
-    assert noise_level(np.zeros(10), MOTION[:10], None) is None
-    assert noise_level(np.ones(2), MOTION[:2], None) is None
-
-
 def test_the_slowest_samples_of_an_encoder_are_all_that_are_so_slow():
     """Steps of an encoder come in whole numbers, so that many are just as slow."""
     place = 0.1 + 0.001 * np.cumsum(np.arange(4000) % 7 < 3)

@@ -93,11 +93,6 @@ def test_side_at_a_sharp_corner():
     assert off_path(path, [5.0], [(-0.2, 0.05)]) == pytest.approx([0.05])
 
 
-def test_ends_of_the_path():
-    path = Path.of([line((0.0, 0.0), (10.0, 0.0), 60.0)])
-    assert off_path(path, [0.0, 10.0], [(-3.0, -4.0), (13.0, 4.0)]) == pytest.approx([-5, 5])
-
-
 def test_path_that_crosses_itself_keeps_to_the_branch_being_cut():
     """A figure of two crossing lines; 0.05 mm above the crossing the other branch is nearer."""
     path = Path.of(
@@ -139,16 +134,6 @@ def test_nearest_point_by_dense_search(parts, share, dx, dy):
             assert np.sign(left[0]) == np.sign(found.error[0])
 
 
-def test_nearest_on_many_samples_is_each_alone():
-    path, _ = chained([(5.0, 2.0, 0.0, 60.0), (3.0, 0.0, 1.0, 60.0), (4.0, -5.0, 0.0, 60.0)])
-    random = np.random.default_rng(1)
-    distance = np.linspace(0.0, path.knots[-1], 60)
-    actual = path.at(distance).position + random.normal(scale=0.5, size=(2, 60))
-    together = nearest_on_path(path, commanded(path, distance), actual).error
-    alone = [off_path(path, distance[k : k + 1], [actual[:, k]])[0] for k in range(60)]
-    np.testing.assert_array_equal(together, alone)
-
-
 def test_a_diverged_motion_has_no_finite_error():
     square = Polyline(points_mm=SQUARE, feed_mm_min=600.0)
     samples = square.samples(np.array([1.0, 2.0, 3.0]))
@@ -168,16 +153,6 @@ def test_glitches_of_a_circle_are_at_its_quadrants():
     assert [glitch.axis for glitch in found] == ["Y", "X", "Y", "X", "Y"]
     assert [glitch.time_s for glitch in found] == pytest.approx([5, 10, 15, 20, 25], abs=0.011)
     assert [glitch.error for glitch in found] == [0.3, -0.4, 0.1, 0.0, 0.0]
-
-
-def test_glitches_of_lines():
-    """There and back along X: one reversal. A stop alone and rounding are none."""
-    there = Polyline(points_mm=[(0, 0), (10, 0), (10, 5), (3, 5), (3, 9)], feed_mm_min=600.0)
-    time = np.arange(0.0, there.duration_s + 1.0, 0.01)
-    found = glitches(time, there.samples(time), np.zeros(len(time)))
-    assert [glitch.axis for glitch in found] == ["X"]
-    up = Line(length_mm=10.0, angle_deg=90.0, feed_mm_min=600.0)
-    assert glitches(time, up.samples(time), np.zeros(len(time))) == []
 
 
 def test_the_path_error_leaves_out_what_follows_a_start_or_a_reversal():

@@ -7,15 +7,12 @@ import pytest
 from shaken import shaken
 
 from hfc_design.motion import gcode
-from hfc_design.motion.axis_path import AxisPath, Bounds, look_ahead
 from hfc_design.motion.limits import AxisLimits, MovedAxis
 from hfc_design.motion.paths import Path, line
 from hfc_design.motion.program import program, top_speed_fault
 from hfc_design.motion.references import Step, Table, Trapezoidal
-from hfc_design.motion.reversals import glitches, undisturbed
-from hfc_design.motion.samples import PathSamples
-from hfc_design.motion.trajectories import Line, Polyline, speed_fault
-from plants import FEED_DRIVE
+from hfc_design.motion.reversals import undisturbed
+from hfc_design.motion.trajectories import Line, speed_fault
 
 EVERY = (0.0001, 0.0003, 0.0007, 0.001, 0.002, 0.01)  # [s]
 
@@ -81,15 +78,6 @@ def test_at_a_corner_the_next_segment_counts(size, feed):
         np.testing.assert_array_equal(path.segment(way), np.repeat(range(4), number))
 
 
-def test_a_circle_of_360_lines_has_no_corner():
-    """By how much each is turned is 1 degree but for its last bits, and 2 are a corner."""
-    for number, corners in ((360, 0), (180, 179)):
-        turn = np.radians(np.arange(number + 1) * 360.0 / number + 0.1)
-        points = tuple(zip(50.0 * np.cos(turn), 50.0 * np.sin(turn), strict=True))
-        found = Polyline(points_mm=points, feed_mm_min=600.0).path.corners()
-        assert found.sum() == corners
-
-
 def test_a_line_along_an_axis_moves_no_other():
     """cos 90 deg is 6e-17, and an axis that is to move at that rate and stands would stick."""
     for angle, still in ((0.0, 1), (90.0, 0), (180.0, 1), (-90.0, 0)):
@@ -125,15 +113,6 @@ def test_steps_that_add_up_to_where_the_axis_stands_move_it_nowhere():
     assert len(gcode.segments(text, 1000.0)) == 1
 
 
-def test_what_is_passed_at_the_least_speed_is_passed():
-    """12 mm/min are what 100 mm/s2 reach in two cycles of a millisecond."""
-    for feed, rate in shaken(0.2, 100.0):
-        bounds = Bounds(*(np.full(2, x) for x in (500.0, 500.0, rate)))
-        path = AxisPath.of(gcode.blocks(f"G1 X1 F{60.0 * feed!r}\nX2"), ("x", "y"))
-        found = look_ahead(path, bounds, 0.001)
-        assert found.at(np.array([0.5 * found.duration]))[1] == pytest.approx(feed)
-
-
 @pytest.mark.parametrize("every", EVERY)
 def test_the_time_after_a_reversal_has_its_samples(every):
     """One second of them, whenever it begins."""
@@ -145,16 +124,6 @@ def test_the_time_after_a_reversal_has_its_samples(every):
         assert int(late.sum()) == int(np.ceil(1.0 / every - 1e-6))
 
 
-def test_a_glitch_is_looked_for_in_a_second():
-    time = clock(0.01, 400)
-    velocity = np.array([np.where(np.arange(400) < 41, 1.0, -1.0), np.ones(400)])
-    error = np.where(np.arange(400) == 141, 5.0, 1.0)  # a second later: beyond
-    blank = np.zeros((2, 400))
-    samples = PathSamples(blank, velocity, blank, blank[0], blank[0], blank)
-    (found,) = glitches(time, samples, error)
-    assert found.error == 1.0
-
-
 def test_a_spline_ends_in_the_sample_of_its_last_row(tmp_path):
     """Where its slope is not 0, and an axis that has come would be told to go on."""
     file = tmp_path / "table.csv"
@@ -163,8 +132,3 @@ def test_a_spline_ends_in_the_sample_of_its_last_row(tmp_path):
         rate = Table(file=file, interpolation="cubic").samples(clock(0.001, 320)).reference_rate
         assert rate[299] == pytest.approx(2.0 * 0.299)
         assert not rate[300:].any()
-
-
-def test_half_a_unit_is_not_rounded_by_its_last_bit():
-    for halves in shaken(0.5, 1.5, 2.5, -0.5, 1000.5):
-        assert FEED_DRIVE.commanded(np.array(halves)).tolist() == [1.0, 2.0, 3.0, -1.0, 1001.0]

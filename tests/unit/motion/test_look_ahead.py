@@ -69,12 +69,6 @@ def test_a_straight_line_is_a_trapezoid():
     assert motion.at(np.array([0.06]))[1] == pytest.approx(50.0)
 
 
-def test_points_on_a_straight_line_cost_no_time():
-    whole = planned("G1 X60 Y30 A12 F6000")[1].duration
-    points = "\n".join(f"X{0.6 * k:.1f} Y{0.3 * k:.1f} A{0.12 * k:.2f}" for k in range(1, 101))
-    assert planned(f"G1 F6000\n{points}")[1].duration == pytest.approx(whole, rel=1e-9)
-
-
 def test_a_square_corner_is_a_stop_and_a_gentle_one_is_not():
     path, motion = planned("G1 X20 F6000\nY20")
     speeds = motion.at(motion.start)[1]

@@ -24,10 +24,6 @@ def test_what_is_escaped_is_printed_as_it_is(text):
     assert not set(tex.tokens(told)) & {"#", "&", "^", "_", "~", "%"}
 
 
-def test_a_control_character_or_a_line_break_is_none_in_a_table():
-    assert escaped("a\nb\x07") == "a b?"
-
-
 def test_what_stands_below_and_above_the_line():
     """Two digits below are one index; of a unit the powers are above, of a name nothing is."""
     assert escaped("A₁₂ of 3") == "A$_{12}$ of 3"
@@ -58,13 +54,9 @@ def test_every_row_has_the_cells_of_the_head():
     [
         ("4.83e-05", "4.83×10^−5"),
         ("-1.5e+03", "−1500"),
-        ("1.234e+04", "1.234×10^4"),
         ("1e-05 to 2e-05", "1×10^−5 to 2×10^−5"),
         ("0.203 / 2.48e+10", "0.203 / 2.48×10^10"),
         ("10358026.8", "1.036×10^7"),
-        ("8191.2 to 52483.1", "8191 to 52483"),
-        ("380.5724", "380.6"),
-        ("0.0000", "0"),
         ("4294967295", "4294967295"),  # a seed
         ("< 0.0001", "< 0.0001"),
         ("94.3–99.2", "94.3–99.2"),
@@ -87,16 +79,3 @@ def test_the_best_are_bold_and_a_table_says_whose_it_is():
     assert r"\label{tab:100-of-runs-groups}" in text
     assert tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1]) == "100 %_of runs: Medians."
     assert "wide" not in text
-
-
-def test_a_table_that_no_column_has_room_for_says_so():
-    wide = table("x", Listing("c", ["metric", *"ab"], [["a" * 30, "12345.678" * 2, "b" * 20]]))
-    assert "write table* for table." in wide
-    wider = table("x", Listing("c", [*"abc"], [["a" * 39] * 3]))
-    assert "leave columns out" in wider
-
-
-def test_words_stand_on_the_left_and_long_ones_have_lines():
-    rows = [["a" * 60, "1", "unstable", "V"], ["b", "2", "3.5", "1/s"]]
-    text = table("x", Listing("c", ["a", "b", "c", "d"], rows))
-    assert r"\begin{tabular}{p{0.4\linewidth}rrl}" in text

@@ -3,20 +3,21 @@
 import os
 import re
 import subprocess
-from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tex
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from run_folders import HOSTILE, batch_folder, hfc
+from report_pages import NAME
 from wording import refused, refused_command
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.column import in_column
-from hfc_design.pictures.figure import WIDTH, above, distinct, finish, framed
+from hfc_design.pictures.figure import above, distinct, finish, framed
 from hfc_design.pictures.files import image
-from hfc_design.pictures.heat_map import heat_map
 from hfc_design.report.paper import Paper
+from hfc_design.report.parts import baselines, pass_conditions
 
 #: How matplotlib makes a percent sign print itself, which no simple reader knows.
 PERCENT = r"\catcode`\%=\active\def%{\%}"
@@ -53,27 +54,6 @@ def test_nothing_leaves_the_figure_or_lies_on_something_else(width):
         assert 0 <= box.y0 < box.y1 <= figure.bbox.height
     assert words.x1 < number.x0 < number.x1 < panel.x0
     assert names.y0 > panel.y1 > power.y1 > panel.y1 - 5  # inside, not on the panel above
-
-
-def test_small_panels_keep_room_for_their_numbers():
-    figure = framed(3.0, top=0.4, left=0.6)
-    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
-    right.plot([0, 1], [0.1, 0.5])
-    before = right.get_position().x0 - left.get_position().x1
-    in_column(figure, 3.5)
-    gap = right.get_position().x0 - left.get_position().x1
-    assert gap * 3.5 == pytest.approx(0.9 * before * WIDTH)
-    assert left.get_position().width == pytest.approx(right.get_position().width)
-    assert right.get_position().x1 * 3.5 == pytest.approx(3.5 - 0.8 * 0.15)
-
-
-def test_numbers_in_cells_do_not_touch():
-    labels = [f"N{k}" for k in range(7)]
-    figure = heat_map(np.full((7, 7), -8.0), (labels, labels), "row", "column", "t", "command [V]")
-    in_column(figure, 3.5)
-    boxes = extents(figure, *figure.axes[0].texts[:7])
-    assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
-    assert figure.axes[0].texts[0].get_fontsize() >= 5
 
 
 def test_a_pdf_has_its_size_letters_that_publishers_take_and_the_same_bytes():
@@ -115,19 +95,6 @@ def test_an_image_is_no_pgf(tmp_path):
     assert not (tmp_path / "figures").exists()
 
 
-def test_a_batch_has_them_too_whatever_its_settings_are(tmp_path):
-    batch_folder(tmp_path, [({"label": f"{HOSTILE}{k}"}, [k, 9.0]) for k in (2, 3)])
-    done = hfc("report", tmp_path, "--figures", "pgf", "--latex")
-    assert done.exit_code == 0, done.output
-    names = {path.name for path in (tmp_path / "latex").iterdir()}
-    assert {"groups.tex", "runs.tex"} <= names
-    groups = tex.rows((tmp_path / "latex" / "groups.tex").read_text())
-    assert groups[1][1].startswith('<script>alert("1")</script> & $x^$ ?')
-    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == {".pgf"}
-    assert refused_command("report", tmp_path, "--latex").where == f"--latex {tmp_path / 'latex'}"
-    assert hfc("report", tmp_path, "--latex", "--force").exit_code == 0
-
-
 def test_labels_that_are_cut_stay_apart():
     names = ["runs/of/a/long/path/1", "runs/of/a/long/path/2", "pd-only"]
     labels = distinct(names, 16)
@@ -138,3 +105,40 @@ def test_labels_that_are_cut_stay_apart():
     assert labels[names[0]].endswith("path/1")
     same = distinct(["a" * 30 + "Ω" + "b" * 30, "a" * 30 + "漢" + "b" * 30], 16)
     assert len(set(same.values())) == 2
+
+
+def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
+    stage = {"name": "x", "plant": {"name": "positioning-stage"}}
+    stage |= {"reference": {"kind": "step", "height": 0.01}, "controller": {"kind": "pid"}}
+    assert [*baselines(load_scenario(stage))] == ["emps-cascade"]
+    assert not baselines(load_scenario(stage, {"plant.parameters.mass": 40.0}))
+    other = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 150.0})
+    assert len(baselines(other)) == 3
+
+
+def test_it_says_what_everything_is():
+    units = {"late_error": "2 mrad", "stick_slip": 0.0}
+    asked = load_scenario("c-axis-ramp", {f"constraints.{key}": x for key, x in units.items()})
+    assert pass_conditions(asked) == (
+        "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
+    )
+    assert "sets no limits" in pass_conditions(load_scenario("feed-drive-circle"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "where"),
+    [
+        ((NAME, "--each"), NAME),
+        ((".", "--out", "x.html"), "--out x.html"),
+        ((NAME, "--width", "88mm"), "--width"),
+        ((NAME, "--figures", "png"), "--figures png"),
+        ((NAME, "--figures", "pdf", "--width", "3mm"), "--width"),
+    ],
+    ids=["each", "folder", "width", "png", "narrow"],
+)
+def test_what_does_not_go_together_is_a_line(arguments, where, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = refused_command("report", *arguments)
+    assert found.where == where
+    assert found.count("\n") == 1
+    assert not list(Path().iterdir())

@@ -6,7 +6,7 @@ from read_figures import lines_of
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
+from hfc_design.pictures.figure import WIDTH
 from hfc_design.pictures.files import image
 from hfc_design.report.plots import contour as picture
 
@@ -69,44 +69,3 @@ def test_perfect_and_diverged_motions_are_drawn_too(bad):
     figure = contour(circle, time, actual, "diverged")
     assert len(figure.axes[1].lines[0].get_xdata()) == 150
     image(figure, "png")
-
-
-def test_long_numbers_leave_room_for_the_label():
-    figure = framed(2.0, top=0.2)
-    few, long = figure.subplots(2, 1)
-    few.plot([0, 1], [-0.02, 0.02])
-    long.plot([0, 1], [-0.0004, 0.0005])
-    for axes in (few, long):
-        finish(axes, "error [m]")
-    figure.draw_without_rendering()
-    assert few.yaxis.get_offset_text().get_text() == ""
-    assert long.yaxis.get_offset_text().get_text() == "1e\u22124"
-    for axes in (few, long):
-        left = min(tick.get_window_extent().x0 for tick in axes.get_yticklabels())
-        assert axes.yaxis.label.get_window_extent().x1 < left
-
-
-def test_a_logarithmic_axis_ends_where_nobody_looks():
-    """Six decades down, or at the least number; what is below, 0 too, lies at the edge."""
-    for values, edge, told in (
-        ([5.0, 3e-4, 1e-15, 0.0], 1e-6, "1e-6"),
-        ([5.0, 2e-3, 0.0], 1e-3, "0.001"),
-    ):
-        axes = framed(2.0, top=0.2).subplots()
-        axes.plot(values)
-        logarithmic(axes)
-        assert axes.get_yscale() == "log"
-        assert axes.get_ylim()[0] == pytest.approx(edge)
-        seen = axes.lines[0].get_ydata()
-        assert seen == pytest.approx([max(value, edge) for value in values])
-        assert [text.get_text() for text in axes.texts] == [f"edge: {told} or less"]
-        numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
-        assert {"e" in number for number in numbers} == {"e" in told}  # none mixed
-
-
-def test_a_logarithmic_axis_that_shows_everything_says_nothing():
-    axes = framed(2.0, top=0.2).subplots()
-    axes.plot([5.0, 3e-4])
-    logarithmic(axes)
-    assert axes.get_ylim()[0] == pytest.approx(1.84e-4, rel=0.01)  # margins of 5 % of the decades
-    assert not axes.texts

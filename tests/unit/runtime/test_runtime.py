@@ -63,12 +63,6 @@ def test_voltage_by_hand():
     assert second == pytest.approx(100.0 + 10 * (10 * column_at_02 + column_at_1))
 
 
-def test_pd_by_hand():
-    runtime = Controller(load_design("pd-only"))
-    voltage = runtime.step({"error": 0.01, "error_rate": -0.02})
-    assert voltage == pytest.approx(7.58405 - 14.8602)
-
-
 def test_a_missing_signal_is_named():
     names = ("error", "error_rate", "deflection", "deflection_rate")
     with pytest.raises(KeyError, match="spindle_velocity"):

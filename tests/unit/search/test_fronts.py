@@ -53,11 +53,6 @@ def test_crowding_by_hand():
     assert fronts.crowding(costs).tolist() == own
 
 
-def test_a_cost_in_which_all_are_equal_says_nothing():
-    costs = np.array([[0.0, 3.0, 1.0], [1.0, 2.0, 1.0], [3.0, 0.0, 1.0]])
-    assert fronts.crowding(costs).tolist() == [np.inf, 2.0, np.inf]
-
-
 def test_spread_out_keeps_the_ends_and_drops_who_counts_least_one_by_one():
     """Areas at first are 0.01, 0.04, 0.16 and, without the second point, 0.08 and 0.16."""
     x = np.array([0.0, 0.1, 0.2, 0.6, 1.0])

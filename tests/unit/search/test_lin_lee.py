@@ -123,27 +123,8 @@ def test_mutation_moves_the_given_share_by_at_most_a_max(share):
     assert (moved > 0) == (share > 0)
 
 
-def test_without_structure_mutation_the_genes_stay():
-    search, state, rng = started(population=60, structure_mutation=0.0)
-    _, asked = search.ask(state, 1, rng)
-    parents = {tuple(gene) for gene in state.genes.tolist()}
-    assert all(tuple(gene) in parents for gene in asked.genes[40:].tolist())
-
-
 def test_half_of_the_bits_flip():
     search, state, rng = started(population=3000)
     _, asked = search.ask(state, 1, rng)
     # With alpha = 0.5 a mutated gene is a fresh draw among the 6,300 valid ones.
     assert scipy.stats.chisquare(*counts(asked.population.tree[2000:])).pvalue > 1e-3
-
-
-def test_two_inputs_have_one_structure_and_no_bits_to_cross():
-    genome = searched_of(("error", "velocity"))
-    search = LinLee(LinLeeSettings(structure_crossover=1.0), Task(genome))
-    rng = np.random.default_rng(0)
-    state, asked = search.start(rng)
-    for generation in (1, 2, 3):
-        state = search.tell(state, asked, rng.random(len(asked.genes)))
-        state, asked = search.ask(state, generation, rng)
-        assert not asked.genes.any()
-        assert not asked.population.tree.any()

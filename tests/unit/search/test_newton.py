@@ -90,7 +90,7 @@ def test_parameters_without_influence_stay_put():
     assert np.allclose(points[:, 2], start[2], atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 40, 41])
+@pytest.mark.parametrize("count", [1, 41])
 def test_any_number_of_proposals(count):
     start = RNG.standard_normal(6)
     points, damping = proposals(start, exact(start), 2.0, count)

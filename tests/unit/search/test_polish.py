@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.coordinates import chain, coordinates
-from hfc_design.search.polish import Polishable, Quadratic, polish, proposals
+from hfc_design.search.polish import Polishable, Quadratic, polish
 
 RNG = np.random.default_rng(11)
 NAMES = ("error", "deflection", "spindle_velocity")
@@ -24,7 +24,6 @@ SOME = FIRST + RNG.permutation(len(START) - FIRST)[:12]
 ROWS = np.zeros((90, len(START)))
 ROWS[:, SOME] = RNG.standard_normal((90, 12))
 OFF = ROWS[:, SOME] @ (-1.5 * START[SOME]) + 0.05 * RNG.standard_t(2, 90)
-NOTHING = np.zeros(len(START), bool)
 
 
 @pytest.fixture(autouse=True)
@@ -84,11 +83,6 @@ def test_the_sum_of_magnitudes_becomes_that_of_the_linear_program():
     assert 0.0 <= left < 0.02
 
 
-def test_without_derivatives_it_gets_better_too():
-    found = ended(task(quadratic=None), 40)[-1]
-    assert found.worth[0, 0] > 1.02 * found.first[0, 0]
-
-
 @pytest.mark.parametrize("quadratic", [derived, None])
 def test_it_never_ends_worse_in_anything_that_is_ranked(quadratic):
     """Also where what is screened says the opposite of one of two worths."""
@@ -134,17 +128,6 @@ def test_structure_and_frozen_numbers_stay():
     assert (found.tree == ONE.tree).all()
     assert (found.scales == ONE.scales).all()
     assert (found.consequents != ONE.consequents).any()
-
-
-def test_proposals_at_bounds_leave_what_is_frozen():
-    quadratic = derived(ONE, np.random.default_rng(0))
-    frozen = NOTHING.copy()
-    frozen[SOME[:3]] = True
-    points, dampings = proposals(quadratic, frozen, 1.0, 50, np.random.default_rng(1))
-    assert points.shape == (50, len(START))
-    assert dampings.shape == (50,)
-    assert (points[:, frozen] == 0.0).all()
-    assert (points[:, SOME[3:]] != 0.0).any(axis=0).all()
 
 
 def test_gains_follow_the_coordinates_as_the_chain_says():

@@ -10,13 +10,12 @@ from searches import same
 
 from hfc_design.controllers.genome import joined, replaced, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.genome import Hierarchies, from_vectors, vectors
-from hfc_design.search.loop import Search
+from hfc_design.controllers.hierarchical.genome import vectors
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategies.lin_lee import LinLeeSettings
 from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, humbled
 from hfc_design.search.strategy import Task
-from hfc_design.search.successive_halving import heats, room
+from hfc_design.search.successive_halving import heats
 
 BEST_TREE = 42
 
@@ -54,14 +53,6 @@ def test_heats_halve_down_to_one():
     assert heats(4) == [4, 2, 1]
     assert heats(3) == [3, 2, 1]
     assert heats(1) == [1]
-
-
-def test_heats_without_gauss_newton_steps_are_a_quarter_as_long():
-    """Four heats of 105 to 14 islands and four of 7 to 1: 4 / 4 + 4 parts."""
-    sizes = [room(105, 8, k / 100) for k in range(100)]
-    assert [sizes.count(size) for size in heats(105)] == [5, 5, 5, 5, 20, 20, 20, 20]
-    equal = [room(105, 105, k / 80) for k in range(80)]
-    assert [equal.count(size) for size in heats(105)] == [10] * 8
 
 
 @BOTH
@@ -127,21 +118,13 @@ def test_diverged_individuals_rank_last_and_are_counted():
     assert np.isfinite(found.history.median).all()
 
 
-@pytest.mark.parametrize(
-    ("inputs", "population"), [(2, 1), (3, 3), (4, 50), (5, 1), (6, 3), (6, 50), (2, 50)]
-)
+@pytest.mark.parametrize(("inputs", "population"), [(2, 1), (5, 1), (6, 3), (2, 50)])
 def test_race_runs_with_any_inputs_and_any_population(inputs, population):
     settings = RaceSettings(population=population, generations=12, informed=0.0)
     found = searched(settings, inputs=inputs)
     assert found.state.population.consequents.shape == (population, inputs - 1, 7, 7)
     assert len(found.history.best) == 12
     assert len(found.archive.score) == len(hierarchy.trees(inputs))
-
-
-@pytest.mark.parametrize("inputs", [3, 5, 6])
-def test_lin_lee_runs_with_other_inputs(inputs):
-    found = searched(LinLeeSettings(population=10, generations=5), inputs=inputs)
-    assert found.state.population.scales.shape == (10, inputs)
 
 
 def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
@@ -177,35 +160,13 @@ def test_culling_keeps_the_islands_with_the_best_individuals():
     assert later.score.max() == score.max()
 
 
-def test_vectors_and_back():
-    race = SuccessiveHalving(RACE, Task(genome(RACE)))
-    _, asked = race.start(np.random.default_rng(3))
-    some = taken(asked.population, np.array([5, 5, 5]))
-    points = vectors(some)
-    assert points.shape == (3, 2 + 5 + 4 * 49)
-    assert points[0, 1] == some.gains[0, 1]
-    assert points[0, 2] == some.scales[0, 0]
-    assert points[0, 7 + 49 + 7 + 2] == some.consequents[0, 1, 1, 2]
-    assert same(from_vectors(points, some), some)
-
-
-def test_search_record_is_what_a_checkpoint_needs():
-    found = searched(RACE, total=3)
-    assert isinstance(found, Search)
-    assert isinstance(found.archive.population, Hierarchies)
-    assert found.generation == 3
-
-
 @pytest.mark.parametrize(
     ("own", "double", "left"),
     [
         (10.0, 9.95, 10.0),
-        (10.0, 9.0, 9.0),
         (-10.0, -10.05, -10.0),
-        (-10.0, -11.0, -11.0),
         (-10.0, -9.0, -10.0),
         (-10.0, -np.inf, -np.inf),
-        (-np.inf, -np.inf, -np.inf),
     ],
 )
 def test_the_best_is_worth_no_more_than_its_double_whatever_the_sign(own, double, left):

@@ -10,10 +10,9 @@ from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
 from hfc_design.simulation.acceptance import MENDS, Stressed, stress_table, why_table
-from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import cases
-from hfc_design.simulation.why_not import deviations, least, widest
+from hfc_design.simulation.why_not import least, widest
 
 COUNT = 220
 SCENARIO = load_scenario(
@@ -164,30 +163,6 @@ def test_limits_and_distances_need_enough_machines():
     assert least(values, np.append(np.zeros(99, bool), [True, True])) is None
     assert widest(np.arange(99.0), np.zeros(99, bool)) is None
     assert widest(np.arange(100.0), np.zeros(100, bool)) == (99.0, 100)
-
-
-def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
-    plant = load_scenario("milling-table-circle").plant
-    some, _ = drawn(plant, 0.1, 3, 1, {"load": 5.0})
-    found = deviations(some)
-    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.actual])
-    assert np.abs(found["table_mass"]).tolist() == np.abs(masses).max(axis=0).tolist()
-    assert np.abs(found["load"]).tolist() == np.abs(some.around["load"][:, 1:]).max(axis=0).tolist()
-    half = deviations(why_not.nearer(some, 0.5))
-    assert half["load"] == pytest.approx(0.5 * found["load"])
-    assert half["table_mass"] == pytest.approx(0.5 * found["table_mass"])
-
-
-def test_a_stress_is_told_with_the_part_up_to_which_it_holds():
-    one = Stressed("a delay 1 samples longer", False, 0.5, 0.0, 0.5, "a delay 0.5", "oscillates")
-    each = [one.numbers(), one._replace(part=0.2, held="a delay 0.375").numbers()]
-    *lines, mend = stress_table(each).lines
-    assert lines == [
-        "breaks: with a delay 0.5 it oscillates; it passes with a delay 0.375",
-        "breaks: with a delay 0.5 it oscillates",
-    ]
-    assert mend == f"first step: {MENDS['delay|loop|early']}; see docs/robustness.md"
-    assert stress_table([one._replace(holds=True).numbers()]).lines == []
 
 
 def test_every_stress_has_its_own_mend():

@@ -81,12 +81,6 @@ def test_independent_values_of_the_published_drive():
     np.testing.assert_allclose(DRIVE.k2_printed([1.52, *shares]), wanted, atol=5e-4)
 
 
-def test_independent_values_of_the_faster_drive():
-    limit = FASTER.k1_printed
-    assert limit == pytest.approx(6.3933, abs=5e-5)
-    assert FASTER.k2_printed(limit / 2) == pytest.approx(4.170, abs=5e-4)
-
-
 drives = st.builds(
     lambda gain, tau, ratio: stable_range(gain, tau, ratio * tau),
     st.floats(0.1, 1000.0),
@@ -128,16 +122,6 @@ def test_multiplied_out_the_theorem_gives_the_printed_cubic_but_another_real_par
     found = (quadratic - excess - k2 * cubic) / (4 * k1 * k2 * weight)
     np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-6 * np.abs(wanted).max())
     assert wanted[0] < 0  # near z = 1 the condition fails for every K_2 > 0
-
-
-@settings(max_examples=50, deadline=None)
-@given(drives)
-def test_theorem_k1_is_where_the_frequency_response_says(drive):
-    k0, a, b = drive[:3]
-    z = np.exp(1j * np.logspace(-4, np.log10(np.pi), 4001))
-    real = (k0 * (z + a) / ((z - 1) * (z - b))).real
-    assert drive.k1_theorem == pytest.approx(-1 / real.min(), rel=1e-4)
-    assert drive.k1_theorem < drive.k1_linear
 
 
 @pytest.mark.parametrize("drive", [DRIVE, FASTER])
@@ -183,15 +167,6 @@ def test_the_range_is_no_proof_at_its_very_end():
     assert grown(6.5, 1.94, 20_000) < -100
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.floats(0.001, 50.0))
-def test_k2_falls_with_k1(ratio):
-    drive = stable_range(28.3, TAU, ratio * TAU)
-    bounds = drive.k2_printed(drive.k1_printed * np.linspace(0.001, 0.999, 60))
-    assert np.all(np.diff(bounds) <= 1e-9 * bounds[0])
-    assert bounds[0] > bounds[-1] > 0
-
-
 def test_range_answers_for_points():
     found = stable_range(28.3, TAU, T)
     assert found == DRIVE
@@ -204,12 +179,6 @@ def test_range_answers_for_points():
     for k1, k2 in [(0, 1), (-1, 1), (1, -1), (np.nan, 1), (1, np.nan), (np.inf, 1), (1, np.inf)]:
         assert not found.contains(k1, k2)
     np.testing.assert_array_equal(found.k2([8.0, 20.0]), [0.0, 0.0])
-
-
-def test_k2_has_the_shape_of_k1():
-    assert DRIVE.k2_printed(2.0).shape == ()
-    assert DRIVE.k2_printed([[1.0, 2.0, 3.0]]).shape == (1, 3)
-    assert DRIVE.k2_printed([]).shape == (0,)
 
 
 @settings(max_examples=100, deadline=None)
@@ -229,25 +198,14 @@ def test_any_numbers_give_a_range_or_one_line(gain, time_constant, sample_time):
     ("values", "where"),
     [
         ((0.0, TAU, T), "gain"),
-        ((28.3, -1.0, T), "time constant"),
         ((28.3, TAU, np.nan), "sample time"),
         ((28.3, TAU, 10.0), "sample time / time constant"),
-        ((1e20, TAU, T), "gain * sample time"),
     ],
 )
 def test_values_that_no_drive_has(values, where):
     with refused() as found:
         stable_range(*values)
     assert found.where == where
-
-
-@pytest.mark.parametrize("k1", [0.0, -1.0, np.nan, np.inf, [1.0, -2.0]])
-def test_k2_at_no_k1(k1):
-    assert np.ravel(DRIVE.k2_printed(k1))[-1] == np.ravel(DRIVE.k2(k1))[-1] == 0.0
-
-
-def test_the_range_is_plain_numbers():
-    assert [type(value) for value in DRIVE] == [float] * 7
 
 
 @pytest.mark.parametrize(("every", "tau"), [(2.1e-5, 0.021), (0.45, 0.009), (0.001, 1.0)])

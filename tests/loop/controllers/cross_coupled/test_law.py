@@ -63,24 +63,6 @@ def test_what_a_load_leaves_of_the_contour_error(angle):
     assert found == pytest.approx(((along + 100 / 10) / 4.0, across / 10.0), rel=1e-9)
 
 
-@pytest.mark.parametrize("curvature", [1 / 40.0, -1 / 40.0, 0.0])
-def test_it_pushes_where_the_contour_error_falls_fastest(curvature):
-    """Commands are -k_p e times the gradient of e by the position, from differences of it."""
-    inner = {"kind": "pid", "pid": {"k_p": 0.0, "k_i": 0.0, "k_d": 0.0}}
-    path, errors = (0.6, 0.8, curvature), np.array([0.03, 0.02])
-    error, found = step(Machine(design(inner=inner)), path, errors)
-
-    def moved(dx, dy):
-        return local_error(dx - errors[0], dy - errors[1], *path)
-
-    h = 1e-6
-    gradient = np.array([moved(h, 0) - moved(-h, 0), moved(0, h) - moved(0, -h)]) / (2 * h)
-    wanted = -6.0 * error * gradient
-    # Koren & Lo turn the normal half as far as the machine is: |e| / (2 R) is left out.
-    off = np.hypot(*(np.array(list(found.values())) - wanted)) / np.hypot(*wanted)
-    assert off <= 1.01 * 0.5 * np.hypot(*errors) * abs(curvature) + 1e-8
-
-
 @pytest.mark.parametrize("radius", [40.0, -40.0])
 def test_the_normal_is_that_of_koren_and_lo(radius):
     """C_x = sin t - e_x / (2 R), C_y = cos t + e_y / (2 R) of Koren & Lo (1991), t from x to y."""

@@ -12,7 +12,6 @@ from wording import refused
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import individuals
 from hfc_design.stability.sectors import true_sectors
@@ -60,29 +59,13 @@ def test_symmetric_tables_treat_both_directions_alike():
     assert abs(lopsided.singletons + lopsided.singletons[:, ::-1, ::-1]).max() > 1.0
 
 
-def test_a_start_inside_the_range_is_the_first_individual():
-    start = load_design("jee-koren-2004-aflc").controller
-    # At K = 10 the range is four times as wide and takes the table as it is.
-    own = genome("aflc", "plant.parameters.gain=10.0", "reference.feed_mm_min=100.0")
-    record = own.record(own.empty())
-    np.testing.assert_allclose(record["rules"]["centroids"], start.rules.centroids, atol=1e-12)
-    assert [tuple(row) for row in record["rules"]["labels"]] == list(start.rules.labels)
-    for key in ("error_terms", "error_change_terms"):
-        for mine, theirs in zip(record[key], getattr(start, key), strict=True):
-            assert mine["centre"] == pytest.approx(theirs.centre, abs=1e-12)
-            assert (mine["left"] is None) == (theirs.left is None)
-
-
 @pytest.mark.parametrize(
     ("scenario", "key", "value"),
     [
         ("c-axis-ramp", "controller", "{kind='flc'}"),
-        (CIRCLE, "controller.kind", "fuzzy"),
-        (CIRCLE, "controller.start", "nobody"),
         (CIRCLE, "controller.start", "jee-koren-2004-pid"),
         (CIRCLE, "simulation.sample_time_s", "0.005"),
         (CIRCLE, "search.preset", "lin-lee-1999"),
-        (CIRCLE, "controller.largest_integral_gain", "-1.0"),
     ],
 )
 def test_searches_that_cannot_be(scenario, key, value):
@@ -112,7 +95,7 @@ def centred(rows, columns):
     return parse_design(json.dumps(data), "start.json")
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(3, 5), (7, 3), (11, 11)])
+@pytest.mark.parametrize(("rows", "columns"), [(3, 5), (11, 11)])
 def test_a_search_varies_tables_of_any_odd_size_within_the_stable_range(rows, columns, tmp_path):
     start = centred(rows, columns)
     own, random = genome_of(start, tmp_path), np.random.default_rng(1)

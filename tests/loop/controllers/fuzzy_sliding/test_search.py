@@ -16,7 +16,6 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.st import text_of
 from hfc_design.pictures.files import image
 from hfc_design.runs import individuals
-from hfc_design.runtime.explain import explanation
 from plants import FEED_DRIVE, side_by_side
 
 CIRCLE = {"controller": {"kind": "fuzzy-sliding"}, "limits.command": 120.0}
@@ -136,16 +135,6 @@ def test_every_axis_has_its_pictures():
             assert image(drawing.figure, "svg").startswith(b"<?xml")
 
 
-@pytest.mark.parametrize("value", [0.0, 1e300])
-def test_nothing_and_far_too_much_can_be_drawn(value):
-    shown = ReportContext(side_by_side(x=FEED_DRIVE), (FEED_DRIVE.parameters(),), None)
-    signals = {"error": np.full(3, value), "error_rate": np.full(3, -value)}
-    shown = shown._replace(signals={"x": signals})
-    *_, learnt = sections(sliding().controller, shown)
-    for drawing in learnt.drawings:
-        assert image(drawing.figure, "svg")
-
-
 @pytest.mark.parametrize("name", ["beside a pid within a limit", "with what it learnt"])
 def test_structured_text_learns_as_the_runtime_does(name):
     design = EVERY[name]
@@ -161,16 +150,3 @@ def test_structured_text_learns_as_the_runtime_does(name):
 def test_every_format_has_it(target, tmp_path):
     FORMATS[target].write(sliding(100.0), tmp_path / "out")
     assert (tmp_path / "out").exists()
-
-
-def test_what_a_command_is_made_of():
-    told = explanation(
-        sliding(100.0), FEED_DRIVE, FEED_DRIVE.parameters(), ["error=30,error_rate=1000"]
-    )
-    assert told["parts"] == pytest.approx({"fuzzy": 90.0, "switching": 10.0})
-    (unit,) = told["units"]
-    assert [rule["share"] for rule in unit["rules"]] == pytest.approx([0.25] * 4)
-    assert {(rule["row"], rule["column"]) for rule in unit["rules"]} == {
-        (a, b) for a in ("SP", "MP") for b in ("SP", "MP")
-    }
-    assert told["adaptation_held"]

@@ -73,29 +73,6 @@ def test_other_terms_than_the_papers():
     assert found == pytest.approx(wanted)
 
 
-def test_column_is_the_first_input_and_row_the_second():
-    ramp = np.linspace(-1.0, 1.0, 7)
-    over_columns, over_rows = np.tile(ramp, (7, 1)), np.tile(ramp[:, None], 7)
-    # A table that only knows its columns follows the first input and ignores the second.
-    assert inferred(over_columns, 0.9, -0.9) > 0.5
-    assert inferred(over_columns, 0.9, -0.9) == pytest.approx(inferred(over_columns, 0.9, 0.3))
-    assert inferred(over_rows, 0.9, -0.9) < -0.5
-    assert inferred(over_rows, 0.9, -0.9) == pytest.approx(inferred(over_rows, -0.2, -0.9))
-
-
-def test_equal_consequents_come_out_whatever_fires():
-    for column, row in POINTS:
-        assert inferred(np.full((7, 7), 0.37), column, row) == pytest.approx(0.37, rel=1e-14)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("level", [0.0, 1.6, 40.0])
-def test_no_rule_fires_far_outside(dtype, level):
-    table = (level + TABLE).astype(dtype)
-    for column, row in [(40.0, 0.1), (0.1, 40.0), (-40.0, 40.0), (1e30, 0.0)]:
-        assert inferred(table, dtype(column), dtype(row)) == 0.0
-
-
 def test_float32_is_close_to_float64():
     for column, row in POINTS:
         single = inferred(TABLE.astype(np.float32), np.float32(column), np.float32(row))

@@ -52,15 +52,6 @@ def test_tables_along_every_tree_add_up_to_the_law():
             assert abs(wrong) < 4.5 * LINE * np.abs(slopes[k]).sum()
 
 
-def test_units_of_which_nothing_is_asked_say_nothing_to_the_root():
-    own = genome()
-    sources = hierarchy.all_sources(5).astype(int)
-    slopes, reach = np.zeros((own.structures, 5)), np.ones((own.structures, 4))
-    tables = linear_chain(sources, slopes, reach, passthrough(own.settings))
-    assert (tables[:, -1] == 0.0).all()
-    assert (np.abs(tables[:, :-1]).max(axis=(2, 3)) > 1.0).all()  # but would pass something on
-
-
 def test_laws_are_regulators_of_the_drive():
     """One that weighs some signals is SciPy's for the same weights; the PD gets its two gains."""
     scenario = load_scenario("c-axis-ramp")
@@ -77,24 +68,6 @@ def test_laws_are_regulators_of_the_drive():
         wanted = -np.linalg.solve(1.0 + b.T @ value @ b, b.T @ value @ told.a)[0]
         have = [gains.kp[k], gains.kd[k], *gains.signals[:, k]]
         assert have == pytest.approx(wanted, rel=1e-6, abs=1e-6 * abs(wanted).max())
-
-
-def test_first_individuals_stay_within_the_bounds():
-    changes = ("search.inner_limit=0.5", "search.root_limit=3.0", "search.scale_range=1.0")
-    own = genome("c-axis-ramp", *changes)
-    tree = np.repeat(np.arange(own.structures), 2)
-    found = own.informed(tree, np.random.default_rng(2))
-    assert np.array_equal(found.tree, tree)
-    assert np.abs(found.consequents[:, :-1]).max() <= 0.5
-    assert np.abs(found.consequents[:, -1]).max() <= 3.0
-    assert (found.scales == [item.scale for item in own.settings.inputs]).all()
-
-
-def test_velocities_that_are_read_twice_share_their_universe():
-    own = genome()
-    found = own.informed(np.zeros(50, int), np.random.default_rng(3))
-    assert (found.scales[:, 3] == found.scales[:, 4]).all()
-    assert len(np.unique(found.scales[:, 3])) > 40  # but for those at an end
 
 
 def test_tables_make_the_law():
@@ -116,15 +89,6 @@ def test_tables_make_the_law():
         for inputs in rng.uniform(-0.5, 0.5, (20, 5)):
             wrong = 10.0 * said(own, tables, tree, inputs) - 3.0 - slopes @ inputs
             assert abs(wrong) < 4.5 * LINE * np.abs(slopes).sum()
-
-
-def test_points_and_laws_are_one_another():
-    laws = SeedLaws(genome())
-    some = laws.fresh(50, np.random.default_rng(6))
-    small = np.abs(some.numbers[:, -2]) < laws.most
-    again = laws.laws(laws.points(some)).numbers
-    assert again[small] == pytest.approx(some.numbers[small], rel=1e-9, abs=1e-6)
-    assert (np.abs(again[:, -2]) <= laws.most).all()
 
 
 def test_a_drive_that_cannot_be_linearised_begins_at_random(monkeypatch):

@@ -6,7 +6,6 @@ import made_up
 import numpy as np
 import pytest
 from scheduled import on_linear
-from sledge import hfc
 from wording import refused, refused_command
 
 from hfc_design.controllers.genome import taken
@@ -51,47 +50,13 @@ def test_the_command_by_hand(limit):
     assert bool(held) == bool(limit)
 
 
-def test_reset_forgets_the_integral():
-    controller = Controller(made_up.hierarchy_on_linear(7))
-    names = controller._whole.kind.reads(controller.design)
-    told = dict.fromkeys(names, 0.1)
-    first = controller.step(told)
-    assert controller.step(told) != first
-    controller.reset()
-    assert controller.step(told) == first
-
-
-def test_the_shares_add_up_to_the_command(tmp_path):
-    design = made_up.hierarchy_on_linear(7)
-    (tmp_path / "design.json").write_text(design_json(design))
-    names = design.kind.reads(design.controller)
-    at = ",".join(f"{name}={0.01 * k:g}" for k, name in enumerate(names, 1))
-    done = hfc("explain", tmp_path / "design.json", "--at", at, "--at", at, "--json")
-    found = json.loads(done.stdout)
-    own = design.controller.linear
-    assert sum(found["parts"].values()) == pytest.approx(found["command"], rel=1e-12)
-    assert found["parts"]["integral"] == pytest.approx(own.ki * 0.001 * 0.01)
-    for name, gain in own.signals.items():
-        assert found["parts"][name] == pytest.approx(gain * found["signals"][name])
-    velocity = own.feed_forward.velocity * found["signals"]["reference_rate"]
-    assert found["parts"]["feed-forward of velocity"] == pytest.approx(velocity)
-    assert found["parts"]["fuzzy"] == pytest.approx(10.0 * found["units"][-1]["output"])
-    assert (
-        "feed-forward of coulomb"
-        in hfc("explain", tmp_path / "design.json", "--at", at, "--at", at).stdout
-    )
-    assert found["units_of_signals"]["reference_acceleration"] == "rad/s2"
-
-
 @pytest.mark.parametrize(
     ("key", "part"),
     [
-        ("signals", {"signals": ["torque"]}),
         ("signals", {"signals": ["deflection_rate", "rotor_velocity"]}),
         ("ranges.kp", {"ranges": {"kp": [1, 2]}}),
         ("tolerances", {"tolerances": {"error": 1.0}}),
         ("coulomb_width", {"coulomb_width": 0.0}),
-        ("kind", {"kind": "lqr"}),
     ],
 )
 def test_settings_that_cannot_be_searched_are_told_by_their_key(key, part):
@@ -105,10 +70,8 @@ def test_settings_that_cannot_be_searched_are_told_by_their_key(key, part):
     "change",
     [
         {"signals": {"torque": 1.0}},
-        {"signals": {"error": 1.0}},
         {"feed_forward": {"coulomb": 1.0}},
         {"feed_forward": {"load": "x"}},
-        {"kp": 1.0},
     ],
 )
 def test_a_file_that_is_none_is_told_in_a_line(change, tmp_path):
@@ -117,13 +80,6 @@ def test_a_file_that_is_none_is_told_in_a_line(change, tmp_path):
     (tmp_path / "mine.json").write_text(json.dumps(data))
     found = refused_command("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
     assert len(found.splitlines()) == 1
-
-
-def test_a_signal_may_be_an_input_too():
-    data = json.loads(design_json(made_up.hierarchy_on_linear(7)))
-    data["controller"]["linear"]["signals"] = {"spindle_velocity": 2.0}
-    both = Design.model_validate(data)
-    assert both.kind.reads(both.controller).count("spindle_velocity") == 1
 
 
 def test_the_paper_s_algorithm_searches_a_pd_alone():

@@ -10,7 +10,6 @@ from sledge import hfc
 from wording import refused, refused_command
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.formats import FORMATS
@@ -120,10 +119,7 @@ def test_the_shares_add_up_to_the_command_and_to_the_law(tmp_path):
     "change",
     [
         {"signals": {"torque": 1.0}},
-        {"signals": {"error": 1.0}},
-        {"feed_forward": {"coulomb": 1.0}},
         {"kp": "x"},
-        {"derivative_hz": 1.0},
     ],
 )
 def test_a_file_that_is_none_is_told_in_a_line(change, tmp_path):
@@ -146,23 +142,13 @@ def test_without_a_linear_part_it_is_refused():
     assert "controller.schedules" in found.refusal
 
 
-@pytest.mark.parametrize("name", ["fll", "fcl", "fml", "fis"])
+@pytest.mark.parametrize("name", ["fll", "fis"])
 def test_a_file_of_rules_says_what_it_lacks(name, tmp_path):
     FORMATS[name].write(made_up.scheduling(7), tmp_path / "out")
     (first, *_) = sorted((tmp_path / "out").glob("unit_*"))
     assert "output multiplies a linear law" in first.read_text()
     about = json.loads((tmp_path / "out" / "controller.json").read_text())
     assert about["scheduled"]["reads"].keys() >= about["scheduled"]["signals"].keys()
-
-
-def test_controller_m_names_every_signal(tmp_path):
-    """Those too that the scheduled law alone reads."""
-    design = made_up.scheduling(9)
-    FORMATS["fis"].write(design, tmp_path / "out")
-    lines = (tmp_path / "out" / "controller.m").read_text().splitlines()
-    (told,) = (line for line in lines if line.startswith("% Fields of signals: "))
-    named = {field.split()[0] for field in told.removeprefix("% Fields of signals: ").split(", ")}
-    assert named == set(design.kind.reads(design.controller))
 
 
 def test_units_matter_by_what_they_do_to_the_whole_command():
@@ -223,21 +209,3 @@ def population_of(gains):
         return np.asarray(value)[..., None]
 
     return one(gains)
-
-
-def test_the_drawing_is_of_the_root_s_output():
-    """Of each input, all others 0; what was a sample before is an input of its own."""
-    design = made_up.scheduling(9)
-    own = design.controller
-    names = {item.name: item.name for item in own.inputs}
-    (axes,) = schedule(own, names, dict.fromkeys(names, "rad")).figure.axes
-    assert len(axes.lines) == len(own.inputs)
-    for line, item in zip(axes.lines, own.inputs, strict=True):
-        u, found = line.get_data()
-        assert line.get_label() == f"{item.name}, 1 is {1.0 / item.scale:.3g} rad"
-        for k in range(0, len(u), 25):
-            told = dict.fromkeys(design.kind.reads(own), 0.0)
-            before = {}
-            where = before if item.name.startswith("previous_") else told
-            where[item.name.removeprefix("previous_")] = u[k] / item.scale
-            assert found[k] == pytest.approx(10.0 * root(design, told, before), rel=1e-12)

@@ -10,12 +10,6 @@ from hfc_design.files.design import Design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
-#: So narrow between flat tops that at a top one rule fires alone.
-STEEP = [
-    {"label": f"t{k}", "centre": centre, "half_width": 0.12, "rate": 1e5}
-    for k, centre in enumerate((-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0))
-]
-
 
 @pytest.fixture(scope="module")
 def genome():
@@ -83,23 +77,6 @@ def test_first_individuals_are_one_linear_law_whatever_the_tables(genome):
             assert Controller(design).step(told) == pytest.approx(expected, rel=1e-12)
 
 
-def test_shares_of_nothing_and_of_everything_are_either_law():
-    """At half the scale the first one, at rest and in fast motion the second, by the hand law."""
-    steep = genome_of(of_two_laws(NAMES[:2], terms=STEEP))
-    population, _ = two_laws(steep, [1.0, 0.0, 0.0, 1.0])
-    design = design_of(steep, population)
-    first, second = (columns(steep, population, law)[0] for law in (False, True))
-    assert np.abs(second / first - 1.0).max() > 0.1
-    width = population.first.linear[0, -2]
-    scale = population.first.fuzzy.scales[0, 0]
-    assert scale == SCALE
-    for at, law in ((0.5, first), (-0.5, first), (0.0, second), (5.0, second), (-1.0, second)):
-        for told in readings(design, 10, reference_rate=at / scale):
-            # Both laws have one width: the second one's share of Coulomb friction is whole.
-            expected = by_hand(steep, law, told, width)
-            assert Controller(design).step(told) == pytest.approx(expected, rel=1e-11)
-
-
 def test_in_between_it_is_the_weighted_average(genome):
     """Of Lin and Lee's terms, by exp and loops; the other inputs say nothing."""
     pair = genome_of(of_two_laws(NAMES[:2]))
@@ -117,50 +94,6 @@ def test_in_between_it_is_the_weighted_average(genome):
         one, other = (by_hand(pair, law, told, width) for law in (first, second))
         expected = one + share * (other - one)
         assert Controller(design).step(told) == pytest.approx(expected, rel=1e-11)
-
-
-def test_every_tree_passes_the_shares_on_to_the_root(genome):
-    """As nearly as seven terms pass a value on; which inputs come beside the way is no matter."""
-    population, _ = two_laws(genome, [1.0, 0.0, 0.0, 1.0], count=genome.structures)
-    assert genome.structures > 1
-    for k in range(genome.structures):
-        design = design_of(genome, taken(population, slice(k, k + 1)))
-        pair = (columns(genome, taken(population, slice(k, k + 1)), law)[0] for law in (0, 1))
-        first, second = pair
-        width = population.first.linear[k, -2]
-        found = []
-        for u in (0.0, 0.4, 0.8, -0.4, -0.8, 1.0):
-            for told in readings(design, 6, reference_rate=u / SCALE):
-                one, other = (by_hand(genome, law, told, width) for law in (first, second))
-                found.append((u, (Controller(design).step(told) - one) / (other - one)))
-        wanted = {u: expected_share(u, design.controller.terms) for u, _ in found}
-        assert all(abs(share - wanted[u]) < 0.12 for u, share in found), design.controller.units
-
-
-def expected_share(u, terms):
-    off = [max(abs(u - term.centre) - term.half_width, 0.0) for term in terms]
-    degrees = [np.exp(-term.rate * x**2) for term, x in zip(terms, off, strict=True)]
-    return np.average([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0], weights=degrees)
-
-
-def test_an_axis_goes_back_as_it_went():
-    """Whatever the tables, the command has the other sign where all that is read has."""
-    own = genome_of(of_two_laws(linear={}))
-    shapes = own.empty().first.fuzzy
-    tables = np.random.default_rng(4).normal(0.0, 1.0, shapes.consequents.shape)
-    every = own.empty()
-    wild = every.first._replace(fuzzy=shapes._replace(consequents=tables))
-    second = every.second * np.linspace(0.5, 2.0, every.second.shape[1])
-    every = every._replace(first=wild, second=second)
-    factors = []
-    for k in range(own.structures):
-        design = design_of(own, taken(every, slice(k, k + 1)))
-        for told in readings(design, 10):
-            back = {name: -x for name, x in told.items()}
-            commands = [Controller(design).step(x) for x in (told, back)]
-            assert commands[0] == pytest.approx(-commands[1], rel=1e-12)
-            factors.append(commands[0] / told["error"])
-    assert np.ptp(factors) > 0.0
 
 
 def test_what_the_population_does_the_design_file_does(genome):

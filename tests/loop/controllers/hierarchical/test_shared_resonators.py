@@ -6,7 +6,6 @@ import made_up
 import numpy as np
 import pytest
 from scheduled import root, says
-from sledge import hfc
 from wording import refused
 
 from hfc_design import api
@@ -57,19 +56,6 @@ def test_the_command_by_hand(limit):
         phasors = phasors * np.exp(-1j * every * np.array(FREQUENCIES)) + ~winds * steps
         held, before = held + winds.sum(), told
     assert bool(held) == bool(limit)
-
-
-def test_the_shares_add_up_to_the_command(tmp_path):
-    design = made(7)
-    (tmp_path / "design.json").write_text(design_json(design))
-    names = design.kind.reads(design.controller)
-    at = ",".join(f"{name}={0.01 * k:g}" for k, name in enumerate(names, 1))
-    arguments = ("explain", tmp_path / "design.json", "--at", at, "--at", at)
-    found = json.loads(hfc(*arguments, "--json").stdout)
-    assert sum(found["parts"].values()) == pytest.approx(found["command"], rel=1e-12)
-    assert found["parts"]["resonator of 700 rad/s"] != 0.0
-    assert not [name for name in found["scheduled"] if "resonator" in name]
-    assert "resonator of 3 rad/s" in hfc(*arguments).stdout
 
 
 def test_margins_are_those_of_the_law_that_holds_everywhere():

@@ -1,20 +1,26 @@
 """Resonators: by SciPy's filter, on a linear plant by its transfer function, at a limit."""
 
+import math
+
 import numpy as np
 import pytest
 from linear_designs import EVERY, STILL, design, filters, one, plant
 from made_up import limited, linear, resonating
 from scipy.linalg import solve_discrete_are
-from scipy.signal import cont2discrete, dlsim
 from sledge import imported
+from wording import refused
 
 from hfc_design import api
-from hfc_design.controllers.kinds import KINDS
-from hfc_design.files.design import Design
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.pid import PidGains, initial_memory, sample
+from hfc_design.core.numbers import SCALARS
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.stability.margins import margins
+from plants import FEED_DRIVE
 
 FREQUENCIES = [5.0, 20.0]
 
@@ -129,23 +135,6 @@ def test_regulators_with_resonators_are_those_of_scipy(kind, own):
         np.testing.assert_allclose(found[-size:] / unit, expected, atol=within)
 
 
-def test_the_gains_of_a_pid_make_errors_fade_and_keep_their_frequency(own):
-    """To first order: poles at exp(i w T) go inwards by T gain |error of a load of 1| / 2."""
-    made = of_sledge(
-        "pid+ff", ranges={name: [0.01, 0.01] for name in ("resonator_1", "resonator_2")}
-    )
-    record = made.record(made.empty()) | {"derivative_hz": 0.0}
-    poles = simulated_loop(record).poles()[1]
-    for found in record["resonators"]:
-        frequency = found["frequency_rad_s"]
-        gain = abs(complex(found["in_phase"], found["quadrature"]))
-        assert gain == pytest.approx(0.01 * record["kp"] * frequency)
-        rate = 0.5 * gain * abs(answer(record | {"resonators": []}, frequency * EVERY))
-        near = poles[np.argmin(np.abs(poles - np.exp(1j * frequency * EVERY)))]
-        assert -np.log(abs(near)) / EVERY == pytest.approx(rate, rel=0.05)
-        assert np.angle(near) / EVERY == pytest.approx(frequency, abs=0.1 * rate)
-
-
 def test_the_simulator_steps_the_same_law():
     """At a limit now and then, sample by sample in the runtime: the same commands."""
     mine = limited(resonating(linear("lqi", 6), 1, 3.0, 200.0), 10.0)
@@ -158,7 +147,13 @@ def test_the_simulator_steps_the_same_law():
     assert 0.0 < (np.abs(found) == 10.0).mean() < 1.0
 
 
-@pytest.mark.parametrize("degrees", [0.0, -70.0, 70.0])
+@pytest.mark.parametrize(
+    "degrees",
+    [
+        0.0,
+        -70.0,
+    ],
+)
 def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
     """A resonator of hardly any gain, turned: |L| is 1 within 1e-5 of its frequency alone.
 
@@ -185,32 +180,51 @@ def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
     assert found.delay == pytest.approx(min(waits), rel=0.01)
 
 
-def test_an_optimal_loop_is_that_of_scipy(own):
-    """LQR of a mass under viscous friction: the closed loop as SciPy solves and simulates it."""
-    api.register(imported("mine").SLEDGE)  # m dv/dt = u - 3 v, m = 2
-    every, weights = 0.01, {"error": 300.0, "error_rate": 5.0}
-    sledge = (np.array([[0.0, 1.0], [0.0, -1.5]]), np.array([[0.0], [0.5]]), np.eye(2), 0)
-    a, b, *_ = cont2discrete(sledge, every)
-    cost = np.diag([x**2 for x in weights.values()])
-    value = solve_discrete_are(a, b, cost, np.eye(1))
-    k = np.linalg.solve(1.0 + b.T @ value @ b, b.T @ value @ a)
-
-    genome = KINDS.get("lqr").genome
-    settings = {"kind": "lqr", "ranges": {name: [w, w] for name, w in weights.items()}}
-    scenario = api.load_scenario(
-        {
-            "plant": {"name": "sledge"},
-            "reference": {"kind": "step", "height": 1.0},
-            "simulation": {"duration_s": 1.0, "sample_time_s": every, "substeps": 8},
-            "controller": settings,
-        }
+def test_an_error_within_the_dead_zone_counts_as_0():
+    """By hand: 2, which no other was before, then 1 and -1 as 0, then -3."""
+    design = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
+    controller = Controller(design)
+    found = [controller.step({"error": error}) for error in (2.0, 1.0, -1.0, -3.0)]
+    integral = 8.1 * 0.01
+    assert found == pytest.approx(
+        [3.0 + 2 * integral, 2 * integral - 20.0, 2 * integral, -4.5 - integral - 30.0]
     )
-    made = genome(scenario.controller, scenario.target)
-    record = made.record(made.empty())
-    assert (record["kp"], record["kd"]) == pytest.approx(tuple(k[0]), rel=1e-9)
 
-    gains = {name: value for name, value in record.items() if name != "kind"}
-    (axis,) = api.evaluate(api.with_gains(scenario, "lqr", gains), scenario).axes
-    closed = (a - b @ k, b @ k[:, :1], np.eye(2), np.zeros((2, 1)), every)
-    outputs = dlsim(closed, np.ones(100))[1]
-    np.testing.assert_allclose(axis.motion.error, 1.0 - outputs[:, 0], atol=1e-9)
+
+def test_a_design_without_a_dead_zone_does_not_name_it():
+    assert "dead_zone" not in design_json(load_design("jee-koren-2004-pid"))
+    with refused() as found:
+        load_design("jee-koren-2004-pid", {"controller.dead_zone": -1})
+    assert "controller.dead_zone = -1" in found.refusal
+
+
+def test_law_by_hand():
+    law = AxisLaw(sample, initial_memory, 0.01)
+    memory = law.initial_memory(0.0)
+    gains = PidGains(1.5, 8.1, 0.1)
+    first, memory = law.step(SCALARS, gains, memory, {"error": 2.0})
+    assert first == pytest.approx(1.5 * 2 + 8.1 * 0.01 * 2 + 0.1 * 2 / 0.01)
+    second, _ = law.step(SCALARS, gains, memory, {"error": 1.0})
+    assert second == pytest.approx(1.5 * 1 + 8.1 * 0.01 * 3 - 0.1 * 1 / 0.01)
+
+
+def test_design_by_hand_is_the_published_one():
+    scenario = api.load_scenario("feed-drive-circle", {"simulation.duration_s": 4.0})
+    by_hand = api.with_gains(scenario, "pid", {"k_p": 1.5, "k_i": 8.1, "k_d": 0.1})
+    published = api.load_design("jee-koren-2004-pid")
+    assert by_hand.controller == published.controller
+    assert math.isclose(
+        api.evaluate(by_hand, scenario).fitness, api.evaluate(published, scenario).fitness
+    )
+
+
+CIRCLE = {"reference": {"kind": "circle", "radius_mm": 5.0, "feed_mm_min": 600.0}}
+
+
+def test_an_own_plant_needs_ranges_inside_too(own_plugins):
+    """A machine of one's own, of drives that the package has."""
+    api.register(api.side_by_side("own-table", x=FEED_DRIVE, y=FEED_DRIVE))
+    each = {"kind": "per-axis", "axes": {axis: {"kind": "pid"} for axis in "xy"}}
+    with refused() as found:
+        api.load_scenario({"plant": {"name": "own-table"}, "controller": each, **CIRCLE})
+    assert "controller.axes.x.ranges" in found.refusal

@@ -73,9 +73,7 @@ def test_one_that_diverges_stops_safely():
     ("option", "value"),
     [
         ("--training-rate", "500"),
-        ("--training-rate", "0"),
         ("--hidden", "101"),
-        ("--passes", "0"),
         ("--network", "slope=-1"),
         ("--network", "speed=1"),
         ("--start", "pd-only"),

@@ -8,19 +8,14 @@ import re
 import pytest
 from html_page import Page
 
-from hfc_design.pictures.latex import table
 from hfc_design.report.comparison.page import page
+from hfc_design.report.comparison.tables import rows
 
 
 @pytest.fixture(scope="module")
 def first(spindles):
     """It says how to compare again."""
     return page(spindles, "hfc compare <a> b")
-
-
-@pytest.fixture(scope="module")
-def second(tables):
-    return page(tables)
 
 
 @pytest.fixture
@@ -63,27 +58,15 @@ def test_the_same_comparison_gives_the_same_bytes(spindles, written):
     assert page(spindles, "hfc compare <a> b").html.decode() == written
 
 
-def test_it_is_small_and_says_what_is_compared(second, written):
-    assert len(written) < 450_000
-    assert "8 others" in written.replace("\n", " ")
-    assert "<code>hfc compare &lt;a&gt; b</code>" in written
-    other = second.html.decode()
-    assert other.count("times enlarged") == 2
-    assert "To reproduce:" not in other
-
-
-def test_labels_in_latex_are_unique_over_comparisons(first, second, spindles, tables):
-    """Of the same designs in other motions too, and captions name the motion once."""
-    fewer = spindles._replace(bouts=spindles.bouts[:1])
-    labels = []
-    each = (first, second, page(fewer))
-    for comparison, found in zip((spindles, tables, fewer), each, strict=True):
-        texts = [table(k, own, found.of, found.label) for k, own in found.tables.items()]
-        labels += [re.search(r"\\label\{(.*)\}", text)[1] for text in texts]
-        for text in texts:
-            caption = re.search(r"\\caption\{(.*)\}", text)[1]
-            assert all(caption.count(bout.name) <= 1 for bout in comparison.bouts)
-            of_designs = "the compared designs" in caption
-            assert caption.count("machines within") == (not of_designs)
-    assert len(labels) > 10
-    assert len(labels) == len(set(labels))
+def test_rows_of_every_machine(spindles):
+    head, *found = rows(spindles)
+    assert len(found) == 2 * 2 * 9
+    table = [dict(zip(head, row, strict=True)) for row in found]
+    first = spindles.bouts[0].results["pd-only"]
+    for row, k in ((table[0], 0), (table[5], 5)):
+        assert (row["design"], row["motion"]) == ("pd-only", "c-axis-ramp")
+        assert row["machine"] == k
+        assert row["spindle_inertia"] == first.machines.actual[0].spindle_inertia[k]
+    assert table[0]["rms_error_rad"] == first.nominal["rms_error_rad"]
+    assert table[5]["rms_error_rad"] == first.values["rms_error_rad"][4]
+    assert table[5]["stable"] == int(first.stable[4])

@@ -2,37 +2,16 @@
 
 import base64
 import re
-from urllib.parse import unquote
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from comparison_fixtures import HOSTILE, SOFTER
 from matplotlib.projections.polar import PolarAxes
-from read_figures import read_apart
 
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.column import in_column
-from hfc_design.pictures.figure import WIDTH
-from hfc_design.pictures.files import address, image, small_address
-from hfc_design.report import overlaid
-from hfc_design.report.comparison.plots import BAR, contours, machines, motions, ratios
+from hfc_design.report.comparison.plots import BAR, contours
 from hfc_design.report.comparison.traces import data, panels
-from hfc_design.report.errors import errors
 from hfc_design.report.plots import SHARE
-
-
-def test_panels_have_what_moved_in_readable_units(spindles):
-    bout = spindles.bouts[0]
-    shown = panels(bout)
-    units = [panel.label for panel in shown]
-    assert units == ["error [mrad]", "voltage [V]", "velocity [mrad/s]", "position [mrad]"]
-    name = "pd-only"
-    axis = bout.results[name].motion.axes[0]
-    np.testing.assert_allclose(shown[0].curves[name], 1e3 * axis.motion.error)
-    place = 1e3 * axis.motion.state.spindle_angle
-    np.testing.assert_allclose(shown[3].curves[name], place, atol=1e-9)
-    np.testing.assert_allclose(shown[3].reference, 1e3 * axis.reference)
 
 
 def test_data_of_the_page_read_back(spindles):
@@ -53,18 +32,6 @@ def test_data_of_the_page_read_back(spindles):
     longer = side._replace(motion=side.motion._replace(time=time))
     told = data(bout._replace(results={name: longer}), [])
     assert told["step"] == pytest.approx(0.002)  # two values of four samples of 1 ms
-
-
-def test_a_design_has_one_look_in_every_picture_and_needs_no_colour(spindles):
-    """On the page of a comparison, and where ``hfc plot`` draws the same designs."""
-    bout = spindles.bouts[0]
-    own = {name: one.motion for name, one in bout.results.items()}
-    each = (motions(bout, panels(bout)), overlaid.motions(own, ""), errors(own))
-    drawn = [[line.get_color() for line in figure.axes[0].lines[:2]] for figure in each]
-    assert drawn[0] == drawn[1] == drawn[2]
-    assert len(set(drawn[0])) == 2
-    dashes = [[line.get_linestyle() for line in figure.axes[-1].lines[:2]] for figure in each]
-    assert dashes == [["-", "--"]] * 3
 
 
 def test_ball_bar_draws_the_radius(tables):
@@ -102,58 +69,6 @@ def test_a_line_has_its_deviations_across_it(tables):
     assert np.abs(off).max() == pytest.approx(enlarged * 0.01 * np.abs(path.error).max(), rel=0.01)
     size = path.samples.position[0].max()
     assert np.abs(off).max() < 3 * SHARE * size
-
-
-def test_ratios_have_a_row_a_motion(spindles, tables):
-    for found in (spindles, tables):
-        figure = ratios(found)
-        left, right = figure.axes
-        labels = [label.get_text().replace("\n", "") for label in left.get_yticklabels()]
-        assert labels == [bout.name for bout in found.bouts]
-        first = found.differences[0]
-        dots = [line for line in left.lines if len(line.get_xdata()) == 1]
-        assert float(dots[0].get_xdata()[0]) == pytest.approx(first.ratio)
-        assert len([line for line in right.lines if len(line.get_xdata()) == 1]) == 2
-
-
-@pytest.mark.parametrize("width", [3.3, 88 / 25.4, 5.4])
-def test_ratios_leave_little_beside_their_labels_and_say_over_what(tables, width):
-    figure = ratios(tables)
-    if width < WIDTH:
-        in_column(figure, width)
-    figure.draw_without_rendering()
-    (axes, _), dots = figure.axes, figure.dpi
-    boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
-    assert 0 <= min(box.x0 for box in boxes) < 0.25 * dots
-    assert figure.get_supxlabel() == f"jee-koren-2004-pid / {SOFTER} [1]"
-    (words,) = [text for text in figure.texts if text.get_text() == figure.get_supxlabel()]
-    box = words.get_window_extent()
-    assert box.x0 > 0
-    assert box.y1 < min(x.get_window_extent().y0 for x in axes.get_xticklabels() if x.get_text())
-    for each in figure.axes:
-        assert len(read_apart(figure, each)) == 3
-
-
-def test_numbers_of_the_errors_of_machines_stand_apart(spindles):
-    figure = machines(spindles)
-    told = read_apart(figure, figure.axes[0])
-    assert [float(number) for number in told] == sorted(map(float, told))
-
-
-def test_a_small_picture_says_the_same(spindles):
-    figure = motions(spindles.bouts[0], panels(spindles.bouts[0]))
-    whole, small = image(figure, "svg").decode(), small_address(figure)
-    assert len(small) < 0.6 * len(address(figure))
-    picture = unquote(small.removeprefix("data:image/svg+xml,"))
-    one, other = (ElementTree.fromstring(text) for text in (whole, picture))
-    assert [x.text for x in one.iter(TEXT)] == [x.text for x in other.iter(TEXT)]
-    curves = zip(one.iter(PATH), other.iter(PATH), strict=True)
-    for before, after in curves:
-        exact, rounded = (numbers(path.get("d", "")) for path in (before, after))
-        np.testing.assert_allclose(rounded, exact, atol=0.00501)
-
-
-TEXT, PATH = "{http://www.w3.org/2000/svg}text", "{http://www.w3.org/2000/svg}path"
 
 
 def numbers(curve):

@@ -1,33 +1,13 @@
 """The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
 
-import jax
-import numpy as np
 import pytest
-from feed_genomes import CIRCLE, bred, genome
-from resuming import whole_and_in_parts
+from feed_genomes import CIRCLE
 
-from hfc_design.controllers.genome import taken
-from hfc_design.files.loop_setup import controller_of, load_design, own_scenario
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.runs import individuals
 from hfc_design.runs import run as design
 from hfc_design.simulation import compiled
 from hfc_design.simulation.evaluating import evaluate
-
-
-@pytest.mark.parametrize("kind", ["flc", "aflc"])
-def test_gains_of_the_population_are_those_of_the_design_files(kind):
-    own = genome(kind)
-    found = bred(own, count=3)
-    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}"])
-    for k in range(3):
-        gains = jax.tree.leaves(jax.tree.map(lambda leaf, k=k: leaf[..., k], own.gains(found)))
-        file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
-        read = jax.tree.leaves(controller_of(file, scenario)[1])
-        assert sum(leaf.size for leaf in read) == sum(leaf.size for leaf in gains) > 90
-        for one, other in zip(read, gains, strict=True):
-            np.testing.assert_allclose(np.squeeze(one), other, rtol=1e-12)
-
 
 SMALL = ["simulation.duration_s=4.0", "search.population=16", "search.generations=5"]
 
@@ -42,24 +22,6 @@ def run(tmp_path_factory):
         program.clear_cache()
     found = design.run(design.new_run(scenario, folder), folder)
     return found, [program._cache_size() for program in programs], folder
-
-
-def test_one_compilation_serves_all_tables(run):
-    found, compilations, _ = run
-    assert compilations == [1, 1]
-    assert found.search.generation == 5
-
-
-def test_the_run_folder_holds_the_design(run):
-    found, _, folder = run
-    stored = load_design(str(folder))
-    assert stored.controller.kind == folder.name
-    again = evaluate(stored, own_scenario(stored, str(folder)))
-    assert again.fitness == found.evaluation.fitness
-
-
-def test_stopped_and_resumed_equals_uninterrupted(tmp_path, no_baselines, known_use):
-    whole_and_in_parts(load_scenario(CIRCLE, ["controller.kind=flc", *SMALL]), tmp_path, 3)
 
 
 @pytest.fixture(scope="module")

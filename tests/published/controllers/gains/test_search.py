@@ -1,13 +1,9 @@
 """Controllers whose gains are a few numbers, by search: pd and pid."""
 
-import json
-
 import pytest
-from click.testing import CliRunner
 from resuming import whole_and_in_parts
 
 from hfc_design import api
-from hfc_design.cli import main
 
 
 @pytest.mark.parametrize(
@@ -37,24 +33,6 @@ def test_design_of_gains_ends_with_a_report_and_resumes(
         api.design(scenario.model_copy(update={"description": "other"}), tmp_path / "parts")
 
 
-def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path, known_use):
-    """The run folder holds a copy of the table, under another path."""
-    table = tmp_path / "way.csv"
-    table.write_text("time_s,reference\n0,0\n1,0.01\n")
-    scenario = api.load_scenario(
-        {
-            "reference": {"kind": "csv", "file": str(table)},
-            "controller": {"kind": "pd"},
-            "search": {"population": 4, "generations": 2},
-            "simulation": {"duration_s": 0.2},
-        }
-    )
-    assert (
-        api.design(scenario, tmp_path / "run").design
-        == api.design(scenario, tmp_path / "run").design
-    )
-
-
 def test_pid_by_search_is_no_worse_than_by_pole_placement():
     """The published gains 1.5, 8.1, 0.1 lie in the ranges; whatever the seed."""
     changes = {"controller": {"kind": "pid"}, "search.population": 32, "search.generations": 8}
@@ -62,12 +40,3 @@ def test_pid_by_search_is_no_worse_than_by_pole_placement():
         scenario = api.load_scenario("feed-drive-line", changes | {"run.seed": seed})
         published = api.evaluate(api.load_design("jee-koren-2004-pid"), scenario)
         assert api.design(scenario).evaluation.fitness > published.fitness
-
-
-def test_command_line_searches_pd(tmp_path, no_baselines):
-    run = tmp_path / "run"
-    options = ["--controller", "pd", "--population", "8", "--generations", "2", "--quiet"]
-    arguments = ["design", "c-axis-ramp", *options, "--out", str(run)]
-    done = CliRunner().invoke(main, [*arguments, "--set", "simulation.duration_s=0.5"])
-    assert done.exit_code == 0, done.output
-    assert json.loads((run / "design.json").read_text())["controller"]["kind"] == "pd"

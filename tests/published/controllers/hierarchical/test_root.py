@@ -2,15 +2,12 @@
 
 import json
 
-import numpy as np
-import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.loop_setup import load_design, own_scenario
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 
 
@@ -19,16 +16,6 @@ def adapting(name, **adaptation):
     data = json.loads(design_json(load_design(name)))
     data["controller"]["adaptation"] = adaptation
     return parse_design(json.dumps(data), "mine.json")
-
-
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
-def test_without_steps_it_is_the_design_itself(name):
-    scenario = load_scenario("c-axis-ramp-cutting", ["simulation.duration_s=1.0"])
-    fixed = evaluate(load_design(name), scenario)
-    still = evaluate(adapting(name, k_c=0.0, largest_move=1.0), scenario)
-    for part in ("error", "command"):
-        ours, theirs = (getattr(found.axes[0].motion, part) for found in (still, fixed))
-        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
 
 
 def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines, known_use):

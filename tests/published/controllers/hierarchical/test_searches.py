@@ -32,16 +32,6 @@ def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path, no_baselines
     assert own["scheduled"]["kp"] != 0.0
 
 
-@pytest.mark.parametrize("name", ["c-axis-ramp", "c-axis-ramp-cutting", "feed-drive-hierarchy"])
-def test_they_are_better_than_random_ones(name):
-    own = Problem(load_scenario(name))
-    tree = np.repeat(np.arange(own.genome.structures), 1 + 500 // own.genome.structures)
-    rng = np.random.default_rng(5)
-    ranks = [own.rank(first(tree, rng)) for first in (own.genome.informed, own.genome.fresh)]
-    good, random = (np.quantile(np.where(np.isfinite(x), x, 0.0), 0.99) for x in ranks)
-    assert good > 2.0 * random
-
-
 def test_six_inputs_have_4374990_valid_genes():
     numbers = np.arange(16**6, dtype=np.int32).reshape(16, -1)
     good = 0
@@ -49,21 +39,6 @@ def test_six_inputs_have_4374990_valid_genes():
         digits = [(chunk >> shift) & 15 for shift in range(20, -1, -4)]
         good += np.count_nonzero(valid(np.stack(digits, axis=1).astype(np.int8)))
     assert good == 4_374_990
-
-
-def test_the_page_shows_both_laws(tmp_path, known_use):
-    small = {"simulation.duration_s": 0.2, "search.population": 6, "search.generations": 4}
-    inputs = [{"name": "reference_rate", "scale": 50.0}, {"name": "error", "scale": 3000.0}]
-    own = {"inputs": inputs, "linear": {}, "schedules": True, "output_scale": 1.0}
-    scenario = api.load_scenario(
-        "c-axis-ramp", {"controller": own, "search.preset": "cma", **small}
-    )
-    found = api.design(scenario, tmp_path / "run").design
-    page = (tmp_path / "run" / "report.html").read_text()
-    assert "of the scheduled law, which the hierarchy" in page
-    assert "scheduled: kp, on the error" in page
-    assert f"{found.controller.scheduled.kp:.6g}" in page
-    assert "The factor on the scheduled law against each scaled input" in page
 
 
 def test_a_search_moves_them(tmp_path, no_baselines, known_use):

@@ -42,15 +42,6 @@ def test_a_search_finds_a_better_one(kind):
     assert found.design.kind.name == kind
 
 
-def test_each_axis_its_own():
-    """A regulator beside a PID on the axes of a feed drive, searched and read back."""
-    axes = {"x": {"kind": "lqi"}, "y": {"kind": "pid+ff"}}
-    small = {"simulation.duration_s": 1.0, "search.population": 12, "search.generations": 2}
-    changes = {**small, "controller": {"kind": "per-axis", "axes": axes}}
-    design = api.design(api.load_scenario("feed-drive-line", changes)).design
-    assert [own.controller.kind for own in design.by_axis().values()] == ["lqi", "pid+ff"]
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_start_holds_against_a_load_that_is_told(kind):
     """On the C-axis, friction and all: under a load of 5 rad/s a tenth of the error is left."""

@@ -10,16 +10,13 @@ from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     blamed_aflc,
     blamed_soflc,
-    highest_term,
-    performance_indices,
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Judge, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer
 from hfc_design.controllers.neighbours import Partition, memberships, spread
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import ZR
-from hfc_design.stability.sectors import Curve, Rectangle, true_sectors
-from hfc_design.stability.stable_range import stable_range
+from hfc_design.stability.sectors import Curve, Rectangle
 
 PS, PM, PL = 4, 5, 6
 WIDE = Rectangle(1e6, 1e6)
@@ -76,19 +73,6 @@ def test_performance_indices_are_table_2():
     np.testing.assert_array_equal(PERFORMANCE, feed_oracle.INDEX)
 
 
-@pytest.mark.parametrize(
-    ("degrees", "place"),
-    [
-        ([0, 0, 0, 0.4, 0.2, 0, 0], 3),
-        ([0, 0, 0, 0, 0, 0.4, 0.2], 5),
-        ([0, 0, 0.3, 0.3, 0, 0, 0], 3),
-    ],
-)
-def test_the_term_of_the_highest_degree_counts(degrees, place):
-    found = performance_indices(SCALARS, highest_term(SCALARS, degrees))
-    assert found == [row[place] for row in feed_oracle.INDEX]
-
-
 def test_example_1_of_jk04():
     """e(k-1) = PS, de = PS alone; then e(k) = 3 is more ZR (0.4) than PS (0.2): p = 0."""
     before = after([7.0 - 1.5, 7.0])
@@ -129,15 +113,6 @@ def test_who_is_to_blame(e, p, excess):
     assert (jk04 != jk95) is ((e > 0 and p < 0) or (excess == 0.0 and e * p > 0))
 
 
-def test_the_papers_differ_where_a_positive_error_falls_too_slowly():
-    errors = [10.0, 10.0, 18.0]
-    jk04, jk95 = after(errors), after(errors, blamed_soflc)
-    assert jk04[2][PS][ZR] > 8.0  # the smaller action was to blame
-    assert jk04[2][PM][ZR] == 16.0
-    assert jk95[2][PS][ZR] == 8.0
-    assert jk95[2][PM][ZR] > 16.0
-
-
 def test_soflc_steps_of_jk95():
     gains = gains_of((0.5, 0.2, 1.0), None)
     _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
@@ -152,7 +127,6 @@ def test_soflc_steps_of_jk95():
 @pytest.mark.parametrize(
     ("paper", "rates", "sectors", "base", "overlaps", "narrows_zero"),
     [
-        (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", None, False),
         (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5), False),
         (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5), True),
         (2004, (0.5, 0.125, 1.0), (7.2, 9.0, FIG_4), "I", (3.0, 0.5), False),
@@ -195,7 +169,7 @@ def no_gap(terms, overlap):
         assert low < right <= high
 
 
-@pytest.mark.parametrize(("base", "seed"), [("I", 0), ("I", 1), ("II", 0), ("III", 0)])
+@pytest.mark.parametrize(("base", "seed"), [("I", 0), ("III", 0)])
 def test_driven_hard_it_stays_inside(base, seed):
     k1, k2 = 1.9, 4.0
     gains = gains_of((0.5, 0.125, 4.0), Rectangle(k1, k2), base)
@@ -227,31 +201,6 @@ def test_driven_hard_it_stays_inside(base, seed):
         assert infer(SCALARS, rows[5], columns[7], table) == pytest.approx(u[5, 7], abs=1e-12)
 
 
-def test_the_order_of_the_rules_does_not_matter():
-    """Mirrored errors move the mirrored terms, whose rules come in the opposite order."""
-    errors = feed_oracle.errors(600, 5)
-    gains = gains_of(sectors=Rectangle(4.5, 5.9))
-    terms, _, table = after(errors, gains=gains)
-    mirrored_terms, _, mirrored = after([-e for e in errors], gains=gains)
-    np.testing.assert_allclose(np.array(mirrored), -np.array(table)[::-1, ::-1], atol=1e-9)
-    np.testing.assert_allclose(np.array(mirrored_terms), -np.array(terms)[::-1, ::-1], atol=1e-9)
-
-
-def test_resting_on_the_reference_moves_nothing():
-    assert after([0.0] * 5) == after([0.0])
-
-
-def test_terms_keep_the_overlap_that_they_are_told():
-    gains = gains_of(overlaps=(3.0, 0.5))
-    for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(500, 7)):
-        error_terms, change_terms, _ = table_of(memory.base(gains))
-        no_gap(error_terms, 3.0)
-        no_gap(change_terms, 0.5)
-    *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(500, 7))
-    error_terms, _, _ = table_of(memory.base(gains_of()))
-    assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough
-
-
 def test_an_error_that_leaves_zr_narrows_its_rules():
     """At 1 the rule (ZR, ZR) alone fires; 10 is more PS (0.4) than PM (0.2): a step, no more."""
     errors = [1.0, 1.0, 10.0]
@@ -265,30 +214,6 @@ def test_an_error_that_leaves_zr_narrows_its_rules():
     assert after(errors) == after([0.0])  # Table 2 alone does not consider ZR
     assert after([0.0, 0.0, 10.0], narrows_zero=True) == after([0.0])  # 0 judges nothing
     assert after([1.0, 1.0, 3.0], narrows_zero=True) == after([0.0])  # more ZR (0.4) than PS (0.2)
-
-
-def test_k2_falls_with_k1_on_straight_lines():
-    """By hand: half way from (2, 9) to (4, 5) it is 7; before the first point 9, at the end 1."""
-    curve = Curve(8.0, 8.5, ((2.0, 9.0), (4.0, 5.0), (8.0, 1.0)))
-    steepest = {1.0: 8.5, 2.5: 8.0, 3.0: 7.0, 4.0: 5.0, 5.0: 4.0, 9.0: 1.0}
-    for k1, k2 in steepest.items():
-        assert curve.k2(SCALARS, [0.5, k1, 0.1]) == pytest.approx(k2)
-
-
-def test_driven_hard_it_stays_below_the_curve_of_fig_4():
-    """Of every table that it comes to the exact gains lie in the printed range."""
-    stable = stable_range(28.3, 0.055, 0.01)
-    fine = np.linspace(0.01, 7.2, 500)
-    assert (np.interp(fine, *np.transpose(FIG_4)) <= stable.k2_printed(fine)).all()
-    gains = gains_of((0.5, 0.125, 4.0), Curve(7.2, 9.0, FIG_4), overlaps=(3.0, 0.5))
-    found = []
-    for k, (_, memory) in enumerate(stepped(gains, blamed_aflc, feed_oracle.errors(1500, 10))):
-        if k % 100 == 0:
-            own = true_sectors(*table_of(memory.base(gains)))
-            assert own.k1_low >= 0.0
-            assert own.k2 <= stable.k2(own.k1) * (1 + 1e-8)  # the oracle rounds edges
-            found.append(own.k1)
-    assert max(found) > 4.0  # where the curve allows less than at the start
 
 
 def test_an_error_within_the_dead_zone_is_none():

@@ -1,8 +1,13 @@
 """The fuzzy controller of a feed drive: by hand, the bilinear form, the forms, compensation."""
 
+import json
+
+import made_up
 import numpy as np
 import pytest
 from jk04 import CHANGE_TERMS, ERROR_TERMS, RULE_BASES, rule_labels, rule_singletons
+from shaken import shaken
+from wording import refused
 
 from hfc_design.controllers import neighbours
 from hfc_design.controllers.flc import law as flc
@@ -12,9 +17,10 @@ from hfc_design.controllers.flc.law import (
     compensate,
     infer,
 )
-from hfc_design.controllers.flc.rules import LABELS
+from hfc_design.controllers.flc.rules import LABELS, nearest_labels
 from hfc_design.controllers.neighbours import Partition
 from hfc_design.core.numbers import SCALARS
+from hfc_design.files.design import design_json, named_design, parse_design
 
 INF = float("inf")
 
@@ -63,14 +69,6 @@ def test_command_by_hand():
     assert first == pytest.approx((0.4 * 0 + 0.2 * 16) / 0.6)  # ZR/PM -> ZR, PS/PM -> PM
     # At e = 4: ZR 0.2, PS 0.4; de = 1: ZR 0, PS 0.5. PS/PS -> PM = 16.
     assert second == pytest.approx(0.4 * 0.5 * 16 / (0.6 * 0.5))
-
-
-def test_four_rules_by_hand():
-    """e = 3 is ZR 0.4 and PS 0.2; de = 0.75 is ZR 0.25 and PS 0.25."""
-    degrees = memberships(ERROR_TERMS, 3.0), memberships(CHANGE_TERMS, 0.75)
-    found = infer(SCALARS, *degrees, rule_singletons("II"))
-    # Table 5: ZR/ZR 0, ZR/PS 8, PS/ZR 8, PS/PS 16.
-    assert found == pytest.approx((0.4 * 8 + 0.2 * (8 + 16)) / (2 * 0.6))
 
 
 def test_where_no_rule_fires_there_is_no_action():
@@ -159,13 +157,71 @@ def test_compensation_of_jk95_at_rest():
     assert found == [-9.0, 0.0, 0.0, 0.0, 9.0]
 
 
-def test_compensation_shifts_every_singleton():
-    """JK04 eq. 29: adding u_d to all singletons adds it to the action."""
-    signals = {"error": 10.0, "velocity": 300.0}
-    law = flc.flc("PD", 0.01)
-    memory = law.initial_memory(0.0)
-    found, *_ = law.sample(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
-    u_d = 0.05 * 9 - 1.16 * 3 + 6.54
-    shifted = gains_of()._replace(singletons=[[u + u_d for u in r] for r in rule_singletons("I")])
-    expected, *_ = law.sample(SCALARS, law, shifted, memory, signals)
-    assert found == pytest.approx(expected)
+FLC = "jee-koren-2004-flc"
+
+
+def parsed(design, **rules):
+    """The design after other rules were written into its file."""
+    data = json.loads(design_json(design))
+    data["controller"]["rules"] |= rules
+    for key in [key for key, value in rules.items() if value is None]:
+        del data["controller"]["rules"][key]
+    return parse_design(json.dumps(data), "mine.json").controller.rules
+
+
+def test_labels_may_be_left_out_and_follow_from_the_numbers():
+    """JK04 Table 3: the heights of the seven labels are 1, 1/2, 1/4 of the largest."""
+    own = named_design(FLC)
+    assert parsed(own, labels=None) == own.controller.rules
+    found = parsed(made_up.fuzzy("flc", 1, 2, 3), labels=None, centroids=[[-9, 0, 1], [4, 2.6, 9]])
+    assert found.labels == (("NL", "ZR", "ZR"), ("PM", "PS", "PL"))
+
+
+def test_a_larger_label_cannot_have_a_smaller_number():
+    own = named_design(FLC)
+    table = [list(row) for row in own.controller.rules.centroids]
+    table[1][2] = 9.0  # an NM above the PS of 8
+    with refused() as found:
+        parsed(own, centroids=table)
+    assert "controller.rules.labels.1.2 = 'NM' is 9" in found.refusal
+    assert parsed(own, centroids=table, labels=None).labels[1][2] == "PS"
+    table[1][2] = -9.0  # between its neighbours
+    assert parsed(own, centroids=table).labels == own.controller.rules.labels
+
+
+def test_a_named_singleton_is_one_number():
+    own = made_up.named(2, 2, 3)
+    rules = own.controller.rules
+    assert parsed(own, centroids=None) == rules
+    table = [list(row) for row in rules.centroids]
+    table[1][0] += 1.0
+    with refused() as found:
+        parsed(own, centroids=table)
+    assert "rules.centroids.1.0 = " in found.refusal
+    with refused() as found:
+        parsed(own, labels=[["PL"] * 3] * 2)
+    assert "rules.labels.0.0 = 'PL'" in found.refusal
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rules": {"centroids": [[0.0] * 3] * 4}},
+        {"names": {"error": "a", "output": "A"}},
+        {"names": {"error": "e; DROP"}},
+    ],
+)
+def test_shapes_and_names_that_do_not_fit(change):
+    data = json.loads(design_json(made_up.fuzzy("flc", 1, 5, 3)))
+    data["controller"] |= change
+    with refused() as found:
+        parse_design(json.dumps(data), "mine.json")
+    assert f"controller.{next(iter(change))}" in found.refusal
+
+
+def test_a_number_between_two_labels_has_the_lower_one_of_both():
+    """12 of 32 is as near to 8 as to 16, but for its last bits."""
+    for largest, between in shaken(32.0, 12.0):
+        assert nearest_labels([[-largest, -between, between, largest]]) == [
+            ["NL", "NM", "PS", "PL"]
+        ]

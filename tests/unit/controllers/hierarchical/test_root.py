@@ -67,24 +67,6 @@ def test_one_rule_by_hand(before, now, move):
     np.testing.assert_allclose(moved(samples, [[0.5] * 7] * 7), wanted, atol=1e-15)
 
 
-@pytest.mark.parametrize(("before", "guilty", "move"), [(PM, 2, +0.1), (NS, 5, -0.1)])
-def test_only_the_rule_on_the_wrong_side_of_the_output_moves(before, guilty, move):
-    table = [[float(j) for j in range(7)]] * 7  # column 2 says 2, column 5 says 5, output 3.5
-    samples = [(one(before), one(2, 5), one(1)), (one(before), one(2, 5), one(1))]
-    wanted = np.zeros((7, 7))
-    wanted[1][guilty] = move
-    np.testing.assert_allclose(moved(samples, table), wanted, atol=1e-15)
-
-
-def test_a_rule_of_less_than_its_share_neither_moves_nor_counts():
-    table = [[100.0, 2.0, 2.0, 2.0, 2.0, 2.0, -100.0]] * 7
-    column = [0.02, 0.0, 0.0, 1.0, 0.0, 0.0, 0.02]  # 1.9 % of the firing each, 1 / 49 is 2.04 %
-    wanted = np.zeros((7, 7))
-    wanted[3][3] = 0.1
-    samples = [(one(PM), column, one(3)), (one(PM), column, one(3))]
-    np.testing.assert_allclose(moved(samples, table), wanted, atol=1e-15)
-
-
 class Transcribed:
     """JK04's judgement on the root as loops and ifs; moves the table it is given."""
 
@@ -173,29 +155,6 @@ def test_equals_a_plain_transcription(names, adaptation, scale, seed):
     assert np.abs(np.array(plain.now) - table).max() > 0.1  # it did learn
 
 
-def test_driven_hard_every_consequent_stays_within_its_bound():
-    random = np.random.default_rng(3)
-    table = random.uniform(-1.0, 1.0, (7, 7))
-    law, widest = Adaptation(k_c=0.7, largest_move=0.3), 0.0
-    memory = root_unit.initial_memory(0.0)
-    for _ in range(2000):
-        in_error, *inputs = (oracle.memberships(u) for u in random.uniform(-1.0, 1.0, 3))
-        now, memory = root_unit.step(SCALARS, law, memory, in_error, table.tolist(), *inputs)
-        widest = max(widest, np.abs(now - table).max())
-    assert widest == pytest.approx(0.3, abs=1e-15)
-
-
-def test_runtime_forgets_what_it_learnt():
-    design = adapting("lin-lee-1999-table-2", k_c=0.1, largest_move=1.0)
-    runtime = Controller(design)
-    signals = dict.fromkeys(("deflection", "deflection_rate", "spindle_velocity"), 0.0)
-    signals |= {"error": 0.01, "error_rate": 0.0}
-    first, second = runtime.step(signals), runtime.step(signals)
-    assert second > first + 0.5  # too small an output for an error that stays
-    runtime.reset()
-    assert runtime.step(signals) == first
-
-
 def test_the_file_holds_only_what_is_there():
     assert "adaptation" not in design_json(load_design("lin-lee-1999-table-1"))
     for adaptation in (ADAPTING, ADAPTING | {"error_scale": 500.0}):
@@ -208,12 +167,8 @@ def test_the_file_holds_only_what_is_there():
 @pytest.mark.parametrize(
     "adaptation",
     [
-        {"k_c": -1.0, "largest_move": 1.0},
         {"k_c": 1e-4},
         {"k_c": 1e-4, "largest_move": 0.0},
-        {"k_c": "fast", "largest_move": 1.0},
-        ADAPTING | {"error_scale": 0.0},
-        ADAPTING | {"k_a": 0.5},
         3.0,
     ],
 )

@@ -17,7 +17,6 @@ from hfc_design.controllers.hierarchical.tree import (
     decode,
     reachable,
     trees,
-    unit_count,
 )
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
 from hfc_design.core.numbers import SCALARS
@@ -103,14 +102,6 @@ def test_every_gene(inputs, genes, good):
     assert set(decoded) == {None, *trees(inputs)}
 
 
-def test_valid_agrees_with_decode_for_six_inputs():
-    genes = np.random.default_rng(1).integers(0, 16, (3000, 6))
-    found = valid(genes)
-    assert 500 < found.sum() < 1100  # 26 % of them
-    assert found.tolist() == [decode(gene) is not None for gene in genes.tolist()]
-    assert found.tolist() == [reduced(gene) is not None for gene in genes.tolist()]
-
-
 # Inputs in the paper's order: e, delta, ddelta/dt, omega_c(t), omega_c(t-1) = 0 .. 4.
 E_, DELTA, RATE, NOW, BEFORE = range(5)
 
@@ -172,10 +163,6 @@ def test_unit_with_one_input_passes_it_on():
     assert decode([0, 1, 1]) == (Unit(1, 1, 2), Unit(0, 3, 0))
 
 
-def test_number_of_units():
-    assert [unit_count(inputs) for inputs in range(2, 7)] == [1, 2, 4, 8, 16]
-
-
 @pytest.mark.parametrize("gene", [[8, 0, 0, 0, 0], [-1, 0, 0], [0, 2, 1]])
 def test_gene_out_of_range_is_refused(gene):
     with refused(ValueError):
@@ -188,16 +175,6 @@ def test_number_of_inputs_out_of_range_is_refused(inputs):
         trees(inputs)
     with refused(ValueError):
         decode([0] * inputs)
-
-
-@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
-def test_every_source_of_a_tree_is_reachable(inputs):
-    found = reachable(inputs)
-    for tree in trees(inputs):
-        for unit, (columns, rows) in zip(tree, found, strict=True):
-            assert unit.column in columns
-            assert unit.row in rows
-    assert [len(columns) for columns, _ in found][-1] <= 2
 
 
 @pytest.mark.parametrize(("inputs", "used"), [(4, 2), (5, 3), (6, 4)])
@@ -283,25 +260,3 @@ def test_a_design_has_the_inputs_that_its_tree_reads():
             for law, x in ((own, record.law_gains()), (whole, gains))
         )
         assert told == pytest.approx(float(wanted), rel=1e-12)
-
-
-def test_more_inputs_than_there_are_cannot_be_used():
-    with refused(ValueError):
-        searched_of(NAMES, used=5)
-
-
-def test_the_universe_fills_the_cube():
-    points = _universe(5)
-    assert points.shape == (5, 128, 1)
-    assert np.abs(points.mean(axis=1)).max() < 0.05
-    assert np.abs(points).max() <= 1.0
-
-
-def test_beside_a_large_linear_part_no_unit_matters():
-    genome, found = population()
-    loud = found._replace(gains=1e6 * np.ones_like(found.gains))
-    some = record_of(genome, taken(found, slice(1)))
-    assert units_that_matter(some, genome.gains(loud)).max() == 0
-    silent = found._replace(gains=np.zeros_like(found.gains))
-    alone = units_that_matter(some, genome.gains(silent))
-    assert (alone >= units_that_matter(some, genome.gains(found))).all()

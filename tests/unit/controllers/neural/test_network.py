@@ -7,27 +7,10 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.neural.law import NeuralGains, Weights, changes, neural, passed
+from hfc_design.controllers.neural.law import NeuralGains, Weights, neural
 from hfc_design.controllers.neural.record import NeuralDesign, command, drawn, inputs_of, trained
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import checked
-
-RATE, SLOPE = 0.3, 0.7
-STILL = Weights([[0.0] * 3] * 5, [[0.0] * 6] * 2)
-
-
-def network(seed=0):
-    """Two inputs, five hidden units, two outputs."""
-    random = np.random.default_rng(seed)
-    return Weights(random.normal(size=(5, 3)).tolist(), random.normal(size=(2, 6)).tolist())
-
-
-def test_momentum_keeps_a_share_of_the_move_before():
-    weights, answer = network(), passed(SCALARS, network(), SLOPE, [0.4, -1.1])
-    alone = changes(SCALARS, weights, STILL, answer, [1.0, 0.5], RATE, 0.9, SLOPE)
-    again = changes(SCALARS, weights, alone, answer, [1.0, 0.5], RATE, 0.9, SLOPE)
-    for one, two in zip(alone, again, strict=True):
-        np.testing.assert_allclose(np.array(two), 1.9 * np.array(one), rtol=1e-12)
 
 
 def test_two_samples_of_the_law_by_hand():
@@ -50,16 +33,6 @@ def test_two_samples_of_the_law_by_hand():
     assert after.weights.output[0] == pytest.approx(
         [w + 0.5 * (w - v) for w, v in zip(output, [3.0, -1.0], strict=True)], rel=1e-14
     )
-
-
-def test_first_weights_are_uniform_and_the_seed_s():
-    found = [drawn(100, seed) for seed in (0, 0, 1)]
-    assert found[0] == found[1] != found[2]
-    values = np.concatenate([np.ravel(found[0].hidden), found[0].output])
-    assert values.size == 401
-    assert abs(values).max() <= 1.0
-    assert abs(values.mean()) < 0.1
-    assert values.std() == pytest.approx(1.0 / np.sqrt(3.0), rel=0.05)
 
 
 def design(**changes):

@@ -29,15 +29,6 @@ def test_the_aflc_follows_better_each_turn():
     assert error["aflc"][2] < error["aflc"][0] < error["flc"][0]
 
 
-def test_reset_forgets_what_was_learned():
-    controller = Controller(DESIGNS["jee-koren-2004-aflc"])
-    errors = [3.0, 9.0, 15.0, 20.0, 12.0, 6.0]
-    first = [controller.step({"error": e}) for e in errors]
-    assert [controller.step({"error": e}) for e in errors] != first
-    controller.reset()
-    assert [controller.step({"error": e}) for e in errors] == first
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_built_in_designs_are_as_published(name):
     record = DESIGNS[name].controller
@@ -58,28 +49,17 @@ def test_built_in_designs_are_as_published(name):
     ("key", "value"),
     [
         ("error_terms.4.left", 8.0),
-        ("error_terms.4.left", 5.0),
-        ("error_terms.4.left", -1.0),
         ("error_change_terms.2.right", 0.5),
-        ("error_terms.0.left", -30.0),
         ("error_terms.3.right", None),
         ("error_terms.3.label", "PS"),
-        ("error_terms.3.label", "X X"),
         ("error_terms", []),
         ("rules.labels.2.1", "BIG"),
         ("rules.labels", [["ZR"] * 7] * 6),
         ("rules.centroids.3", [0.0] * 8),
-        ("rules.centroids.6", [0.0] * 5),
-        ("rules.centroids", [[0.0] * 7] * 6),
         ("rules.centroids.3.3", float("inf")),
-        ("integral_gain", "much"),
-        ("adaptation.k_a", -0.5),
         ("adaptation.k_b", 2.0),
         ("adaptation.stable_range.k1_max", 0),
-        ("adaptation.smallest_overlap.error_change", 2.0),
-        ("adaptation.smallest_overlap.error", 0.0),
         ("low_velocity", {**X_AXIS, "forward": [1.0]}),
-        ("form", "PD"),
     ],
 )
 def test_design_files_that_cannot_run(key, value):

@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.numbers import readable
-from hfc_design.report.comparison.tables import difference_row, failures, lines
-from hfc_design.simulation.comparison import (
-    Comparison,
-    DesignStatistics,
-    MotionComparison,
-    _differences,
-)
+from hfc_design.report.comparison.tables import lines
+from hfc_design.report.comparison.traces import extremes
+from hfc_design.simulation.comparison import DesignStatistics, MotionComparison
 
 ERROR = "rms_error_rad"
 TOLD = {ERROR: "root mean square of the tracking error [rad]"}
@@ -59,37 +54,6 @@ def test_lines_by_hand():
     ]
 
 
-def test_equal_ones_are_not_marked():
-    assert all(line.best == [] for line in lines(bout(a=side([1.0]), b=side([1.0]))))
-    (*_, median, _) = lines(bout(a=side([1.0]), b=side([1.0]), c=side([2.0])))
-    assert median.best == [0, 1]
-
-
-def test_a_difference_as_a_row():
-    a, b = side([1.0] * 40), side([4.0] * 40, [True] * 30 + [False] * 10)
-    (found,) = _differences([bout(a=a, b=b)])
-    assert difference_row(found) == [
-        *("0.25 (0.25–0.25)", "40 of 40 (91–100 %)", "< 0.0001", "30", "10, 0", "0")
-    ]
-    (other,) = _differences([bout(a=b, b=side([1.0] * 40))])
-    assert difference_row(other)[0] == "4 (4–∞)" or other.ratio_interval[1] == 4.0
-    (none,) = _differences([bout(a=side([1.0] * 6, [False] * 6), b=side([1.0] * 6))])
-    assert difference_row(none)[0] == "∞ (∞–∞)"
-
-
-def test_failures_are_said():
-    lost = {
-        "a": side([1.0] * 3, [True, False, False]),
-        "b": side([1.0] * 3, [False] * 3, nominal_stable=False),
-        "c": side([1.0] * 3),
-    }
-    found = Comparison(
-        {}, 0.2, 0, 3, [bout(**lost)._replace(scenario=load_scenario("c-axis-ramp"))], [], []
-    )
-    (told,) = failures(found)
-    assert told == "not stable in m: a on 2, b on 3 and the nominal of 3 machines"
-
-
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
     def scored(value, ranges):
         values = {ERROR: np.ones(2), "fitness": np.full(2, value)}
@@ -111,3 +75,25 @@ def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
         f"lucky in m: fitness is chaotic: {repeats}, it ranges from 362 to 511",
         f"lost in m: fitness is chaotic: {repeats}, it ranges from diverged to 511",
     ]
+
+
+@pytest.mark.parametrize("count", [1, 7, 1200, 1201, 10_000, 12_345])
+def test_no_extreme_is_lost(count):
+    values = np.random.default_rng(count).normal(size=count)
+    found, size = extremes(values)
+    assert len(found) <= 1200 or size == 1
+    assert found.min() == values.min()
+    assert found.max() == values.max()
+    for k in range(0, len(found) - 1, 2) if size > 1 else ():
+        own = values[k // 2 * size : (k // 2 + 1) * size]
+        assert set(found[k : k + 2]) == {own.min(), own.max()}
+        if own.argmin() != own.argmax():
+            assert (found[k] == own.min()) == (own.argmin() < own.argmax())
+
+
+def test_what_has_run_away_is_a_gap():
+    values = np.arange(6000.0)
+    values[3001:] = np.nan
+    found, _ = extremes(values)
+    assert np.nanmax(found) == 3000.0
+    assert np.isnan(found[602:]).all()
