@@ -128,7 +128,7 @@ def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path):
 def test_its_velocity_filter_is_told_by_its_frequency_or_its_time_constant():
     """A lag of the first order keeps exp(-T / tau) of its state in a sample."""
     design = with_gains("positioning-stage-move", "pid+ff", {"kp": 1.0, "derivative_s": 0.002})
-    assert design.controller.kept == pytest.approx(exp(-0.001 / 0.002))
+    assert design.controller.filter_pole == pytest.approx(exp(-0.001 / 0.002))
     assert design.controller.derivative_hz == pytest.approx(79.577, abs=1e-3)
 
 

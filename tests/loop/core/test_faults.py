@@ -70,7 +70,7 @@ TWO = ["pd-only", "lin-lee-1999-table-2"]
         (lambda: hfc.picture("lin-lee-1999-table-2", "surface", "u"), "unit='u'"),
         (
             lambda: hfc.identify("x.csv"),
-            "which machine is it? say plant=, scenario= or cont",
+            "the machine is missing",
         ),
         (lambda: hfc.identify("x.csv", "c-axis", axis="x"), "axis='x'"),
         (lambda: hfc.usable("pd-only", RAMP, machines="20"), "machines='20'"),

@@ -9,7 +9,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.motion.contour import (
     local_error,
 )
-from hfc_design.objectives.measures import measure
+from hfc_design.objectives.metrics import metric
 from hfc_design.simulation.evaluating import evaluate
 
 SPEEDS = "spindle_velocity", "rotor_velocity"

@@ -123,7 +123,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(lone):
         "The controller",
         "Its units",
         "The loop",
-        "How to run it again",
+        "How to reproduce it",
     ]
     assert text.index("<figure>") < text.index("<table>")
     assert "generations of the search" not in text

@@ -270,5 +270,5 @@ def test_where_a_log_shows_no_mode_none_is_tried():
     assert (min(at), max(at)) == (200.0, 250.0)
     assert sum("before the encoder" in one.name for one in told) == 4
     at_the_drive = found(mode_inertia=[0.1], unknown_above_hz=200.0, encoder_at="drive").stress
-    assert [one.name for one in at_the_drive] == [one.name for one in told if "moves" in one.name]
+    assert [one.name for one in at_the_drive] == [one.name for one in told if "moving" in one.name]
     assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress

@@ -76,7 +76,7 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
             getattr(sure, end) / sure.value - 1.0,
             rtol=0.01,
         )
-    assert note == "held where it began: pull; the log tells others only beside it"
+    assert note == "fixed at its start value: pull; the log determines others only relative to it"
 
 
 def test_no_last_bit_decides_which_of_two_is_named_first():

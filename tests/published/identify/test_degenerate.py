@@ -68,4 +68,4 @@ def test_a_machine_that_cannot_be_is_not_found():
     k = int(np.argmax(edge))
     assert known.state[k] == BOUND
     assert np.isnan([known.low[k], known.high[k]]).all()
-    assert note.startswith(f"{one.free.names[k]}: at the least or most")
+    assert note.startswith(f"{one.free.names[k]}: at its lowest or highest")

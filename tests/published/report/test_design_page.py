@@ -30,7 +30,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):
         "What it does",
         "How good it is",
         "On other machines",
-        "What would give a yes, each alone",
+        "Changes that would give a yes, each on its own",
         "The controller",
         "Its units",
         "The loop",

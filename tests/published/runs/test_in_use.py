@@ -68,7 +68,7 @@ def test_two_designs_at_once(tmp_path):
         said = [process.communicate(timeout=120)[1] for process in both]
         if out and 2 in (found := [process.returncode for process in both]):
             assert sorted(found) == [0, 2]  # the first had ended before the second began
-            assert "already holds a run" in "".join(said)
+            assert "already has a run" in "".join(said)
             continue
         assert sorted(process.returncode for process in both) == codes, said
         if out:

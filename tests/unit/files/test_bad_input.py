@@ -81,7 +81,7 @@ COMMANDS = {
     "score no-such-design": "no-such-design",
     "score pd-only --scenario no-such": "no-such",
     "export pd-only --to csv --out t": "design pd-only is of kind pd",
-    "design --resume": "--resume needs --out DIR and nothing else",
+    "design --resume": "--resume takes only --out DIR",
     "design --resume --out .": "--out .",
 }
 

@@ -94,7 +94,7 @@ MOVE = {
     [
         (
             {"simulation.sample_time_s": 0.05, "sensors.velocity": "tachometer"},
-            ["30 samples; below 80 "],
+            ["30 samples; with fewer than 80 "],
         ),
         ({"simulation.sample_time_s": 0.01}, ["observer_hz = 150 [Hz]", "50 Hz"]),
         ({"sensors.observer_hz": 2000.0}, ["observer_hz = 2000 [Hz]", "500 Hz"]),
@@ -108,7 +108,7 @@ MOVE = {
         ({"sensors.encoder_resolution": 0.04}, ["[mm]", "0.012 mm rms", "tolerances.rms_error"]),
         (
             {"sensors.encoder_resolution": 1.0, "fitness": {"kind": "lin-lee"}},
-            ["encoder_resolution = 1 [mm]", "60 mm in all, 60 such steps"],
+            ["encoder_resolution = 1 [mm]", "60 mm in total, only 60 such steps"],
         ),
     ],
 )

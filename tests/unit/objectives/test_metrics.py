@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from hfc_design.objectives.metrics import meanings, metrics
-from plants import C_AXIS
+from hfc_design.motion.phases import settled_samples
+from hfc_design.objectives.metric import ALONE, AxisRecord, MotionRecord
+from hfc_design.objectives.tables import columns, values
+from plants import C_AXIS, Machine
 
 
 def measured(error, speed=None, commanded=None, error_rate=None, command=None, **options):

@@ -28,7 +28,7 @@ def test_same_run_gives_the_same_bytes(report):
 def test_adapted_table_is_that_of_a_plain_transcription(report):
     scenario, result, _, _ = report[0]
     design, own = result.design, result.evaluation
-    title = "What the adaptation made of it"
+    title = "Result of the adaptation"
     titles = [section.title for section in sections(design, own, scenario)]
     if design.controller.kind == "flc":
         assert title not in titles
