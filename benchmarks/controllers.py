@@ -22,8 +22,8 @@ from designs import CROSS_COUPLED, NEURAL, design_of
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.files.loop_setup import controller_of
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of
 from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop

@@ -1,8 +1,8 @@
 """The designs that the benchmarks run: those that are built in, and two that are made here."""
 
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import load_design
-from hfc_design.simulation.teaching import taught
+from hfc_design.files.loop_setup import load_design
+from hfc_design.simulation.imitation import taught
 
 NEURAL, CROSS_COUPLED = "neural-huang-soc", "cross-coupled-huang-pid"
 #: Of hfc train on the page of learning.

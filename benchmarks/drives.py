@@ -23,8 +23,8 @@ from numpy.typing import DTypeLike
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.evaluating import evaluate
 
 DESIGNS = {"huang-pid": "milling-table-circle", "lin-gai-2009-pid": "five-axis-program"}

@@ -11,8 +11,8 @@ from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
 from hfc_design.controllers.hierarchical.record import layout_of
+from hfc_design.files.loop_setup import controller_of, load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop

@@ -18,8 +18,8 @@ import report
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.files.loop_setup import controller_of, load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 

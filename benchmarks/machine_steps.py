@@ -9,8 +9,8 @@ import numpy as np
 
 from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import axes_of
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import axes_of
 from hfc_design.formats import code
 from hfc_design.motion.contour import local_error
 from hfc_design.runtime import Machine
@@ -35,7 +35,7 @@ void run(int count, const sample *samples, {name}_real *commands)
 def moments(design: Design, scenario: str) -> list[tuple[dict[str, dict[str, float]], Any]]:
     """What the controller saw at every sample of a closed loop: signals of each axis, the path."""
     found = load_scenario(scenario)
-    told = {axis.name: axis.told() for axis in evaluate(design, found).axes}
+    told = {axis.name: axis.sensed() for axis in evaluate(design, found).axes}
     path = found.samples().path
 
     def seen() -> Iterator[tuple[dict[str, dict[str, float]], Any]]:

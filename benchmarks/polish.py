@@ -30,7 +30,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.runs.polishing import PolishTask
 from hfc_design.runs.problem import Problem
 from hfc_design.search import polish
-from hfc_design.search.by_numbers import chain, coordinates
+from hfc_design.search.coordinates import chain, coordinates
 from hfc_design.search.loop import generations, searcher
 from hfc_design.simulation import population as simulate
 

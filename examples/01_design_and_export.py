@@ -1,4 +1,4 @@
-"""Design a controller for the C-axis, look at what it does, and write it for other programs.
+"""Design a controller for the C-axis, examine it, and export it to other programs.
 
 In this folder::
 

@@ -1,4 +1,4 @@
-"""An own plant: a table on a belt, and a fuzzy hierarchy designed for it.
+"""A plant of your own: a table on a belt, and a fuzzy hierarchy designed for it.
 
 In this folder::
 

@@ -1,4 +1,4 @@
-"""An own controller: PI on the position around P on the velocity, its gains searched.
+"""A control law of your own: a PI position loop around a P velocity loop, with searched gains.
 
 In this folder::
 

@@ -1,4 +1,4 @@
-"""An own fitness: a small largest error, for as little change of the command as possible.
+"""A fitness of your own: a small largest error with little change of the command.
 
 In this folder::
 

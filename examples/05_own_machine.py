@@ -1,7 +1,7 @@
-"""An own machine: a carriage (x, mm) with a rotary table on it (c, deg) that push one another.
+"""A machine of your own: a carriage (x, mm) and a rotary table on it (c, deg) push one another.
 
-The table has a heavy part off its axis: where it turns, that pulls at the carriage; where the
-carriage accelerates, it turns the table. In this folder::
+The table has a heavy part off its axis: when the table turns, this part pulls at the carriage;
+when the carriage accelerates, it turns the table. In this folder::
 
     python 05_own_machine.py [GENERATIONS]
     hfc design turning_table.toml --plant 05_own_machine:MACHINE

@@ -1,7 +1,9 @@
-"""An own kind of controller: PD beside a friction table over the speed, which it learns.
+"""A kind of controller of your own: a PD and a friction table over the speed, which it learns.
 
-Seven points of a table that start at zero; those that act learn from the error. Its three gains are
-searched, its table is saved, on the machine too, and it is exported to C. In this folder::
+The table has seven points, which start at zero; active points learn from the error. The three gains
+are searched, the table is saved (on the machine too), and the controller is exported to C.
+
+In this folder::
 
     python 06_own_kind.py [GENERATIONS]
     hfc design c-axis-ramp-cutting --controller 06_own_kind:FrictionTable

@@ -23,8 +23,8 @@ from hfc_design.controllers.genome import taken
 from hfc_design.controllers.kind import kinds
 from hfc_design.core.records import UserError
 from hfc_design.runs.individuals import design_of, genome_of
+from hfc_design.simulation.acceptance import YES
 from hfc_design.simulation.evaluating import Evaluation
-from hfc_design.simulation.in_use import YES
 
 #: Scenarios to begin with; circles and programs have several axes.
 BASES = (

@@ -21,7 +21,7 @@ from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.repeats import range_told
+from hfc_design.simulation.repeats import range_text
 
 Floats = NDArray[np.float64]
 COLORS = (OTHER, OWN, "#009E73", "#7A3E9D")
@@ -109,7 +109,7 @@ def _median(side: Sequence[float | None]) -> Ranged | None:
 def chaotic(batch: Batch) -> str:
     """The fitness of every run that a millionth of the command moves by more than 1 %."""
     found = {run.settings[LABEL]: run.ranges for run in batch.runs if "fitness" in run.ranges}
-    rows = [[label, range_told(own["fitness"])] for label, own in found.items()]
+    rows = [[label, range_text(own["fitness"])] for label, own in found.items()]
     return markdown(("chaotic run", "fitness [1/BLU]"), rows)
 
 

@@ -24,7 +24,7 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Explain,
-    Shown,
+    ReportContext,
     Target,
     later,
 )
@@ -33,8 +33,8 @@ from hfc_design.core.numbers import Constant, Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
@@ -44,16 +44,18 @@ from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
+from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.comparison import Comparison, compare
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluating import Evaluation, evaluate, learned_in, trajectory_csv
-from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.imitation import Taught, taught
 from hfc_design.simulation.monte_carlo import Robustness, robustness
-from hfc_design.simulation.teaching import Taught, taught
 from hfc_design.simulation.usable import usable
 from hfc_design.stability.report import LoopMargins, StableGains
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
+Shown = ReportContext
+"""The name that the context of a report had before."""
 Plant = Drive
 """The name that a drive had before machines had several of them."""
 Fitness = Objective
@@ -70,10 +72,10 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     if name == "Kind":
-        told = (
-            "a kind is a subclass of ControllerRecord by now, with what Kind was given as methods"
+        message = (
+            "a kind is now a subclass of ControllerRecord, with the functions of Kind as methods"
         )
-        raise AttributeError(f"hfc_design.api.Kind is gone: {told}; see docs/python.md")
+        raise AttributeError(f"hfc_design.api.Kind is gone: {message}; see docs/python.md")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -116,5 +118,5 @@ __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
 __all__ += ["ControllerRecord", "ControllerSettings", "Explain", "later"]
-__all__ += ["Drawing", "Listing", "Section", "Shown", "Target"]
+__all__ += ["Drawing", "Listing", "ReportContext", "Section", "Shown", "Target"]
 __all__ += ["Constant", "Xp", "clipped", "total"]

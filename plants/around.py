@@ -56,7 +56,7 @@ class Sampled(NamedTuple):
 class Standing(NamedTuple):
     """Parameters of a drive, or what a step needs of them, and what stands around it."""
 
-    own: Any
+    inner: Any
     around: Sampled
 
 
@@ -98,7 +98,7 @@ def _shaped(parts: Any, shape: tuple[int, ...]) -> Any:
 
 def plain(parameters: Parameters) -> Parameters:
     """The parameters of the drive itself."""
-    return parameters.own if isinstance(parameters, Standing) else parameters
+    return parameters.inner if isinstance(parameters, Standing) else parameters
 
 
 @cache  # the same machine for the same one: it is a key of compiled code
@@ -116,7 +116,7 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
 
         def forces(fixed: Any, states: Any, commands: Any) -> Any:
             inner = (k(*x[:n]) for k, x, n in zip(kinds, states, counts, strict=True))
-            return machine_forces(tuple(one.own for one in fixed), tuple(inner), commands)
+            return machine_forces(tuple(one.inner for one in fixed), tuple(inner), commands)
 
     return Machine(machine.name, machine.axes, drives, forces)
 
@@ -154,13 +154,13 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
 
     def coefficients(parameters: Parameters) -> Standing:
         standing = parameters if isinstance(parameters, Standing) else Standing(parameters, nothing)
-        return Standing(drive.coefficients(standing.own), standing.around)
+        return Standing(drive.coefficients(standing.inner), standing.around)
 
     def measured(fixed: Coefficients, state: State) -> State:
         drive_state = inner(state)
         if len(state) > count:
             drive_state = drive_state._replace(**{seen: getattr(drive_state, seen) + state.slack})
-        return drive.measured(fixed.own, drive_state)
+        return drive.measured(fixed.inner, drive_state)
 
     def step(fixed: Standing, state: State, command: Scalar, loads: Loads, dt: Scalar) -> State:
         a, before = fixed.around, inner(state)
@@ -178,7 +178,7 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
         beat = state.beat + GOLDEN
         beat = beat - jnp.floor(beat)
         time = dt * (1.0 + a.jitter * (2.0 * beat - 1.0))
-        after = drive.step(fixed.own, before, pushed, tuple(x + a.load for x in loads), time)
+        after = drive.step(fixed.inner, before, pushed, tuple(x + a.load for x in loads), time)
         slack = state.slack + getattr(before, seen) - getattr(after, seen)
         part = jnp.where(state.part + 1.5 > substeps, 0.0, state.part + 1.0)
         ends = part == 0.0
@@ -191,7 +191,7 @@ def _around(drive: Drive, waits: int, substeps: int) -> Drive:
         initial_state=lambda zero: state_of(*drive.initial_state(zero), *(zero for _ in more)),
         coefficients=coefficients,
         step=step,
-        signals=lambda fixed, state: drive.signals(fixed.own, inner(state)),
+        signals=lambda fixed, state: drive.signals(fixed.inner, inner(state)),
         measured=measured,
-        accepted=lambda fixed, command: drive.accepted(fixed.own, command),
+        accepted=lambda fixed, command: drive.accepted(fixed.inner, command),
     )

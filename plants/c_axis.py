@@ -31,14 +31,14 @@ class CAxisParameters(NamedTuple):
     rotor_damping: Annotated[float, "N m s/rad"] = 2.05  # of the motor, b_r
     spindle_inertia: Annotated[float, "kg m2"] = 5.102  # of spindle and workpiece, J_c
     gear_ratio: Annotated[float, "1"] = 1.0  # motor angle over spindle angle, N
-    #: of the transmission, told at the motor's side, k
+    #: of the transmission, referred to the motor, k
     stiffness: Annotated[float, "N m/rad"] = 200.0
     bristle_stiffness: Annotated[float, "N m/rad"] = 17000.0  # of the LuGre friction, sigma_0
     bristle_damping: Annotated[float, "N m s/rad"] = 126.5  # of the LuGre friction, sigma_1
     viscous_friction: Annotated[float, "N m s/rad"] = 0.4  # of the spindle, sigma_2
     coulomb_torque: Annotated[float, "N m"] = 0.7  # of friction at speed, T_c
     static_torque: Annotated[float, "N m"] = 1.2  # of friction at rest, T_s
-    #: where the rise to T_s is down to 1/e, omega_s
+    #: speed at which the rise to T_s has fallen to 1/e, omega_s
     stribeck_velocity: Annotated[float, "rad/s"] = 0.003
 
 
@@ -156,12 +156,12 @@ def fault(changes: dict[str, float]) -> str | None:
     p = CAxisParameters(**changes)
     if p.stator_inductance * p.rotor_inductance <= p.mutual_inductance**2:
         return (
-            f"parameters.mutual_inductance = {p.mutual_inductance}: its square has to be less "
-            "than stator_inductance * rotor_inductance"
+            f"parameters.mutual_inductance = {p.mutual_inductance}: its square must be "
+            "less than stator_inductance * rotor_inductance"
         )
     if p.static_torque < p.coulomb_torque:
         return (
-            f"parameters.static_torque = {p.static_torque}: has to be at least "
+            f"parameters.static_torque = {p.static_torque}: must be at least "
             f"coulomb_torque = {p.coulomb_torque}"
         )
     return None

@@ -23,8 +23,8 @@ LOADS = {"N m": "load_torque", "N": "force"}
 
 #: Whether a parameter may have a value, and what it may be, in words.
 Allowed: TypeAlias = tuple[Callable[[float], bool], str]
-POSITIVE: Allowed = (lambda value: value > 0, "more than zero")
-NOT_NEGATIVE: Allowed = (lambda value: value >= 0, "zero or more")
+POSITIVE: Allowed = (lambda value: value > 0, "greater than 0")
+NOT_NEGATIVE: Allowed = (lambda value: value >= 0, "at least 0")
 
 
 def in_a_name(unit: str) -> str:
@@ -156,10 +156,10 @@ def only_positive(
                 near = get_close_matches(name, parameters._fields, 1)
                 meant = f"did you mean {near[0]}? " if near else ""
                 known = ", ".join(parameters._fields)
-                return f"parameters.{name}: unknown; {meant}there is {known}"
+                return f"parameters.{name}: unknown; {meant}available: {known}"
             allowed, words = others.get(name, POSITIVE)
             if not allowed(value):
-                return f"parameters.{name} = {value}: has to be {words}"
+                return f"parameters.{name} = {value}: must be {words}"
         return None
 
     return fault
@@ -186,8 +186,8 @@ def units_in(position: str, command: str, load: str) -> dict[str, str]:
 UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
 #: A signal or an axis, in every language.
 NAME = re.compile(r"[A-Za-z_]\w{0,31}", re.ASCII)
-NAMED = "letters, digits and _, 32 at most"
-UNITS = "letters, digits, spaces and /.^%°·()+-, 32 at most"
+NAMED = "at most 32 letters, digits and _"
+UNITS = "at most 32 letters, digits, spaces and /.^%°·()+-"
 #: Signals that every drive has.
 COMMON = ("error", "error_rate", "command", "load")
 
@@ -206,12 +206,12 @@ def drive_fault(drive: Drive) -> str | None:
     try:
         parameters = drive.parameters()
     except TypeError:
-        return "each of its parameters needs a default, the nominal machine"
+        return "each of its parameters must have a default, the nominal machine"
     fixed = called(drive, "coefficients", parameters)
     state = called(drive, "initial_state", 0.0)
     signals = called(drive, "signals", fixed, called(drive, "measured", fixed, state))
     if not isinstance(signals, dict):
-        return f"signals has to give a dict, and gives {signals!r}"
+        return f"signals must return a dict (got {signals!r})"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
     units, meanings = (
@@ -221,19 +221,23 @@ def drive_fault(drive: Drive) -> str | None:
     of_parameters = {"exact": drive.exact, "parameter_units": drive.parameter_units}
     of_parameters["resolutions"] = drive.resolutions.values()
     faults = [
-        *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
-        *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
-        *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
+        *(f"units must have {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
         *(
-            f"{key}: no parameter is called {x!r}"
+            f"signals must not have {key!r}, a signal of the loop"
+            for key in COMMON
+            if key in signals
+        ),
+        *(f"its state must have a field {key!r}" for key in fields if key not in dir(state)),
+        *(
+            f"{key}: unknown parameter {x!r}"
             for key, names in of_parameters.items()
             for x in names
             if x not in dir(parameters)
         ),
-        *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
-        *(f"meanings: {x!r} has to be a line of text" for x in meanings if not x.isprintable()),
-        *(f"the unit {x!r} has to be {UNITS}" for x in units if not UNIT.fullmatch(x)),
-        *(f"the signal {x!r} has to be {NAMED}" for x in drive.units if not NAME.fullmatch(x)),
+        *(f"meanings: unknown signal {x!r}" for x in drive.meanings if x not in drive.units),
+        *(f"meanings: {x!r} must be a single line" for x in meanings if not x.isprintable()),
+        *(f"the unit {x!r} must be {UNITS}" for x in units if not UNIT.fullmatch(x)),
+        *(f"the signal {x!r} must be {NAMED}" for x in drive.units if not NAME.fullmatch(x)),
         called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

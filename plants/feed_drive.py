@@ -129,8 +129,8 @@ _sign_fault = only_positive(
     FeedDriveParameters,
     **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE),
     **dict.fromkeys(ANY_SIGN, (lambda value: True, "any number")),
-    negative_start=(lambda value: value <= 0, "zero or less, as in JK04 eq. 28"),
-    lowest_command=(lambda value: value < 0, "less than zero"),
+    negative_start=(lambda value: value <= 0, "at most 0, as in JK04 eq. 28"),
+    lowest_command=(lambda value: value < 0, "less than 0"),
 )
 
 
@@ -152,8 +152,8 @@ def fault(changes: dict[str, float]) -> str | None:
             slope, curvature = (getattr(p, f"{name}_{part}") for part in ("slope", "curvature"))
             speed = direction * p.blu * speeds[braking.argmin()]
             return (
-                f"parameters.{name}_slope = {slope}: with {name}_curvature = {curvature} friction "
-                f"would drive the axis at {speed:.3g} mm/s"
+                f"parameters.{name}_slope = {slope}: with {name}_curvature = {curvature} "
+                f"must not let friction drive the axis, as it would at {speed:.3g} mm/s"
             )
     return None
 

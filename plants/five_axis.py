@@ -20,7 +20,7 @@ from plants.sliding import Slide, slid
 
 #: Parameter -> unit of a linear axis, unit of a rotary one, what it is.
 UNITS = {
-    "inertia": ("kg", "kg m2", "of all that moves, motor and screw or gear included"),
+    "inertia": ("kg", "kg m2", "of all moving parts, including motor and screw or gear"),
     "viscous_friction": ("N s/m", "N m s/rad", "of guides or bearings"),
     "coulomb_friction": ("N", "N m", "of guides or bearings"),
     "stiction_rise": ("N", "N m", "break-away level less the Coulomb friction"),

@@ -128,16 +128,16 @@ def plant_fault(plant: Drive | Machine) -> str | None:
         if fault := next(filter(None, map(fault_of, machine.drives)), None):
             return fault
     if not machine.axes or len(machine.axes) != len(machine.drives):
-        return "needs a drive for each of its axes"
+        return "must have a drive for each of its axes"
     if wrong := [axis for axis in machine.axes if not NAME.fullmatch(axis)]:
-        return f"its axis {wrong[0]!r} has to be {NAMED}"
+        return f"its axis {wrong[0]!r} must be {NAMED}"
     if machine.forces is None:
         return None
     fixed = machine.coefficients(tuple(drive.parameters() for drive in machine.drives))
     zeros = (0.0,) * len(machine.axes)
     forces = called(machine, "forces", fixed, machine.initial_state(0.0), zeros)
     if not isinstance(forces, tuple) or len(forces) != len(machine.axes):
-        return f"its forces have to be a tuple of {len(machine.axes)}, one an axis"
+        return f"its forces must be a tuple of {len(machine.axes)}, one per axis"
     return None
 
 
@@ -149,7 +149,7 @@ def step_fault(drive: Drive) -> str | None:
     fixed = called(drive, "coefficients", drive.parameters())
     before = called(drive, "initial_state", 0.0)
     if not hasattr(before, "_fields"):
-        return "initial_state has to give a NamedTuple"
+        return "initial_state must return a NamedTuple"
     try:
         after = jax.eval_shape(drive.step, fixed, before, 0.0, (0.0, 0.0, 0.0), 1e-3)
     except Exception:  # whatever the user's code raises
@@ -161,7 +161,7 @@ def step_fault(drive: Drive) -> str | None:
         each = [f"{name} is {_kind(x)}" for name, x in values.items() if not _is_float(x)]
         wrong = ", ".join(each)
     fields = ", ".join(before._fields)
-    message = f"step has to return the record {type(before).__name__} with {fields}, each a float"
+    message = f"step must return the record {type(before).__name__} with {fields}, each a float"
     return f"{message}: {wrong}" if wrong else None
 
 

@@ -72,7 +72,7 @@ class _Forces(NamedTuple):
     push: Scalar  # [N]
     load: Scalar  # [N]
     dt: Scalar  # [s]
-    reach: Scalar  # from the start to where the spring's force is taken [s]
+    range: Scalar  # from the start to where the spring's force is taken [s]
     driving_kept: Scalar  # force that would keep a velocity, M / dt - b / 2 [N s/mm]
     driving_ease: Scalar  # 1 / (M / dt + b / 2) [mm/(N s)]
     driven_kept: Scalar
@@ -103,7 +103,7 @@ def _step(c: Joined, f: _Forces, x: Motion) -> Motion:
     friction = once(sliding_friction(c, middle))
     push = f.driving_kept * x.driving_velocity + f.push
     pull = f.driven_kept * x.velocity - f.load
-    half = 0.5 * f.reach
+    half = 0.5 * f.range
     known = x.deflection + half * (x.driving_velocity - x.velocity)
     driving = _Body(push, c.driving_friction, half * f.driving_ease)
     driven = _Body(-pull, friction, half * f.driven_ease)
@@ -284,7 +284,7 @@ MILLING_TABLE = Drive(
     meanings={
         "command": "voltage to the servo amplifier, positive moves the table forwards",
         "position": "of the table, as its optical scale counts",
-        "motor_position": "by the encoder at the motor: where the table would be without backlash",
+        "motor_position": "from the encoder at the motor: position of the table without backlash",
     },
     coefficients=coefficients,
     initial_state=lambda zero: MillingTableState(zero, zero, zero, zero),

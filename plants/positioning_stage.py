@@ -24,11 +24,12 @@ from plants.sliding import Slide, slid
 class PositioningStageParameters(NamedTuple):
     """Physical parameters; the defaults are those of EMPS."""
 
-    mass: Annotated[float, "kg"] = 95.11  # of everything that moves, as it meets the force
+    mass: Annotated[float, "kg"] = 95.11  # moving mass, as seen by the force
     viscous_friction: Annotated[float, "N s/m"] = 203.5  # the mean of both directions
-    viscous_asymmetry: Annotated[float, "1"] = 0.0  # forwards more by this share, backwards less
+    #: relative increase forwards, and decrease backwards
+    viscous_asymmetry: Annotated[float, "1"] = 0.0
     coulomb_friction: Annotated[float, "N"] = 20.39  # the mean of both directions
-    offset: Annotated[float, "N"] = -3.16  # always there, positive pulls back
+    offset: Annotated[float, "N"] = -3.16  # constant force, positive pulls back
     stiction_rise: Annotated[float, "N"] = 0.0  # break-away force less the Coulomb friction
     amplifier_gain: Annotated[float, "N/V"] = 35.1507  # of amplifier, motor and screw
     #: 0: ideal, or that of the sensors; set one of them

@@ -16,7 +16,7 @@ from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.report import parts
 
 #: Fixtures of single rooms, for whatever tier.

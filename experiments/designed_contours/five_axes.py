@@ -12,8 +12,8 @@ from experiments.shared import markdown
 from experiments.steps import Ranged, figures, finer
 from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.pictures.files import save
 from hfc_design.report.comparison.plots import machines as drawn

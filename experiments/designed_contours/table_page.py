@@ -12,10 +12,10 @@ from experiments.shared import markdown
 from experiments.steps import Ranged, figures, finer
 from hfc_design.cli.usage import Plain
 from hfc_design.core.statistics import paired
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.comparison import Side, compare
+from hfc_design.simulation.comparison import DesignStatistics, compare
 
 HERE = Path(__file__).parent
 #: What is compared: metric -> what a table calls it.
@@ -58,7 +58,7 @@ def scenario(motion: str) -> Scenario:
     return load_scenario(*MOTIONS[motion])
 
 
-def row(motion: str, name: str, found: dict[str, Ranged], side: Side) -> list[str]:
+def row(motion: str, name: str, found: dict[str, Ranged], side: DesignStatistics) -> list[str]:
     """A controller on the nominal table; the comparison simulates it once more, in single floats.
 
     Where last bits decide, that gives another figure of the same range.
@@ -69,7 +69,7 @@ def row(motion: str, name: str, found: dict[str, Ranged], side: Side) -> list[st
     return [motion, name, *own, f"{found[CHATTER]:.2f}"]
 
 
-def against(own: Side, other: Side, key: str) -> str:
+def against(own: DesignStatistics, other: DesignStatistics, key: str) -> str:
     """On how many machines the first one has less, and the median of the ratios.
 
     Of the numbers alone: a design that oscillates has not lost by that.
@@ -81,7 +81,7 @@ def against(own: Side, other: Side, key: str) -> str:
     return f"{(mine < theirs).sum()}, {ratio:.2f} ({low:.2f} to {high:.2f})"
 
 
-def versus(motion: str, sides: dict[str, Side]) -> list[list[str]]:
+def versus(motion: str, sides: dict[str, DesignStatistics]) -> list[list[str]]:
     """A row of each other controller: how the designed one differs, machine by machine."""
     own, rows = sides[OWN], []
     for name, side in sides.items():

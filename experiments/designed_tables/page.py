@@ -15,8 +15,8 @@ from experiments.shared import Batch, markdown
 from experiments.steps import Ranged, figures
 from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 
 PUBLISHED = {

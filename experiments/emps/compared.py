@@ -7,8 +7,8 @@ from typing import NamedTuple
 from experiments.emps.logs import GAIN, K_P, K_V, Log, following
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.comparison import Comparison, compare
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.shared import Batch, Floats, calculated, markdown
 from experiments.steps import Ranged
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 

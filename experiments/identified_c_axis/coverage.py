@@ -110,7 +110,7 @@ def table(rows: list[Row]) -> Iterator[list[str]]:
 def main(repeats: int, starts: str, out: Path) -> None:
     """Print the tables of the page; repeats that stand in --out are not done again."""
     base = load_scenario(str(HERE / "log.toml"))
-    (true,) = drawn(base.plant, SPREAD, 100, seed=0)[0].true
+    (true,) = drawn(base.plant, SPREAD, 100, seed=0)[0].actual
     rows = rows_of(out)
     out.parent.mkdir(parents=True, exist_ok=True)
     for k in sorted({*range(1, repeats + 1)} - {row.repeat for row in rows}):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from experiments.shared import Batch, Floats, curves
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.core.records import ZR
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.simulation.evaluating import Evaluation
 

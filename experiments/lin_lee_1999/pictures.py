@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from experiments.shared import Batch
 from hfc_design.batch.plan import LABEL
 from hfc_design.batch.results import Run
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.report import searches
 from hfc_design.report.designs import picture

@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design.controllers.genome import Population, joined, taken
 from hfc_design.core.numbers import Floats
-from hfc_design.search.by_numbers import coordinates
+from hfc_design.search.coordinates import coordinates
 
 #: A coordinate without bounds, a logarithm, goes no further than this from where it began.
 FAR = 3.0

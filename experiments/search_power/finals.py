@@ -12,7 +12,7 @@ from hfc_design.controllers.genome import Population, joined, taken
 from hfc_design.core.numbers import Floats
 from hfc_design.runs.problem import final_problem
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.repeats import FACTORS, Louder, Repeats
+from hfc_design.simulation.repeats import FACTORS, Repeats, ScaledCommand
 
 #: Finalists of a seed that are repeated: the best of all of them in float64.
 REPEATED = 4
@@ -62,7 +62,7 @@ def _ranked(field: Field, population: Population) -> Floats:
 def _repeated(field: Field, population: Population) -> Floats:
     """(n,) what each is worth."""
     loop, machines, motions, _ = field.problem.parts
-    louder = loop._replace(controller=Louder(loop.controller))
+    louder = loop._replace(controller=ScaledCommand(loop.controller))
     found = []
     at_once = min(REPEATED_AT_ONCE, _power_of_two(len(population.tree)))
     for start in range(0, len(population.tree), at_once):

@@ -95,7 +95,7 @@ def halving(
         population = one.asked(within)
         best = max(islands, key=lambda island: island.worth)
         score = yield Asked(population, when, incumbent=best.incumbent)
-        one.told(score)
+        one.nominal(score)
     return max(islands, key=lambda island: island.worth).incumbent if islands else None
 
 

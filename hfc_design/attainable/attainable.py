@@ -5,11 +5,18 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.attainable.certificate import Bounds, Certified, certified
-from hfc_design.attainable.freed import ANGLE, Freed, Sampled, freed, sampled, undriven
+from hfc_design.attainable.linear_model import (
+    ANGLE,
+    LinearModel,
+    Sampled,
+    linear_model,
+    sampled,
+    undriven,
+)
+from hfc_design.attainable.linear_program import Linear, LinearProgram, Solved, linear_program
 from hfc_design.attainable.open_loop import best_voltage
-from hfc_design.attainable.playing import Played, Player, player
-from hfc_design.attainable.programme import Linear, Programme, Solved, programme
-from hfc_design.attainable.reach import Reach, reach
+from hfc_design.attainable.reachable import Reachable, reachable
+from hfc_design.attainable.rollout import RolledOut, Rollout, rollout_of
 from hfc_design.attainable.sliding import Case, bent, speeds
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Json
@@ -88,18 +95,18 @@ def attainable(scenario: AnyScenario) -> dict[str, Attainable]:
 class _Window(NamedTuple):
     """The first samples of a motion."""
 
-    machine: Freed
+    machine: LinearModel
     one: Sampled
     moved: Floats  # (samples + 1, 5) without voltage and bristles
     errors: Floats  # (samples,) at the end of each
-    reached: Reach
+    reached: Reachable
     start: float  # of the bristles [rad]
 
 
 def _of_motion(name: str, scenario: Scenario) -> Attainable:
-    played = player(scenario)
+    played = rollout_of(scenario)
     start = CAxisState(*(float(x) for x in played.samples.start[0]))
-    machine = freed(scenario.plant.each()[0].parameters)
+    machine = linear_model(scenario.plant.each()[0].parameters)
     one = sampled(machine, scenario.simulation.sample_time_s)
     moved = undriven(machine, played.samples, played.substeps, start)
     errors = np.asarray(played.samples.axes[0].target) - moved[:, ANGLE]
@@ -131,10 +138,10 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
 
 
 def _window(
-    machine: Freed,
+    machine: LinearModel,
     one: Sampled,
     moved: Floats,
-    played: Player,
+    played: Rollout,
     largest: Floats,
     start: CAxisState,
     count: int,
@@ -143,24 +150,26 @@ def _window(
     target = np.asarray(played.samples.axes[0].target)[1:count]
     loads = np.asarray(played.samples.axes[0].loads)[:, :count]
     z = start.bristle_deflection
-    reached = reach(machine, one, moved[:count], loads, largest[: count - 1], abs(z))
+    reached = reachable(machine, one, moved[:count], loads, largest[: count - 1], abs(z))
     return _Window(machine, one, moved[:count], target - moved[1:count, ANGLE], reached, z)
 
 
 def _first(window: _Window, bounds: Bounds, steps: int) -> tuple[_Window, Bounds]:
     """The same of fewer samples."""
-    reached = Reach(*(x[:steps] for x in window.reached))
+    reached = Reachable(*(x[:steps] for x in window.reached))
     moved, errors = window.moved[: steps + 1], window.errors[:steps]
     first = window._replace(moved=moved, errors=errors, reached=reached)
     return first, Bounds(*(x[:steps] for x in bounds))
 
 
-def _programme(window: _Window, bounds: Bounds) -> Programme:
+def _programme(window: _Window, bounds: Bounds) -> LinearProgram:
     steps, one = len(window.errors), window.one
     driven = np.column_stack([one.voltage, one.bristle])
     system = Linear(np.repeat(one.a[None], steps, 0), np.repeat(driven[None], steps, 0), ANGLE)
     low = np.column_stack([-bounds.voltage, bounds.low])
-    return programme(system, window.errors, low, np.column_stack([bounds.voltage, bounds.high]))
+    return linear_program(
+        system, window.errors, low, np.column_stack([bounds.voltage, bounds.high])
+    )
 
 
 def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
@@ -176,7 +185,7 @@ def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
 
 
 def _tightened(
-    window: _Window, bounds: Bounds, proof: Certified, known: Played, budget: float
+    window: _Window, bounds: Bounds, proof: Certified, known: RolledOut, budget: float
 ) -> Certified:
     """The bound of motions that are better than the ``known`` one, whose friction is better known.
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from hfc_design.attainable.freed import ANGLE, MOMENTUM, STATES, Freed, Sampled
+from hfc_design.attainable.linear_model import ANGLE, MOMENTUM, STATES, LinearModel, Sampled
 from hfc_design.core.numbers import Floats
 
 #: Of one operation on float64.
@@ -37,7 +37,7 @@ class Certified(NamedTuple):
 
 
 def certified(
-    machine: Freed,
+    machine: LinearModel,
     one: Sampled,
     errors: Floats,
     multipliers: Floats,
@@ -77,7 +77,7 @@ def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floa
     return back
 
 
-def _between(machine: Freed, one: Sampled, back: Floats, bounds: Bounds) -> float:
+def _between(machine: LinearModel, one: Sampled, back: Floats, bounds: Bounds) -> float:
     """How far the trapezoidal rule may be off the integral of what bristles take away.
 
     What they take away is a convex function of their density, and the density is off the line
@@ -90,7 +90,9 @@ def _between(machine: Freed, one: Sampled, back: Floats, bounds: Bounds) -> floa
     return float(one.time**3 / 12.0 * (largest @ deflections))
 
 
-def _rounding(machine: Freed, one: Sampled, back: Floats, given: float, bounds: Bounds) -> float:
+def _rounding(
+    machine: LinearModel, one: Sampled, back: Floats, given: float, bounds: Bounds
+) -> float:
     """A bound of what float64 may have changed, with the exponentials to a few units each.
 
     In coordinates in which the machine hardly grows anything, a step's own rounding is passed on

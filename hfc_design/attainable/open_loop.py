@@ -9,8 +9,8 @@ of a converter.
 
 import numpy as np
 
-from hfc_design.attainable.playing import Played, Player, answers, played
-from hfc_design.attainable.programme import Linear, programme
+from hfc_design.attainable.linear_program import Linear, linear_program
+from hfc_design.attainable.rollout import RolledOut, Rollout, answers, rolled_out
 from hfc_design.core.numbers import Floats
 from plants.c_axis import CAxisState
 
@@ -28,7 +28,7 @@ SWEEPS, COST, LEAST_COST = 16, 1e-9, 1e-13
 COSTS = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 
 
-def best_voltage(one: Player, first: Floats, largest: Floats) -> Played:
+def best_voltage(one: Rollout, first: Floats, largest: Floats) -> RolledOut:
     """A motion with a small ``sum |e|``, from a ``first`` voltage (samples,) of its head [V].
 
     ``largest`` (steps,) is what the voltage may be in each sample of the whole motion.
@@ -39,26 +39,26 @@ def best_voltage(one: Player, first: Floats, largest: Floats) -> Played:
     if len(motion.voltage) < head_length:
         head_length = max(len(motion.voltage) - OVERLAP, 1)
         motion = _rest(smooth, motion, head_length)
-    still = played(one, np.zeros(len(largest)))  # nothing may be best
+    still = rolled_out(one, np.zeros(len(largest)))  # nothing may be best
     if not one.resolution:
         return min(motion, still, key=_sum)
     system, candidates = answers(one, motion.voltage, motion.states), [still]
     for cost in COSTS:  # the dearer a change, the less it does about a single step's rounding
         gain, _ = _regulator(system, motion.error, cost, 1)
-        candidates.append(played(one, motion.voltage, (motion.states, gain)))
+        candidates.append(rolled_out(one, motion.voltage, (motion.states, gain)))
     return min(candidates, key=_sum)
 
 
-def _rest(one: Player, head: Played, head_length: int) -> Played:
+def _rest(one: Rollout, head: RolledOut, head_length: int) -> RolledOut:
     """The whole motion, of which the ``head`` is kept for ``head_length`` samples."""
     voltage, states = _quasi_static(one)
     gain, _ = _regulator(answers(one, voltage, states), np.zeros(len(voltage)), COST, head_length)
     voltage[:head_length] = head.voltage[:head_length]
-    best, cost = played(one, voltage, (states, gain)), COST
+    best, cost = rolled_out(one, voltage, (states, gain)), COST
     for _ in range(SWEEPS):
         system = answers(one, best.voltage, best.states)
         gain, change = _regulator(system, best.error, cost, head_length)
-        tried = played(one, best.voltage + change, (best.states, gain))
+        tried = rolled_out(one, best.voltage + change, (best.states, gain))
         share = _sum(tried) / max(_sum(best), TINY)
         best = min(best, tried, key=_sum)
         cost = max(0.1 * cost, LEAST_COST) if share < 1.0 else 30.0 * cost
@@ -67,14 +67,14 @@ def _rest(one: Player, head: Played, head_length: int) -> Played:
     return best
 
 
-def _sum(motion: Played) -> float:
+def _sum(motion: RolledOut) -> float:
     total = float(np.abs(motion.error).sum())
     return total if np.isfinite(total) else np.inf
 
 
-def _head(one: Player, voltage: Floats, largest: Floats) -> Played:
+def _head(one: Rollout, voltage: Floats, largest: Floats) -> RolledOut:
     """The first samples, as many as ``voltage`` has, by linear programmes along the motion."""
-    motion, trust = played(one, voltage), TRUST
+    motion, trust = rolled_out(one, voltage), TRUST
     most, whole = largest[: len(voltage)], float(largest.max())
     for _ in range(ROUNDS):
         now = motion.voltage
@@ -82,10 +82,12 @@ def _head(one: Player, voltage: Floats, largest: Floats) -> Played:
         high = np.minimum(most, now + trust * whole) - now
         system = answers(one, now, motion.states)
         linear = Linear(system.a[:-1], system.b[:-1], system.output)
-        change = programme(linear, motion.error[1:], low[:-1, None], high[:-1, None]).least_sum()
+        change = linear_program(
+            linear, motion.error[1:], low[:-1, None], high[:-1, None]
+        ).least_sum()
         if change is None:
             break
-        tried = played(one, now + np.append(change.inputs[:, 0], 0.0))
+        tried = rolled_out(one, now + np.append(change.inputs[:, 0], 0.0))
         better = 1.0 - _sum(tried) / max(_sum(motion), TINY)
         motion = min(motion, tried, key=_sum)
         trust *= 2.0 if better > GAIN else 0.25
@@ -94,7 +96,7 @@ def _head(one: Player, voltage: Floats, largest: Floats) -> Played:
     return motion
 
 
-def _quasi_static(one: Player) -> tuple[Floats, Floats]:
+def _quasi_static(one: Rollout) -> tuple[Floats, Floats]:
     """(steps,) voltages and (steps, 6) states that would do if nothing ever changed (LL eq. 2)."""
     happens, (c,) = one.samples.axes[0], one.fixed
     place, speed = np.asarray(happens.target), np.asarray(happens.reference_rate)

@@ -11,25 +11,25 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.attainable.certificate import Bounds, certified
-from hfc_design.attainable.freed import MOMENTUM, Freed, Sampled
-from hfc_design.attainable.programme import Programme
-from hfc_design.attainable.reach import Reach
+from hfc_design.attainable.linear_model import MOMENTUM, LinearModel, Sampled
+from hfc_design.attainable.linear_program import LinearProgram
+from hfc_design.attainable.reachable import Reachable
 from hfc_design.core.numbers import Floats
 
 
 class Case(NamedTuple):
     """Motions whose errors add up to less than a budget."""
 
-    machine: Freed
+    machine: LinearModel
     one: Sampled
     moved: Floats  # (steps + 1, 5) without voltage and bristles
     errors: Floats  # (steps,) the same at the end of each sample
-    reach: Reach
+    reachable: Reachable
     bounds: Bounds
     budget: float
 
 
-def slowest(case: Case, solver: Programme, step: int, sign: float) -> float:
+def slowest(case: Case, solver: LinearProgram, step: int, sign: float) -> float:
     """The least of ``sign`` times the momentum after so many samples; -inf: nothing is known."""
     solution = solver.least_state(MOMENTUM, step, sign, case.budget)
     if solution is None or not solution.budget > 0.0:
@@ -41,13 +41,15 @@ def slowest(case: Case, solver: Programme, step: int, sign: float) -> float:
     return sign * case.moved[step, MOMENTUM] + proof.bound - solution.budget * case.budget
 
 
-def speeds(case: Case, solver: Programme, steps: list[int], signs: Floats) -> tuple[Floats, Floats]:
+def speeds(
+    case: Case, solver: LinearProgram, steps: list[int], signs: Floats
+) -> tuple[Floats, Floats]:
     """(samples,) each: the lowest and the highest speed of the spindle in each sample [rad/s].
 
     Asked for at ``steps``, of the lowest where the sign is positive, else of the highest. Between
     two of them the momentum is below the line through both by what its second derivative allows.
     """
-    machine, reached = case.machine, case.reach.speed
+    machine, reached = case.machine, case.reachable.speed
     low, high = -reached, reached.copy()
     least = [slowest(case, solver, step, sign) for step, sign in zip(steps, signs, strict=True)]
     for k in range(len(steps) - 1):
@@ -55,7 +57,7 @@ def speeds(case: Case, solver: Programme, steps: list[int], signs: Floats) -> tu
         if sign != signs[k + 1]:
             continue
         time = (steps[k + 1] - steps[k]) * case.one.time
-        momentum = min(least[k], least[k + 1]) - time**2 / 8.0 * case.reach.bending[part].max()
+        momentum = min(least[k], least[k + 1]) - time**2 / 8.0 * case.reachable.bending[part].max()
         bent = case.bounds.high[part] if sign > 0 else -case.bounds.low[part]
         speed = (momentum - machine.damping * bent.max()) / machine.inertia
         if sign > 0:
@@ -91,7 +93,7 @@ def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
         else:
             z = min(z, 0.0) + time * low[k]
             z = max(z, back) if high[k] < 0.0 else z
-        z = max(z, -case.reach.bristles[k])
+        z = max(z, -case.reachable.bristles[k])
         lowest[k] = min(before, z)
     return lowest
 

@@ -74,10 +74,10 @@ class Workers(Place):
             return
         with self._reached():
             try:
-                found = wait(list(tasks), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
+                finished = wait(list(tasks), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
             except TimeoutError:
                 return
-            for task in found:
+            for task in finished:
                 try:
                     yield task, checked(Outcome, task.result(), "what it sent", Path())
                 except (CancelledError, OSError):
@@ -87,7 +87,7 @@ class Workers(Place):
 
     @contextmanager
     def _reached(self) -> Iterator[None]:
-        lost = Lost("the scheduler is lost; the same command goes on where the batch stopped")
+        lost = Lost("lost the connection to the scheduler; run the same command again to continue")
         try:
             yield
         except (CancelledError, OSError):
@@ -127,10 +127,12 @@ def connected(
     except TypeError:
         raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
     except ValueError as error:
-        raise UserError(f"--scheduler {scheduler}: is no address; {error}") from None
+        raise UserError(f"--scheduler {scheduler}: must be an address (got {error})") from None
     except (OSError, AssertionError):  # the latter where a handshake is broken off late
         known = " that knows these certificates" if given else ""
-        raise RunError(f"--scheduler {scheduler}: no scheduler{known} answers there") from None
+        raise RunError(
+            f"--scheduler {scheduler}: no scheduler{known} answers at this address"
+        ) from None
     with client:
         yield Workers(client, shared, on_count)
 
@@ -138,7 +140,7 @@ def connected(
 def _security(scheduler: str, tls: Tls) -> Security:
     ca, certificate, key = map(str, tls)
     if not scheduler.startswith("tls://"):
-        raise UserError(f"--scheduler {scheduler}: with --tls-ca it has to be tls://HOST:PORT")
+        raise UserError(f"--scheduler {scheduler}: must be tls://HOST:PORT with --tls-ca")
     security = Security(True, tls_ca_file=ca, tls_client_cert=certificate, tls_client_key=key)
     try:
         security.get_connection_args("client")
@@ -153,7 +155,7 @@ def _local(workers: int) -> LocalCluster:
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
         there = f"{cards} GPUs" if cards else f"{cores} cores"
-        raise UserError(f"--workers {workers}: there are {there}, and each worker needs one")
+        raise UserError(f"--workers {workers}: must be at most {there}, one for each worker")
     try:
         security = Security.temporary()
     except ImportError:

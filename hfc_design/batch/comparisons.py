@@ -11,7 +11,7 @@ from scipy.stats import mannwhitneyu
 
 from hfc_design.batch.groups import Group
 from hfc_design.core.numbers import digits
-from hfc_design.core.shown import line
+from hfc_design.core.reprs import line
 from hfc_design.core.statistics import holm
 
 #: A difference counts as shown where the corrected p is not above this.
@@ -68,8 +68,8 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
     a12, p, exact = np.empty(len(pairs)), np.empty(len(pairs)), np.zeros(len(pairs), bool)
     for (n, m, exactly), places in alike.items():  # one call for thousands of pairs
         x, y = (np.stack(side) for side in zip(*(samples[k] for k in places), strict=True))
-        found = mannwhitneyu(x, y, axis=1, method="exact" if exactly else "asymptotic")
-        a12[places], p[places], exact[places] = found.statistic / (n * m), found.pvalue, exactly
+        tests = mannwhitneyu(x, y, axis=1, method="exact" if exactly else "asymptotic")
+        a12[places], p[places], exact[places] = tests.statistic / (n * m), tests.pvalue, exactly
     numbers = zip(*(column.tolist() for column in (a12, p, holm(p), exact)), strict=True)
     return [Comparison(*pair, *tested) for pair, tested in zip(pairs, numbers, strict=True)]
 

@@ -13,9 +13,9 @@ from hfc_design.batch.results import Run, runs_below
 from hfc_design.batch.structures import Winner, winners
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
+from hfc_design.files.design_set import apart
 from hfc_design.files.labels import run_label
-from hfc_design.files.together import apart
 from hfc_design.report import searches
 from hfc_design.runs.run import opened_run
 
@@ -81,7 +81,7 @@ def convergence(folders: Sequence[Path]) -> Figure:
     """
     for k, path in enumerate(folders):
         if any(path.resolve() == other.resolve() for other in folders[:k]):
-            raise UserError(f"{path}: stands there twice; it does what it does")
+            raise UserError(f"{path}: is listed twice")
     parts = [path.resolve().parts for path in folders]
     labels = [run_label(path) or x[-1] for path, x in zip(folders, parts, strict=True)]
     names = apart(labels, parts)
@@ -93,13 +93,13 @@ def convergence(folders: Sequence[Path]) -> Figure:
     return _drawn(curves)
 
 
-def of_findings(found: Mapping[str, Findings]) -> Figure:
+def of_findings(findings_of: Mapping[str, Findings]) -> Figure:
     """The same of what runs gave, by the names that they are to have.
 
     Raises:
         UserError: nothing was searched, or there are too many curves.
     """
-    curves = {name: _histories(x.groups) for name, x in found.items()}
+    curves = {name: _histories(x.groups) for name, x in findings_of.items()}
     for name, groups in curves.items():
         if not groups:
             raise UserError(f"{name or 'findings'}: no run has a history of a search")
@@ -131,7 +131,7 @@ def _drawn(curves: Mapping[str, list[Curves]]) -> Figure:
             histories[f"{source} {which}".strip() or group.label] = [run.best for run in runs]
             titles.add(title)
     if len(histories) > MOST:
-        raise UserError(f"{len(histories)} curves are more than the {MOST} that can be told apart")
-    measure = titles.pop() if len(titles) == 1 else "merit, each by its own,"
+        raise UserError(f"at most {MOST} curves can be told apart (got {len(histories)})")
+    measure = titles.pop() if len(titles) == 1 else "merit (definitions differ)"
     numbers = range(len(histories))
     return searches.convergence(list(histories), list(histories.values()), numbers, measure)

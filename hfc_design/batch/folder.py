@@ -17,7 +17,7 @@ from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
-from hfc_design.core.texts import LARGEST_TABLE, about, content, decoded, json_of
+from hfc_design.core.texts import LARGEST_TABLE, as_user_error, content, decoded, json_of
 from hfc_design.files.labels import PLAN
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
@@ -28,7 +28,7 @@ State = Literal["finished", "failed", "running", "broken off", "waiting"]
 def _inside(name: str, info: ValidationInfo) -> str:
     out = Path((info.context or {}).get("folder", ""))
     if (out / name).is_symlink() and (out / name).resolve().parent != out.resolve():
-        raise ValueError("is a link that leads out of the folder")
+        raise ValueError("must not be a link that leads out of the folder")
     return name
 
 
@@ -67,14 +67,14 @@ def entries(out: Path) -> list[Entry]:
     """What became of every cell of a batch; UserError: the folder holds no batch."""
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
-    found = []
+    listed = []
     for name, settings in _plan_file(out).cells.items():
         reason, time = _text(out, name, "failed"), _seconds(_text(out, name, "seconds"))
         now = state(out, name)
         if now != "finished" and lock.in_use(out / name):  # perhaps it was sent to a worker
             now, reason = "running", ""
-        found.append(Entry(name, settings, now, reason, time))
-    return found
+        listed.append(Entry(name, settings, now, reason, time))
+    return listed
 
 
 def batch_notes(out: Path) -> list[BatchNotes]:
@@ -117,12 +117,12 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
         UserError: the notes are somebody else's; another folder's would be overwritten.
     """
     if (out / NOTES).is_symlink():
-        raise UserError(f"{out / NOTES}: is a link; only a folder of the batch's own is written to")
-    return lock.waited(out, out / NOTES / f"{what}.lock")
+        raise UserError(f"{out / NOTES}: must be a folder, not a link")
+    return lock.wait_for(out, out / NOTES / f"{what}.lock")
 
 
 def _plan_file(out: Path) -> PlanFile:
-    with about(out / PLAN):
+    with as_user_error(out / PLAN):
         plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
     return checked(PlanFile, plan, out / PLAN, out)
 
@@ -136,6 +136,6 @@ def _text(out: Path, name: str, kind: str) -> str:
 
 def _seconds(text: str) -> float | None:
     with suppress(ValueError):
-        if 0.0 < (found := float(text)) < math.inf:
-            return found
+        if 0.0 < (seconds := float(text)) < math.inf:
+            return seconds
     return None

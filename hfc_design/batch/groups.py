@@ -9,7 +9,7 @@ import numpy as np
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.batch.results import VERDICTS, Run
 from hfc_design.core.numbers import Floats
-from hfc_design.core.shown import line
+from hfc_design.core.reprs import line
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.pictures.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
@@ -95,7 +95,7 @@ class Group(NamedTuple):
             for key, value in run.score.items():
                 if value is not None and key != LEAST_VIOLATED:
                     values[key].append(value)
-        return {key: quartiles(np.array(found)) for key, found in values.items()}
+        return {key: quartiles(np.array(column)) for key, column in values.items()}
 
     @property
     def label(self) -> str:
@@ -125,8 +125,8 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
         # Runs of an earlier version do not name their judge.
         measure = FITNESS if others else judge or FITNESS
         named = ((dict(zip(differing, x, strict=True)), inside) for x, inside in members.items())
-        found = [_group(task, measure, settings, inside) for settings, inside in named]
-        groups += sorted(found, key=lambda group: group.place)
+        result = [_group(task, measure, settings, inside) for settings, inside in named]
+        groups += sorted(result, key=lambda group: group.place)
     return [group._replace(number=k) for k, group in enumerate(groups, 1)]
 
 
@@ -148,6 +148,6 @@ def quartiles(values: Floats) -> Quartiles:
     if not len(values):
         return np.nan, np.nan, np.nan
     with np.errstate(invalid="ignore"):  # between -inf and what is finite
-        found = np.quantile(values, (0.25, 0.5, 0.75))
-    low, median, high = np.nan_to_num(found, nan=-np.inf, neginf=-np.inf).tolist()
+        quantiles = np.quantile(values, (0.25, 0.5, 0.75))
+    low, median, high = np.nan_to_num(quantiles, nan=-np.inf, neginf=-np.inf).tolist()
     return low, median, high

@@ -29,7 +29,7 @@ from hfc_design.report.parts import fitness_told
 from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings
-from hfc_design.simulation.repeats import TOLD, range_told
+from hfc_design.simulation.repeats import TOLD, range_text
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
@@ -38,16 +38,17 @@ GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
 CAPTION = (
-    "Median of each metric over the finished runs of a group, which differ in nothing but the "
-    "seed, as far as they have it; the columns are the groups. The best of each task stands out."
+    "Median of each metric over the finished runs of a group that have it. The runs of a "
+    "group differ only in their seed. The columns are the groups; the best of each task "
+    "is highlighted."
 )
 
 
 def page(
-    path: Path, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]
+    path: Path, descriptions: Iterable[str], findings: Findings, trees: Sequence[Drawing]
 ) -> Page:
     """``report.html`` of the folder ``path``; the same runs give the same bytes."""
-    runs, groups, comparisons, figures, winners = found
+    runs, groups, comparisons, figures, winners = findings
     differing = list(groups[0].settings) if groups else []
     labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
@@ -65,7 +66,7 @@ def page(
         name=path.resolve().name,
         descriptions=descriptions,
         counts=listed(counts),
-        tasks=[_task(found, task, k < TASKS) for k, task in enumerate(found.tasks)],
+        tasks=[_task(findings, task, k < TASKS) for k, task in enumerate(findings.tasks)],
         same=[(key, text(known[key])) for key in known if key not in (*differing, SEED)],
         labelled=labelled,
         published=[figure_row(item) for item in figures],
@@ -96,19 +97,19 @@ def page(
         alpha=ALPHA,
         exact=EXACT,
         compared=COMPARED,
-        left_out=any(len(found.of_task(task)) > COMPARED for task in found.tasks),
+        left_out=any(len(findings.of_task(task)) > COMPARED for task in findings.tasks),
         trouble_rows=[[run.title, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
-        **_run_table(found, keys, judged),
+        **_run_table(findings, keys, judged),
         judged=judged,
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
 
 
-def _task(found: Findings, task: str, draw: bool) -> dict[str, Any]:
+def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
     """What the page says and draws of groups that can be compared."""
-    groups = found.of_task(task)
+    groups = findings.of_task(task)
     drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
     bests = ([run.best for run in group.with_history] for group in drawn)
     curves = {k: x for k, x in enumerate(bests) if x}
@@ -121,7 +122,7 @@ def _task(found: Findings, task: str, draw: bool) -> dict[str, Any]:
         outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": task,
-        "sentence": f"{sentence(groups, found.comparisons)} {broken(groups)}".rstrip(),
+        "sentence": f"{sentence(groups, findings.comparisons)} {broken(groups)}".rstrip(),
         "measure": groups[0].measure,
         "groups": len(groups),
         "drawn": len(drawn),
@@ -162,9 +163,9 @@ def _comparison_row(item: Comparison) -> list[str]:
     ]
 
 
-def _run_table(found: Findings, keys: Sequence[str], judged: bool) -> dict[str, Any]:
+def _run_table(findings: Findings, keys: Sequence[str], judged: bool) -> dict[str, Any]:
     """What the page shows of every run: with the address of its own page, if it has one."""
-    runs, number = found.runs, found.number_of()
+    runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
     rows = []
@@ -181,7 +182,7 @@ def _run_table(found: Findings, keys: Sequence[str], judged: bool) -> dict[str, 
 def _score(run: Run, key: str) -> str:
     """Fitness or merit of a run, a range where it is chaotic."""
     if key in run.ranges:
-        return range_told(run.ranges[key])
+        return range_text(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged
     return value if isinstance(value, str) else score(-np.inf if value is None else value)
 
@@ -199,15 +200,15 @@ class Metrics(NamedTuple):
 
 def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
     """Medians of the metrics of groups of runs below ``path``."""
-    found = [group.metrics() for group in groups]
+    medians = [group.metrics() for group in groups]
     shown = {group.key for group in groups}  # of which the page has a table already
-    keys = dict.fromkeys(key for item in found for key in item if {key} != shown)
+    keys = dict.fromkeys(key for item in medians for key in item if {key} != shown)
     scenarios = _scenarios(path, groups, list(keys))
     known = {key: text for one in scenarios.values() for key, text in meanings(one).items()}
     meaning = {key: known.get(key, key if key in SCORES else "") for key in keys}
     rows, places = [], []
     for key in keys:
-        values = [item[key][1] if key in item else None for item in found]
+        values = [item[key][1] if key in item else None for item in medians]
         name, factor = titled(key, meaning[key], values)
         write = score if key in SCORES else digits
         cells = [NONE if x is None else write(factor * x) for x in values]
@@ -226,18 +227,18 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
 
 def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:
     """By the tasks, as far as a run still says; where ``keys`` stay without units it is told."""
-    found: dict[str, Scenario] = {}
+    scenarios: dict[str, Scenario] = {}
     for group in {group.task: group for group in groups if group.finished}.values():
         place = path / group.finished[0].path
         try:
-            found[group.task] = opened_run(place)
+            scenarios[group.task] = opened_run(place)
         except (UserError, ValueError) as error:
-            if not {key for one in found.values() for key in meanings(one)} >= {*keys}:
+            if not {key for one in scenarios.values() for key in meanings(one)} >= {*keys}:
                 needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
                 why = f"give{needed}" if needed else in_a_line(str(error))
-                head = f"hfc: warning: the metrics of {group.task} stand there without units"
+                head = f"hfc: warning: the metrics of {group.task} are shown without units"
                 print(in_a_line(f"{head}: {why}"), file=sys.stderr)
-    return found
+    return scenarios
 
 
 def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:

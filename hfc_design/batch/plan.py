@@ -10,16 +10,16 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
-from hfc_design.core.carried import AnyFile
-from hfc_design.core.dotted import Changes, flat, set_keys
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
+from hfc_design.core.overrides import Changes, flat, set_keys
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.labels import LABEL
+from hfc_design.files.loop_setup import load_design, machine, own_scenario
 from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
-from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario
 from hfc_design.simulation.evaluating import meanings
 
@@ -56,10 +56,10 @@ class Published(Record):
     @property
     def sides(self) -> list[tuple[Json, str]]:
         """Settings and metric of the runs, and of those that they are put over in a ratio."""
-        found = [(self.of, self.metric)]
+        pairs = [(self.of, self.metric)]
         if self.over or self.over_metric:
-            found.append((self.over or self.of, self.over_metric or self.metric))
-        return found
+            pairs.append((self.over or self.of, self.over_metric or self.metric))
+        return pairs
 
 
 class BatchNotes(Record):
@@ -109,7 +109,7 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
     """
     file = checked(BatchFile, read_toml(path), path, path.parent)
     if not (file.set or file.grid or file.cells):
-        raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
+        raise UserError(f"{path}: must have [set], [grid] or [[cells]]")
     cells: dict[str, Cell] = {}
     common = flat(file.set)
     others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
@@ -144,10 +144,10 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     some = [cell for cell in cells if matches(wanted, cell.settings)]
     if not some:
         raise UserError(f"no cell has {_listed(flat(wanted))}")
-    found = (key for cell in some for key in meanings(cell.scenario))
-    known = list(dict.fromkeys(["fitness", "merit", *found]))
+    metrics = (key for cell in some for key in meanings(cell.scenario))
+    known = list(dict.fromkeys(["fitness", "merit", *metrics]))
     if metric not in known:
-        raise UserError(f"{metric!r} is no metric of these cells; {one_of(metric, known)}")
+        raise UserError(f"{metric!r}: unknown metric of these cells; {one_of(metric, known)}")
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
@@ -155,10 +155,10 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
     common, grid = flat(file.set), flat(file.grid)
     for key, values in grid.items():
         if not isinstance(values, list) or not values:
-            raise UserError(f"{path}: grid.{key} = {values!r}: has to be a list of values")
+            raise UserError(f"{path}: grid.{key} = {values!r}: must be a list of values")
     count = max(len(file.cells), 1) * prod(map(len, grid.values()))
     if count > MAX_CELLS:
-        raise UserError(f"{path}: asks for {count} cells; allowed are {MAX_CELLS}")
+        raise UserError(f"{path}: must have at most {MAX_CELLS} cells (got {count})")
     for cell in file.cells or ({},):
         for values in product(*grid.values()):
             yield common | dict(zip(grid, values, strict=True)) | flat(cell)
@@ -173,7 +173,7 @@ def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     """The scenario of a cell, and the design that it scores if it searches none."""
     label = settings.get(LABEL, "a")
     if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
-        raise UserError(f"label: has to be a text of 1 to {LONGEST} letters that can be printed")
+        raise UserError(f"label: must be a string of 1 to {LONGEST} printable characters")
     keys = {key: value for key, value in settings.items() if key not in OWN_KEYS}
     inside = {key.removeprefix(CHANGE): x for key, x in keys.items() if key.startswith(CHANGE)}
     keys = {key: value for key, value in keys.items() if not key.startswith(CHANGE)}
@@ -185,7 +185,7 @@ def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     name = settings.get(SCENARIO)
     if DESIGN not in settings:
         if inside:
-            raise UserError(f"{CHANGE}{next(iter(inside))}: needs a design that it changes")
+            raise UserError(f"{CHANGE}{next(iter(inside))}: needs a design to change")
         return load_scenario(place(name or "c-axis-ramp"), keys), None
     source = place(settings[DESIGN])
     design = load_design(source, inside)

@@ -62,17 +62,17 @@ def report(
         if each:
             failed = _write_missing(path, runs)
             runs = runs_below(path)
-        found = findings(path, runs)
-        _write_tables(path, found, parquet)
+        result = findings(path, runs)
+        _write_tables(path, result, parquet)
         texts = [notes.description for x in batches_below(path) for notes in folder.batch_notes(x)]
-        trees = trees_of(path, found.winners)
-        content = page(path, filter(None, texts), found, trees)
+        trees = trees_of(path, result.winners)
+        content = page(path, filter(None, texts), result, trees)
         write_whole(path / REPORT, content.html)
         if paper:
             paper.write(content)
-    tell(path / REPORT, found)
+    tell(path / REPORT, result)
     if failed:
-        raise RunError(f"{failed} of the runs got no page of their own")
+        raise RunError(f"{failed} of the runs could not get a page")
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:
@@ -91,27 +91,27 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
     return failed
 
 
-def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
-    columns = _run_columns(found)
+def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
+    columns = _run_columns(findings)
     content = _parquet(columns) if parquet else b""  # first: nothing is written if it cannot be
     rows: dict[str, Rows] = {
         RUNS: [list(columns), *zip(*columns.values(), strict=True)],
-        GROUPS: _group_rows(found.groups),
-        COMPARISONS: _comparison_rows(found.comparisons),
+        GROUPS: _group_rows(findings.groups),
+        COMPARISONS: _comparison_rows(findings.comparisons),
     }
-    if found.figures:
-        rows[PUBLISHED] = [Reproduced._fields, *found.figures]
-    if found.winners:
-        rows[STRUCTURES] = structure_rows(found.winners)
+    if findings.figures:
+        rows[PUBLISHED] = [Reproduced._fields, *findings.figures]
+    if findings.winners:
+        rows[STRUCTURES] = structure_rows(findings.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:
         write_whole(out / PARQUET, content)
 
 
-def _run_columns(found: Findings) -> dict[str, Column]:
+def _run_columns(findings: Findings) -> dict[str, Column]:
     """Name -> values of all runs; None where a run has no such value."""
-    runs, number = found.runs, found.number_of()
+    runs, number = findings.runs, findings.number_of()
     columns: dict[str, Column] = {
         "run": [run.path for run in runs],
         "called": [run.title for run in runs],
@@ -147,12 +147,12 @@ def _of_one_type(values: list[Any]) -> Column:
 
 
 def _group_rows(groups: Sequence[Group]) -> Rows:
-    found = [group.metrics() for group in groups]
-    metrics = list(dict.fromkeys(key for item in found for key in item))
+    medians = [group.metrics() for group in groups]
+    metrics = list(dict.fromkeys(key for item in medians for key in item))
     keys = list(groups[0].settings) if groups else []
     head = ["group", "task", "measure", *keys, "runs", "finished"]
     yield [*head, *(f"{key}_{part}" for key in metrics for part in QUARTILES)]
-    for x, item in zip(groups, found, strict=True):
+    for x, item in zip(groups, medians, strict=True):
         which = [x.number, x.task, x.measure, *x.settings.values(), len(x.runs), len(x.scores)]
         yield [*which, *(value for key in metrics for value in item.get(key, (None,) * 3))]
 

@@ -31,14 +31,12 @@ class Reproduced(NamedTuple):
 
 def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
     """Every published figure of the batches below ``path`` beside the median of its runs."""
-    found = []
+    rows = []
     for batch in batches_below(path):
         inside = (run for run in runs if (path / run.path).parent == batch)
         finished = [run for run in inside if run.state == "finished"]
-        found += [
-            _figure(x, finished) for file in folder.batch_notes(batch) for x in file.published
-        ]
-    return found
+        rows += [_figure(x, finished) for file in folder.batch_notes(batch) for x in file.published]
+    return rows
 
 
 def _figure(item: Published, finished: list[Run]) -> Reproduced:

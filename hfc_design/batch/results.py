@@ -17,15 +17,15 @@ import numpy as np
 from hfc_design.batch import folder
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.overrides import flat
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, toml_of
 from hfc_design.files.labels import PLAN, SEED, run_labels
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY, USABLE
-from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES
+from hfc_design.simulation.acceptance import NO, ON_THIS_MODEL, YES
 
 JUDGED_BY = "judged_by"
 #: Answers to whether a design can be used, the best first.
@@ -101,7 +101,7 @@ def runs_below(path: Path) -> list[Run]:
         UserError: there is none, or a batch's plan is damaged.
     """
     if not path.is_dir():
-        raise UserError(f"{path}: is no folder")
+        raise UserError(f"{path}: must be a folder")
     planned: list[Run] = []
     alone: list[Run] = []
     for place in _folders(path):
@@ -129,10 +129,10 @@ def best_usable(path: Path) -> Run:
     first = runs_below(path)[0]
     if first.use.verdict == YES:
         return first
-    near = f"nearest is {first.title}: {first.use.answer}"
-    none = "none says whether, as those of a scenario with [robust] do"
+    near = f"the closest is {first.title}: {first.use.answer}"
+    none = "usability is judged only in scenarios with [robust]"
     reason = near if first.use.verdict else none
-    raise UserError(f"{path}: no run has a design that can be used; {reason}")
+    raise UserError(f"{path}: no run has a usable design; {reason}")
 
 
 def _folders(path: Path) -> Iterator[Path]:
@@ -170,7 +170,7 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
     for run in runs:
         for key, value in run.settings.items():
             values[run.setting(SCENARIO), key].add(text(value))
-    differing = {key for (_, key), found in values.items() if len(found) > 1}
+    differing = {key for (_, key), different in values.items() if len(different) > 1}
     keys = differing | known | {SCENARIO, SEED}
     return [
         run._replace(settings={key: x for key, x in run.settings.items() if key in keys})
@@ -210,13 +210,13 @@ def _ended(file: Path) -> Json:
         raise ValueError("has no score")
     judged_by, ranges = score.get(JUDGED_BY, ""), _ranges(score.get("repeats"))
     others = (SCENARIO, JUDGED_BY, "usable", "chaotic", "repeats")  # ``_use`` has more of the use
-    found = {key: _number(value) for key, value in score.items() if key not in others}
-    if found.get("fitness") is None and score.get("fitness", "") is not None:
-        raise ValueError("has no fitness that is a number")  # null: the design diverged
+    numbers = {key: _number(value) for key, value in score.items() if key not in others}
+    if numbers.get("fitness") is None and score.get("fitness", "") is not None:
+        raise ValueError("must have a number as fitness")  # null: the design diverged
     lowest = {key: ends["lowest"] for key, ends in ranges.items()}
     structure = _structure(design.get("controller"))
     fields = {"judged_by": text(judged_by), "ranges": ranges, "structure": structure}
-    return {"score": {"fitness": None} | found | lowest} | fields
+    return {"score": {"fitness": None} | numbers | lowest} | fields
 
 
 def _ranges(repeats: object) -> dict[str, Json]:
@@ -242,18 +242,18 @@ def _use(file: Path) -> Json:
     """Whether its design can be used, if the file is there; ValueError: it is damaged."""
     if not file.exists():
         return {}
-    found = json_of(decoded(content(file)))
-    if not isinstance(found, dict) or not isinstance(found.get("usable"), bool):
+    record = json_of(decoded(content(file)))
+    if not isinstance(record, dict) or not isinstance(record.get("usable"), bool):
         raise ValueError("has no answer")
-    verdict = found.get("verdict", YES if found["usable"] else NO)
+    verdict = record.get("verdict", YES if record["usable"] else NO)
     if verdict not in VERDICTS:
         raise ValueError(f"verdict must be {', '.join(VERDICTS)} (got {verdict!r})")
     margins = {}
     for key in MARGINS:
         with suppress(KeyError, TypeError):  # an earlier version has none
-            margins[key] = float(found["margins"]["worst"][key]["value"])  # null: without an end
+            margins[key] = float(record["margins"]["worst"][key]["value"])  # null: without an end
     return {
-        "use": Use(verdict, _number(found.get("share")), margins, text(found.get("answer", "")))
+        "use": Use(verdict, _number(record.get("share")), margins, text(record.get("answer", "")))
     }
 
 
@@ -262,13 +262,13 @@ def _history(file: Path) -> Json:
     lines = decoded(content(file, LARGEST_TABLE)).splitlines()
     names, *rows = (line.split(",") for line in lines or [""])
     if not rows or "best" not in names:
-        raise ValueError("has no column best or no generation")
+        raise ValueError("must have a column best and at least one generation")
     for k, row in enumerate(rows):
         if len(row) != len(names) or row[0] != str(k):
             raise ValueError(f"row {k + 2} is damaged")
     best = np.array([float(row[names.index("best")]) for row in rows])
     if np.isinf(best).any():
-        raise ValueError("a score is no number")
+        raise ValueError("a score is not a number")
     return {"best": best}
 
 

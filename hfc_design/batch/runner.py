@@ -94,10 +94,10 @@ def run_batch(
     folder.note_plan(out, plan)
     failed: dict[str, str] = {}
 
-    def outcome(cell: Cell, found: Outcome) -> None:
-        if found.state == "failed":
-            failed[cell.name] = found.reason
-        on_outcome(cell, found)
+    def outcome(cell: Cell, result: Outcome) -> None:
+        if result.state == "failed":
+            failed[cell.name] = result.reason
+        on_outcome(cell, result)
 
     with places as place:
         place.anyway = anyway
@@ -167,7 +167,7 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
     """The task of a cell and our claim of it, or what became of the cell without one."""
     path = out / cell.name
     with ExitStack() as claim:
-        if not claim.enter_context(lock.claimed(path)):
+        if not claim.enter_context(lock.try_lock(path)):
             return Outcome(state="again")
         if folder.state(out, cell.name) == "finished":
             return Outcome(state="finished")

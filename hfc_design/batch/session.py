@@ -62,7 +62,7 @@ def batch(
         with watch:
             failed = run_batch(plan, target, at_once, places, anyway, watch.outcome)
     except KeyboardInterrupt:
-        raise RunError("interrupted; the same command goes on where it stopped") from None
+        raise RunError("interrupted; run the same command again to continue") from None
     counts = f"{len(cells) - len(failed)} finished, {len(failed)} failed"
     print(f"{len(cells)} cells in {target}: {counts}")
     for reason in dict.fromkeys(failed.values()):
@@ -75,14 +75,14 @@ def batch(
 
 def show_status(out: Path) -> None:
     """``hfc batch --status DIR``: what became of every cell."""
-    found = folder.entries(out)
-    seconds = [entry.seconds for entry in found if entry.seconds is not None]
-    print(f"{len(found)} cells in {out}: {listed(Counter(entry.state for entry in found))}")
+    cells = folder.entries(out)
+    seconds = [entry.seconds for entry in cells if entry.seconds is not None]
+    print(f"{len(cells)} cells in {out}: {listed(Counter(entry.state for entry in cells))}")
     if seconds:
         print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
-    left = [entry for entry in found if entry.state != "finished"]
+    left = [entry for entry in cells if entry.state != "finished"]
     if left:
-        labels = run_labels({entry.name: entry.settings for entry in found})
+        labels = run_labels({entry.name: entry.settings for entry in cells})
         _show((f"{labels[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
 
 
@@ -131,9 +131,9 @@ def _work(cell: Cell) -> float:
 
 def _program(cell: Cell) -> str:
     """What is compiled once for all cells that have it in common: all but seeds and budgets."""
-    found = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
-    found["search"].pop("generations", None)
-    return json.dumps([found, cell.design is None], default=str)
+    settings = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
+    settings["search"].pop("generations", None)
+    return json.dumps([settings, cell.design is None], default=str)
 
 
 class Watch(ProgressBar):

@@ -16,10 +16,10 @@ from hfc_design.batch.results import Run
 from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError, harmless, in_a_line
-from hfc_design.core.shown import line
+from hfc_design.core.reprs import line
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing
 from hfc_design.report.designs import picture
@@ -80,7 +80,7 @@ def winners(groups: Sequence[Group]) -> list[Winner]:
 
     A design that was given is no search's; a group whose kind has but one structure has none.
     """
-    found: list[Winner] = []
+    best: list[Winner] = []
     for group in groups:
         members: dict[str, list[tuple[float, Run]]] = defaultdict(list)
         for run, value in zip(group.finished, group.scores.tolist(), strict=True):
@@ -91,45 +91,45 @@ def winners(groups: Sequence[Group]) -> list[Winner]:
         for structure, inside in members.items():
             scores, runs = zip(*sorted(inside, key=lambda pair: -pair[0]), strict=True)
             of_group.append(Winner(group, structure, list(runs), np.array(scores), searches))
-        found += sorted(of_group, key=lambda x: (-len(x.runs), -x.best, x.structure))
-    return found
+        best += sorted(of_group, key=lambda x: (-len(x.runs), -x.best, x.structure))
+    return best
 
 
-def structure_rows(found: Iterable[Winner]) -> Iterable[list[object]]:
+def structure_rows(winners: Iterable[Winner]) -> Iterable[list[object]]:
     """All of it in full precision."""
     counted = ["runs", "searches", "share", "share_low", "share_high"]
     yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
-    for x in found:
+    for x in winners:
         which = [x.group.number, x.group.task, x.group.measure, x.structure]
         shares = [len(x.runs), x.searches, x.share, *x.interval]
         yield [*which, *shares, x.best, x.median, x.runs[0].path]
 
 
-def show_structures(found: Sequence[Winner]) -> None:
+def show_structures(winners: Sequence[Winner]) -> None:
     """Print the first structures of each group, if there are any."""
-    groups = [[*inside] for _, inside in groupby(found, key=lambda x: x.group.number)]
+    groups = [[*inside] for _, inside in groupby(winners, key=lambda x: x.group.number)]
     shown = [inside[:LISTED] for inside in groups][:TABLES]
     columns = [k for k, name in enumerate(WINNER_HEAD) if name != "group"]
     for inside in shown:
         group = inside[0].group
-        label = f"structures that won in {group.task}, group {group.label}"
+        label = f"best structures of {group.task}, group {group.label}"
         if group.broken:
-            label += f"; {group.broken} of {len(group.finished)} runs break constraints"
+            label += f"; {group.broken} of {len(group.finished)} runs violate constraints"
         rows = ([Text(x.row[k]) for k in columns] for x in inside)
         title = Text(harmless(label))
         show_rows([WINNER_HEAD[k] for k in columns], rows, title=title, title_style="")
         terminal().print()
-    if others := len(found) - sum(map(len, shown)):
+    if others := len(winners) - sum(map(len, shown)):
         terminal().print(f"{others} more structures are in {STRUCTURES}")
 
 
-def trees_of(path: Path, found: Sequence[Winner]) -> list[Drawing]:
+def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
     """The most frequent structure of each of the first groups below ``path``.
 
     Drawn as its best run has it; not of a kind without such a picture, nor, which is said, where
     the design cannot be read here.
     """
-    first = {x.group.number: x for x in reversed(found)}
+    first = {x.group.number: x for x in reversed(winners)}
     drawings = []
     for _, winner in sorted(first.items())[:DRAWN]:
         place = winner.runs[0].path
@@ -150,8 +150,11 @@ def _trees(winner: Winner, design: Design) -> Iterator[Drawing]:
     parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
     for axis in (axis for structure, axis in parts.items() if structure):
         which = f"group {winner.group.label}" + (f", axis {axis}" if axis else "")
-        count = f"{len(runs)} of {searches} searches ended with it, the best of them was"
+        count = f"{len(runs)} of {searches} searches ended with this structure, the best of them"
         if len(runs) == 1 < searches:
-            count = "no two searches ended with the same structure; this is that of the best,"
-        text = f"{which[0].upper()}{which[1:]}: {count} {runs[0].path}, whose scales it has."
-        yield Drawing(picture(design, "tree", axis=axis), f"Structure that won in {which}", text)
+            count = "no two searches ended with the same structure; this is the best one's,"
+        text = (
+            f"{which[0].upper()}{which[1:]}: {count} {runs[0].path}; the scales are those of "
+            "that run."
+        )
+        yield Drawing(picture(design, "tree", axis=axis), f"Best structure of {which}", text)

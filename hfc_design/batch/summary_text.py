@@ -23,19 +23,19 @@ NAMED = 12
 OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
 
 
-def show_findings(page: Path, found: Findings | None) -> None:
+def show_findings(page: Path, findings: Findings | None) -> None:
     """Print what the runs gave, if it is more than one, and where the page is."""
-    if found is not None:
-        for task in found.tasks[:TASKS]:
-            groups = found.of_task(task)
+    if findings is not None:
+        for task in findings.tasks[:TASKS]:
+            groups = findings.of_task(task)
             _show_medians(groups)
-            for said in (sentence(groups, found.comparisons), broken(groups)):
+            for said in (sentence(groups, findings.comparisons), broken(groups)):
                 if said:
                     terminal().print(Text(harmless(said)))
             terminal().print()
-        if len(found.tasks) > TASKS:
-            terminal().print(f"{len(found.tasks) - TASKS} more tasks are in groups.csv\n")
-        show_structures(found.winners)
+        if len(findings.tasks) > TASKS:
+            terminal().print(f"{len(findings.tasks) - TASKS} more tasks are in groups.csv\n")
+        show_structures(findings.winners)
     print(page)
 
 
@@ -61,8 +61,10 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
         return "No run has finished."
     usable = ""
     if answers := groups[0].answers:
-        usable = f"{answers[0]} designs of group {groups[0].label} can be used; {answers[1]} % of "
-        usable += "the unseen machines pass in the median. "
+        usable = (
+            f"Usable designs of group {groups[0].label}: {answers[0]}; median share of unseen "
+            f"machines that pass: {answers[1]} %. "
+        )
     return usable + _highest(highest, groups, comparisons)
 
 
@@ -71,8 +73,8 @@ def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comp
     if against and (needed := too_few(comparisons)):
         several = f"{len(comparisons)} comparisons need" if len(comparisons) > 1 else "it takes"
         return (
-            "Which group is better cannot be shown with so few runs, however much they differ: "
-            f"{several} at least {needed} runs in each group."
+            "The runs are too few to show which group is better, whatever the "
+            f"difference: {several} at least {needed} runs in each group."
         )
     note, runs = _unlike(groups), len(highest.finished)
     median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
@@ -80,13 +82,13 @@ def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comp
     best += f" ({runs} run{'s' if runs > 1 else ''})"
     if not against:
         searched = any(run.searched for group in groups for run in group.finished)
-        chance = ", which may be chance: a group needs several seeds"
+        chance = ", which may be chance: run each group with several seeds"
         return f"{best}{chance if searched and len(groups) > 1 else ''}.{note}"
     shown = sum(item.shown for item in against)
     if len(against) > 1:
-        return f"{best}; by more than chance higher than {shown} of {len(against)} others.{note}"
-    lower = "The other group is lower by more than chance"
-    return f"{best}. {lower if shown else 'That the other group is lower may be chance'}.{note}"
+        return f"{best}; significantly higher than {shown} of {len(against)} other groups.{note}"
+    lower = "The other group is significantly lower"
+    return f"{best}. {lower if shown else 'The difference to the other group may be chance'}.{note}"
 
 
 def _unlike(groups: Sequence[Group]) -> str:
@@ -94,9 +96,9 @@ def _unlike(groups: Sequence[Group]) -> str:
     keys = {key for group in groups for key in group.settings if key.startswith(OF_MACHINE)}
     values = {key: {group.settings.get(key) for group in groups} for key in keys}
     differ = ", ".join(sorted(key for key, some in values.items() if len(some) > 1))
-    note = f" They differ in {differ} too: a higher score may be that of an easier task."
+    note = f" The groups also differ in {differ}: a higher score may come from an easier task."
     merits = {run.judged_by for group in groups for run in group.finished if run.judged_by}
-    other = f" Their searches ranked by different merits ({'; '.join(sorted(merits))})."
+    other = f" Their searches ranked designs by different merits ({'; '.join(sorted(merits))})."
     return (note if differ else "") + (other if len(merits) > 1 else "")
 
 
@@ -108,15 +110,15 @@ def broken(groups: Sequence[Group]) -> str:
     counts = [f"{x.broken} of {len(x.finished)} runs of group {x.number}" for x in with_broken]
     others = f" and runs of {len(counts) - NAMED} more groups" if len(counts) > NAMED else ""
     return (
-        f"{', '.join(counts[:NAMED])}{others} break constraints: no design that was tried there "
-        "keeps every one, and the one that breaks them least counts."
+        f"{', '.join(counts[:NAMED])}{others} violate constraints: no design tried there "
+        "meets all of them, so the one with the least violation counts."
     )
 
 
 def key_of(groups: Sequence[Group]) -> str:
     """What the numbers of groups mean, for a caption that stands alone."""
     if len(groups) > NAMED:
-        return "What the numbers of the groups mean is in the table of the groups."
+        return "The table of groups says what the group numbers mean."
     several = len({group.task for group in groups}) > 1
     labels = (f"{group.label} in {group.task}" if several else group.label for group in groups)
     return f"Groups: {'; '.join(labels)}."

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
-from hfc_design.core.lock import claimed
+from hfc_design.core.lock import try_lock
 from hfc_design.core.numbers import FEWEST_DEVICES, Json
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError, in_a_line
@@ -107,8 +107,8 @@ def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
 
     if not (out / PLAN).exists():
         host = socket.gethostname()
-        return _failed(f"{out}: the worker on {host} has no such folder; see --shared")
-    with claimed(out / name) as mine:
+        return _failed(f"{out}: the worker on {host} does not see this folder; see --shared")
+    with try_lock(out / name) as mine:
         if not mine:
             return Outcome(state="again")
         if folder.state(out, name) == "finished":
@@ -135,15 +135,15 @@ def _failed(reason: str) -> "Outcome":
 
 def contents(path: Path) -> Files:
     """The files of a run, without its lock and what a killed process left half written."""
-    found = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
-    return {file.name: file.read_bytes() for file in found if file.name[0] != "."}
+    files = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
+    return {file.name: file.read_bytes() for file in files if file.name[0] != "."}
 
 
 @cache
 def take_share(cores: int) -> None:
     """Bind this process to cores, and to a GPU where there are any, that no other worker has."""
-    if found := gpus():
-        if card := _free("gpu", found, 1):
+    if indices := gpus():
+        if card := _free("gpu", indices, 1):
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
         else:  # more workers than GPUs, and two would not get on in the memory of one
             os.environ["JAX_PLATFORMS"] = "cpu"
@@ -174,9 +174,9 @@ def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
     back when the process ends, however it ends.
     """
     job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
-    found: list[str] = []
+    unused: list[str] = []
     for name in names:
-        if len(found) == count:
+        if len(unused) == count:
             break
         claim = socket.socket(socket.AF_UNIX)
         try:
@@ -185,5 +185,5 @@ def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
             claim.close()
             continue
         _taken.append(claim)
-        found.append(name)
-    return found
+        unused.append(name)
+    return unused

@@ -10,8 +10,8 @@ from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.report import report
 from hfc_design.batch.results import runs_below
 from hfc_design.batch.runner import Outcome, Place, run_batch
-from hfc_design.core.arguments import path_of, whole
-from hfc_design.core.dotted import Changes
+from hfc_design.core.arguments import check_whole, path_of
+from hfc_design.core.overrides import Changes
 from hfc_design.core.records import RunError
 
 
@@ -43,7 +43,7 @@ def batch(
         RunError: cells failed, after all others have run; ``findings`` tells of them too.
     """
     if workers is not None:
-        whole("--workers", workers, 1)
+        check_whole("--workers", workers, 1)
     plan = read_batch(path_of(file), changes)
     out = plan.folder(None if folder is None else path_of(folder))
     places: AbstractContextManager[Place] = nullcontext(Place())
@@ -52,10 +52,10 @@ def batch(
 
         places = connected(workers, None, False, (None, None, None), lambda count: None)
     failed = run_batch(plan, out, workers or 1, places, anyway, on_cell)
-    report(out, tell=lambda page, found: None)
+    report(out, tell=lambda page, findings: None)
     if failed:
-        told = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
-        raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {told}")
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {reasons}")
     return findings(out)
 
 

@@ -4,18 +4,18 @@ from pathlib import Path
 from typing import Any
 
 from hfc_design.controllers.flc.rules import FEWEST, MOST
-from hfc_design.core.arguments import path_of, positive, wanted, whole
+from hfc_design.core.arguments import check_positive, check_type, check_whole, path_of
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import load_design, made_for
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, made_for
 from hfc_design.formats import FORMATS, check_score, connecting
 from hfc_design.formats.reading import Wish, imported
 
 
 def export(
-    found: AnyDesign,
+    source_design: AnyDesign,
     to: str,
     path: str | Path,
     anyway: bool = False,
@@ -33,8 +33,8 @@ def export(
         RunError: ``path`` cannot be written.
     """
     if to not in [*FORMATS]:  # which need not be a text
-        raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
-    place, design = path_of(path), load_design(found)
+        raise UserError(f"{to!r}: unknown format; {one_of(to, FORMATS)}")
+    place, design = path_of(path), load_design(source_design)
     if scenario is not None:
         design = made_for(design, load_scenario(scenario))
     check_score(design, anyway)
@@ -54,7 +54,7 @@ def import_(path: str | Path, **wish: Any) -> Design:
     """
     if unknown := sorted(wish.keys() - {*Wish._fields}):
         raise UserError(
-            f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
+            f"import_: unknown option {unknown[0]!r}; available: {', '.join(Wish._fields)}"
         )
     _check_numbers(Wish(**wish))
     return imported(path_of(path), Wish(**wish))
@@ -62,11 +62,11 @@ def import_(path: str | Path, **wish: Any) -> Design:
 
 def _check_numbers(wish: Wish) -> None:
     if wish.sample_time is not None:
-        positive("--sample-time", wish.sample_time)
+        check_positive("--sample-time", wish.sample_time)
     if wish.terms is None:
         return
-    wanted(wish.terms, (tuple, list), "pair of numbers of terms, as in (9, 5)")
+    check_type(wish.terms, (tuple, list), "a pair of numbers of terms, as in (9, 5)")
     if len(wish.terms) != 2:
-        raise UserError(f"--terms {wish.terms}: has to be two numbers, as in (9, 5)")
+        raise UserError(f"--terms {wish.terms}: must be two numbers, as in (9, 5)")
     for count in wish.terms:
-        whole("--terms", count, FEWEST, MOST)
+        check_whole("--terms", count, FEWEST, MOST)

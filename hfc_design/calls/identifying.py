@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from hfc_design.core.arguments import path_of, positive, whole
-from hfc_design.core.dotted import Changes
+from hfc_design.core.arguments import check_positive, check_whole, path_of
+from hfc_design.core.overrides import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
 from hfc_design.identify import identified
@@ -63,16 +63,16 @@ def identify(
             what is needed, or no replay of it stays finite.
         RunError: the folder cannot be written.
     """
-    whole("--seed", seed, 0)
+    check_whole("--seed", seed, 0)
     if bandwidth:  # 0: open loop
-        positive("--bandwidth", bandwidth)
+        check_positive("--bandwidth", bandwidth)
     if sample_time is not None:
-        positive("--sample-time", sample_time)
+        check_positive("--sample-time", sample_time)
     place = None if folder is None else path_of(folder)
     other = None if check_log is None else path_of(check_log)
     task = task_of(plant, scenario, changes, axis, controller, free, bandwidth, seed)
     logs = sources(task, path_of(log), columns, other, check_columns)
-    found = identified.identify(*recordings(task, logs, sample_time), on_step)
+    result = identified.identify(*recordings(task, logs, sample_time), on_step)
     if place is not None:
-        write(found, place, "hfc_design.api.identify")
-    return found
+        write(result, place, "hfc_design.api.identify")
+    return result

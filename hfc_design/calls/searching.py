@@ -6,12 +6,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.arguments import path_of, wanted, whole
-from hfc_design.core.lock import alone
+from hfc_design.core.arguments import check_type, check_whole, path_of
+from hfc_design.core.lock import exclusive
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import check_laws, load_design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
-from hfc_design.files.pairing import check_laws, load_design
 from hfc_design.runs import run as runs
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
@@ -42,21 +42,21 @@ def design(
     scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
-            own = runs.new_run(scenario, Path(name))
-            return runs.run(own, Path(name), on_generation)
+            run = runs.new_run(scenario, Path(name))
+            return runs.run(run, Path(name), on_generation)
     check_memory(scenario)
     place = path_of(folder)
-    with alone(place):
+    with exclusive(place):
         if (place / runs.CONFIG).exists():
-            own = runs.opened_run(place)
+            run = runs.opened_run(place)
             # The folder holds copies of the files that a scenario names.
-            one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+            one, other = (renamed(x, lambda key, file: Path(key)) for x in (run, scenario))
             if one != other:
-                raise UserError(f"{place}: holds a run of another scenario; name another folder")
+                raise UserError(f"{place}: contains a run of another scenario; name another folder")
         else:
-            own = runs.new_run(scenario, place)
-        result = runs.run(own, place, on_generation, anyway)
-        write_page(own, result, place)
+            run = runs.new_run(scenario, place)
+        result = runs.run(run, place, on_generation, anyway)
+        write_page(run, result, place)
         return result
 
 
@@ -76,7 +76,7 @@ def pick(
     from hfc_design.batch.results import best_usable, is_run  # with all that draws
 
     if point is not None:
-        whole("--point", point, 1)
+        check_whole("--point", point, 1)
     place = path_of(folder)
     if place.is_dir() and not is_run(place) and point is None and nearest is None:
         return load_design(place / best_usable(place).path)
@@ -93,9 +93,9 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
-        raise UserError(f"a controller of kind {kind} is no list of gains; pd, pid or pid+ff is")
-    wanted(gains, Mapping, "table of gains and their values")
+        raise UserError(f"kind must be pd, pid or pid+ff (got {kind})")
+    check_type(gains, Mapping, "a table of gains and their values")
     where = load_scenario(scenario)
-    found = design_with({"kind": kind, **of_gains(dict(gains))}, where)
-    check_laws(found, where.plant.machine)
-    return found
+    design = design_with({"kind": kind, **of_gains(dict(gains))}, where)
+    check_laws(design, where.plant.machine)
+    return design

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 
 from hfc_design.batch import report as batch_report
 from hfc_design.batch.findings import Findings, of_findings
-from hfc_design.core.arguments import path_of, wanted
+from hfc_design.core.arguments import check_type, path_of
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.identify.page import replayed
 from hfc_design.identify.result import Identified
 from hfc_design.pictures.column import in_column
@@ -28,9 +28,9 @@ from hfc_design.report.page import design_page
 from hfc_design.report.paper import COLUMN, INCH, KINDS, Paper, millimetres
 from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
+from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluating import EVALUATED, Evaluation
-from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.report import LoopMargins, StableGains
 
@@ -39,11 +39,11 @@ OTHERS = (Result, Robustness, Usable, Comparison, Identified, StableGains, LoopM
 
 
 def plot(
-    found: Any, path: str | Path | None = None, title: str = "", width: str | None = None
+    result: Any, path: str | Path | None = None, title: str = "", width: str | None = None
 ) -> Figure:
     """Draw what was found: a figure, which a notebook shows by itself.
 
-    Of an evaluation the motion, the first where there are several (draw ``found.motions["fast"]``
+    Of an evaluation the motion, the first where there are several (draw ``result.motions["fast"]``
     for another), of a result of ``design`` how the search went, of ``findings`` how
     the searches of each group went, of ``robustness``, ``usable`` and ``compare`` the metrics on
     all machines, of ``identify`` the replay beside the log, of ``stability`` the range or the open
@@ -64,11 +64,11 @@ def plot(
     """
     place = None if path is None else path_of(path)
     narrow = None if width is None else column(width) / INCH
-    if isinstance(found, Mapping):
-        figure = _overlaid(found, title)
+    if isinstance(result, Mapping):
+        figure = _overlaid(result, title)
     else:
-        wanted(found, (Evaluation, *OTHERS), f"{EVALUATED}, and nothing else that has a plot")
-        figure = _drawn(found, title)
+        check_type(result, (Evaluation, *OTHERS), EVALUATED)
+        figure = _drawn(result, title)
     if narrow is not None:
         in_column(figure, narrow)
     if place is not None:
@@ -76,7 +76,7 @@ def plot(
     return figure
 
 
-def _drawn(found: Any, title: str) -> Figure:
+def _drawn(result: Any, title: str) -> Figure:
     titled: dict[type, Callable[[Any, str], Figure]] = {
         Evaluation: plots.motion,
         Usable: batch_plots.distributions,
@@ -87,50 +87,51 @@ def _drawn(found: Any, title: str) -> Figure:
         Identified: replayed,
         Findings: lambda one: of_findings({"": one}),
     }
-    kind = type(found)
-    if kind is Evaluation and found.motions and not title:
-        title = f"{next(iter(found.motions))}, the first of {len(found.motions)} motions"
+    kind = type(result)
+    if kind is Evaluation and result.motions and not title:
+        title = f"{next(iter(result.motions))}, the first of {len(result.motions)} motions"
     if kind in titled:
-        return titled[kind](found, title)
+        return titled[kind](result, title)
     if kind in others:
-        return others[kind](found)
+        return others[kind](result)
     if kind is not Result:
-        figure: Figure = found.figure()
+        figure: Figure = result.figure()
         return figure
-    if found.search is None:
-        raise UserError("nothing was searched; plot its .evaluation")
-    return searches.history(found.search.history, title)
+    if result.search is None:
+        raise UserError("this has no search to plot; plot its .evaluation")
+    return searches.history(result.search.history, title)
 
 
-def _overlaid(found: Mapping[str, Any], title: str) -> Figure:
+def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
     """Several of one kind over one another."""
-    kinds = {type(one) for one in found.values()}
+    kinds = {type(one) for one in results.values()}
     if kinds == {Evaluation}:
         motions = {
             (len(one.time), one.time[-1], tuple(axis.name for axis in one.axes))
-            for one in found.values()
+            for one in results.values()
         }
-        if several := next((one.motions for one in found.values() if one.motions), None):
+        if several := next((one.motions for one in results.values() if one.motions), None):
             raise UserError(
-                f"evaluations over one another have to be of one motion, these are of "
-                f"{', '.join(several)}; take one of each, as .motions[{next(iter(several))!r}]"
+                "evaluations in one figure must be of one motion (got "
+                f"{', '.join(several)}); take one of each, as "
+                f".motions[{next(iter(several))!r}]"
             )
         if len(motions) > 1:
-            raise UserError("evaluations over one another have to be of the same motion")
-        return overlaid.motions(found, title)
+            raise UserError("evaluations in one figure must be of the same motion")
+        return overlaid.motions(results, title)
     if kinds == {Findings}:
-        return of_findings(found)
+        return of_findings(results)
     if kinds == {Result}:
-        for name, one in found.items():
+        for name, one in results.items():
             if one.search is None:
-                raise UserError(f"{name}: nothing was searched; plot its .evaluation")
-        bests = [[one.search.history.best] for one in found.values()]
-        return searches.convergence([*found], bests, range(len(bests)))
-    raise UserError("what lies over one another has to be all evaluations, results or findings")
+                raise UserError(f"{name}: this has no search to plot; plot its .evaluation")
+        bests = [[one.search.history.best] for one in results.values()]
+        return searches.convergence([*results], bests, range(len(bests)))
+    raise UserError("a figure of several must have only evaluations, only results or only findings")
 
 
 def explain(
-    found: AnyDesign, *samples: str | Mapping[str, float], axis: str = ""
+    design: AnyDesign, *samples: str | Mapping[str, float], axis: str = ""
 ) -> dict[str, Any]:
     """Which rules fire at a sample, how strongly, and what the command is made of.
 
@@ -144,14 +145,14 @@ def explain(
         UserError: the design has no rules, or signals are missing, unknown or no numbers.
     """
     if not samples:
-        raise UserError("a sample is missing: signals and readings, as in {'error': 1e-4}")
+        raise UserError("samples must have at least one, as in {'error': 1e-4}")
     for one in samples:
-        wanted(one, (str, Mapping), "sample: a text, or a mapping of signals to readings")
+        check_type(one, (str, Mapping), "a sample: a string, or a mapping of signals to readings")
     texts = [
         one if isinstance(one, str) else ",".join(f"{name}={x}" for name, x in one.items())
         for one in samples
     ]
-    return explained(load_design(found), texts, axis)
+    return explained(load_design(design), texts, axis)
 
 
 def comparison_page(
@@ -175,13 +176,13 @@ def comparison_page(
         UserError: it is no comparison, or there is no such kind of figure or width.
         RunError: a file cannot be written.
     """
-    wanted(comparison, Comparison, "comparison; compare(designs) makes one")
+    check_type(comparison, Comparison, "a comparison, as compare(designs) returns it")
     place = path_of(path)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
-    found = page(comparison)
-    write_whole(place, found.html)
+    html = page(comparison)
+    write_whole(place, html.html)
     if paper:
-        paper.write(found)
+        paper.write(html)
     return place
 
 
@@ -220,24 +221,27 @@ def report(
     """
     if isinstance(of, str | PathLike) and isdir(of):
         if path is not None:
-            line = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
+            line = (
+                f"{path}: applies to a single design; leave path out, the page of a folder is "
+                "written into the folder"
+            )
             raise UserError(f"{line}, as {Path(of) / REPORT}")
         if scenario is not None:
-            raise UserError("scenario: is for a lone design; a run has its own")
+            raise UserError("scenario: applies to a single design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)
-        batch_report.report(Path(of), each, tell=lambda page, found: None, paper=paper)
+        batch_report.report(Path(of), each, tell=lambda page, findings: None, paper=paper)
         return Path(of) / REPORT
     if each:
-        raise UserError("each: is for a folder of runs, and this is a design")
+        raise UserError("each: applies to a folder of runs (got a design)")
     design = load_design(of)
     name = design.name if of is design else str(of)
     place = Path(f"{design.name}.html") if path is None else path_of(path)
     where = own_scenario(design, name) if scenario is None else load_scenario(scenario)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
-    found = design_page(design, where, harmless(shlex.join(["hfc", "score", name])))
-    write_whole(place, found.html)
+    html = design_page(design, where, harmless(shlex.join(["hfc", "score", name])))
+    write_whole(place, html.html)
     if paper:
-        paper.write(found)
+        paper.write(html)
     return place
 
 
@@ -250,9 +254,9 @@ def for_a_paper(
         UserError: there is no such kind of figure or width, or a width without figures.
     """
     if figures is not None and figures not in KINDS:
-        raise UserError(f"figures = {figures!r}: has to be one of {', '.join(KINDS)}")
+        raise UserError(f"figures = {figures!r}: must be one of {', '.join(KINDS)}")
     if width is not None and figures is None:
-        raise UserError("width: is that of figures, as in figures='pdf'")
+        raise UserError("width: applies to figures, as in figures='pdf'")
     if figures is None and not latex:
         return None
     drawn = folder / f"{stem}figures" if figures else None
@@ -265,5 +269,5 @@ def column(width: str) -> float:
     try:
         return millimetres(width)
     except (ValueError, TypeError):
-        rule = "a text with a number and a unit (mm, cm, in, pt), 40 to 400 mm in all"
-        raise UserError(f"width = {width!r}: has to be {rule}") from None
+        rule = "a string with a number and a unit (mm, cm, in, pt), 40 to 400 mm in total"
+        raise UserError(f"width = {width!r}: must be {rule}") from None

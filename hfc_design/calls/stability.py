@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from hfc_design.core.arguments import positive
-from hfc_design.core.dotted import Changes
+from hfc_design.core.arguments import check_positive
+from hfc_design.core.overrides import Changes
 from hfc_design.core.records import UserError
 from hfc_design.stability.report import LoopMargins, StableGains, drive_of
 from hfc_design.stability.stable_range import stable_range
@@ -50,41 +50,43 @@ def stability(
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
     for key, value in given.items():
-        positive(f"--{key.replace('_', '-')}", value)
+        check_positive(f"--{key.replace('_', '-')}", value)
     if design is None:
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)
+    from hfc_design.files.loop_setup import load_design
     from hfc_design.files.machine import PlantSettings  # with JAX
-    from hfc_design.files.pairing import load_design
 
-    own = load_design(design, changes)
-    axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]
-    tables = own.kind.table_gains
+    loaded = load_design(design, changes)
+    axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(loaded.plant)).each()]
+    tables = loaded.kind.table_gains
     if tables and (given or any(drive.linear for drive, _ in axes)):
-        mismatch = f"design {own.name} is for the plant {own.plant.name}"
-        drive = drive_of(mismatch, axes, own.controller.sample_time_s, given)
+        mismatch = f"design {loaded.name} is for the plant {loaded.plant.name}"
+        drive = drive_of(mismatch, axes, loaded.controller.sample_time_s, given)
         try:
-            loop = None if given else _margins(own, scenario)
+            loop = None if given else _margins(loaded, scenario)
         except UserError:  # made for no scenario
             loop = None
-        return StableGains(stable_range(**drive), tables(own.controller), drive, loop)
+        return StableGains(stable_range(**drive), tables(loaded.controller), drive, loop)
     if given:
         option = next(iter(given)).replace("_", "-")
-        raise UserError(f"--{option}: design {own.name} is judged on its own drive")
-    return _margins(own, scenario)
+        raise UserError(
+            f"--{option}: does not apply, design {loaded.name} is judged on its own drive"
+        )
+    return _margins(loaded, scenario)
 
 
 def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
     """On the scenario that it was made for, or another, within its tolerances."""
+    from hfc_design.files.loop_setup import machine, own_scenario, with_converter
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import machine, own_scenario, with_converter
     from hfc_design.files.robust import RobustSettings
     from hfc_design.simulation.loop_margins import BAND, loop_margins
     from hfc_design.simulation.machines import drawn
     from hfc_design.simulation.usable import BEYOND, SPREAD
 
-    own = load_scenario(scenario) if scenario else own_scenario(design, design.name)
-    scenario = with_converter(own, design)
+    where = load_scenario(scenario) if scenario else own_scenario(design, design.name)
+    scenario = with_converter(where, design)
     robust = scenario.robust or RobustSettings(spread=SPREAD)
     parts = (robust.spread, BAND, scenario.run.seed + BEYOND, robust.tolerances)
     some, _ = drawn(machine(design, scenario), *parts, key="robust.spread")

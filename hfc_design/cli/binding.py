@@ -124,10 +124,10 @@ def _parameters(function: Callable[..., Any]) -> Iterator[click.Parameter]:
 
 def _called(function: Callable[..., Any], given: dict[str, Any]) -> Any:
     """What a function returns for the values of a command line."""
-    own = {}
+    passed = {}
     for name, one in inspect.signature(function).parameters.items():
         if isinstance(one.default, Together):
-            own[name] = _called(one.default.make, given)
+            passed[name] = _called(one.default.make, given)
         elif name in given:
-            own[name] = given[name]
-    return function(**own)
+            passed[name] = given[name]
+    return function(**passed)

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from hfc_design.core.console import ProgressBar, plain_table, show_rows, terminal
 from hfc_design.report.comparison.tables import called, difference_row, failures, lines
-from hfc_design.simulation.comparison import Bout, Comparison, spread_told
+from hfc_design.simulation.comparison import Comparison, MotionComparison, spread_text
 
 #: Heads of what a terminal has room for of a difference.
 HEAD = ("", "median ratio", "better on", "p\n(Holm)", "both\nstable")
@@ -32,40 +32,40 @@ class Progress(ProgressBar):
             self._said = time.monotonic()
 
 
-def show(found: Comparison) -> None:
+def show(comparison: Comparison) -> None:
     """Tables of every motion, then how the first design differs from the others."""
     console = terminal()
-    for bout in found.bouts:
-        _show_lines(found, bout)
-    console.print("* the best of a row; a machine that is not stable ranks behind all others\n")
-    first = next(iter(found.designs))
-    for bout in found.bouts:
+    for bout in comparison.bouts:
+        _show_lines(comparison, bout)
+    console.print("* the best of a row; an unstable machine ranks below all others\n")
+    first = next(iter(comparison.designs))
+    for bout in comparison.bouts:
         keys = bout.compared()
         for key in (keys[0], *(key for key in keys if "_change" in key)):
             title = f"{bout.name}, {called(bout, key)}: {first} over"
             rows = (
                 [one.second, *difference_row(one)[: len(HEAD) - 1]]
-                for one in found.of(bout.name, key)
+                for one in comparison.of(bout.name, key)
                 if one.first == first
             )
             show_rows(HEAD, rows, title=title, title_style="")
             console.print()
-    for text in (*failures(found), *found.notes):
+    for text in (*failures(comparison), *comparison.notes):
         console.print(text, style="", soft_wrap=True)
 
 
-def _show_lines(found: Comparison, bout: Bout) -> None:
-    console, machines = terminal(), f"{found.machines} machines within {found.within}"
-    own = bout.scenario.robust if bout.scenario else None
-    if own and (asked := spread_told(own.spread, own.tolerances)) != found.within:
-        machines += f" ([robust]: {asked})"
-    count, most = len(found.designs), max((console.width - NAMES) // NARROWEST, 1)
+def _show_lines(comparison: Comparison, bout: MotionComparison) -> None:
+    console, machines = terminal(), f"{comparison.machines} machines within {comparison.within}"
+    robust = bout.scenario.robust if bout.scenario else None
+    if robust and (within := spread_text(robust.spread, robust.tolerances)) != comparison.within:
+        machines += f" ([robust]: {within})"
+    count, most = len(comparison.designs), max((console.width - NAMES) // NARROWEST, 1)
     at_once = ceil(count / ceil(count / most))
     for start in range(0, count, at_once):
         table = plain_table(title=f"{bout.name}, {machines}", title_style="")
         table.add_column("metric", no_wrap=True)
         table.add_column("machine", no_wrap=True)
-        for name in [*found.designs][start : start + at_once]:
+        for name in [*comparison.designs][start : start + at_once]:
             table.add_column(name, justify="right", overflow="fold", min_width=NARROWEST - 1)
         for line in lines(bout):
             cells = [

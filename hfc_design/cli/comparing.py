@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
-SPREAD_HELP = "Of the machines' parameters [default: robust.spread and its tolerances, or 0.2]."
+SPREAD_HELP = (
+    "Relative spread of machine parameters [default: robust.spread and its tolerances, or 0.2]."
+)
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
@@ -31,54 +33,54 @@ def _shares(context: click.Context, option: click.Parameter, values: Texts) -> d
     """Spreads of single parameters, as in ``backlash=0.5``."""
     from hfc_design.core.numbers import number_or_none
 
-    found = {}
+    shares = {}
     for value in values:
         name, _, share = value.partition("=")
         if (number := number_or_none(share)) is None:
-            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5")
+            raise click.BadParameter(f"{value!r}: must be NAME=SHARE, as in backlash=0.5")
         if not 0.0 < number < 1.0:
-            raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
-        found[name] = number
-    return found
+            raise click.BadParameter(f"{value!r}: must be between 0 and 1")
+        shares[name] = number
+    return shares
 
 
-@command("Put DESIGNS side by side.", last=common.ON_A_PLANT)
+@command("Compare DESIGNS on the same machines.", last=common.ON_A_PLANT)
 def compare(
     designs: Texts = argument(DESIGN, nargs=-1),
     scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),
     changes: Texts = common.SETTING,
     spread: float | None = option(SPREAD_HELP),
     tolerances: dict[str, float] = option(
-        "Spread of a single parameter; can be given several times.",
+        "Relative spread of one parameter, as backlash=0.5; can be given several times.",
         "--tolerance",
         kind=click.STRING,
         multiple=True,
         metavar="PARAMETER=SHARE",
         callback=_shares,
     ),
-    machines: int = option("Beside the nominal one [default: 200].", low=1, default=200),
-    seed: int = option("Of the draw of the machines [default: 0].", low=0, default=0),
+    machines: int = option("Number of perturbed machines [default: 200].", low=1, default=200),
+    seed: int = option("Random seed of the machines [default: 0].", low=0, default=0),
     out: Path | None = common.output("Folder for page, CSV and JSON.", folder=True),
-    html: Path | None = common.output("Write the page alone."),
+    html: Path | None = common.output("Write only the page."),
     papers: Papers = common.PAPERS,
     plot: Path | None = common.output("Draw the errors on all machines."),
-    csv: Path | None = common.output("A row for each design, motion and machine."),
+    csv: Path | None = common.output("Write a row for each design, motion and machine."),
     _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Put DESIGNS side by side: built-in names, design files, run folders.
+    """Compare DESIGNS on the same machines: built-in names, design files, run folders.
 
-    All run in the same scenarios, on the nominal machine and on the same others, each physical
-    parameter within --spread of its value, or within its --tolerance. Tables with the best of each
-    row marked, then how the first design differs from every other machine by machine: median ratio
-    and its interval, on how many it is better, and p of Wilcoxon's signed ranks, by Holm for all
-    that is compared. A design that does not keep a machine stable has lost there. The page has the
-    motions as well.
+    All run in the same scenarios, on the nominal machine and on the same perturbed machines, each
+    physical parameter within --spread of its value, or within its --tolerance. The tables mark the
+    best of each row, and compare the first design with every other machine by machine: median ratio
+    and its interval, on how many machines it is better, and p of Wilcoxon's signed-rank test,
+    corrected by Holm over all comparisons. A design loses on a machine that it does not keep
+    stable. The page shows the motions too.
     """
     from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.files.design_set import labelled
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.together import labelled
     from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparison import compare
@@ -95,18 +97,18 @@ def compare(
         where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
     with Progress() as bar:
-        found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
+        comparison = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    options = _options(found, scenarios, changes)
-    again = common.again(["hfc", "compare", *designs], options, found.designs.values())
-    written = _written(found, again, {html: PAGE, csv: TABLE}, out, paper)
+    options = _options(comparison, scenarios, changes)
+    again = common.again(["hfc", "compare", *designs], options, comparison.designs.values())
+    written = _written(comparison, again, {html: PAGE, csv: TABLE}, out, paper)
     if plot is not None:
-        save(machines_drawn(found), plot)
+        save(machines_drawn(comparison), plot)
         written.append(plot)
-    return Answer(found.numbers(), partial(show, found), written)
+    return Answer(comparison.numbers(), partial(show, comparison), written)
 
 
-def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
+def _options(comparison: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
     """Those of the command that compares the same once more."""
     from hfc_design.files.machine import ALL_PLANTS
 
@@ -115,15 +117,15 @@ def _options(found: "Comparison", scenarios: Texts, changes: Texts) -> dict[str,
         "--scenario": scenarios,
         "--plant": (ALL_PLANTS.source(plant) or plant,) if plant else (),
         "--set": changes,
-        "--spread": (f"{found.spread:g}",),
-        "--tolerance": tuple(f"{name}={share:g}" for name, share in found.tolerances.items()),
-        "--machines": (str(found.machines),),
-        "--seed": (str(found.seed),),
+        "--spread": (f"{comparison.spread:g}",),
+        "--tolerance": tuple(f"{name}={share:g}" for name, share in comparison.tolerances.items()),
+        "--machines": (str(comparison.machines),),
+        "--seed": (str(comparison.seed),),
     }
 
 
 def _written(
-    found: "Comparison",
+    comparison: "Comparison",
     again: str,
     wanted: dict[Path | None, str],
     folder: Path | None,
@@ -136,11 +138,11 @@ def _written(
     from hfc_design.report.comparison.page import page
     from hfc_design.report.comparison.tables import rows
 
-    drawn = cache(lambda: page(found, again))
+    drawn = cache(lambda: page(comparison, again))
     made: dict[str, Callable[[], str | bytes]] = {
         PAGE: lambda: drawn().html,
-        TABLE: lambda: csv_text(rows(found)),
-        NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
+        TABLE: lambda: csv_text(rows(comparison)),
+        NUMBERS: lambda: json.dumps(comparison.numbers(), indent=1) + "\n",
     }
     paths = {path: name for path, name in wanted.items() if path is not None}
     if folder is not None:

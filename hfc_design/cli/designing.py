@@ -18,40 +18,42 @@ if TYPE_CHECKING:
     from hfc_design.files.scenario import Scenario
     from hfc_design.runs.run import Result
 
-EXTEND_HELP = "Search again while the answer is not yes, three times at most [default: --extend]."
-GAINS_HELP = "No search: a controller by hand, as in --controller pid+ff --gains kp=900,kd=2."
+EXTEND_HELP = "Search again until the answer is yes, at most three times [default: --extend]."
+GAINS_HELP = "No search: use these gains, as in --controller pid+ff --gains kp=900,kd=2."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
-POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
-PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+POLISH_HELP = "Steps of the final local optimisation [default: 0]."
+PARETO_HELP = "Search the Pareto front of two or three objectives, as in tracking,effort."
 DEFAULT = "c-axis-practical"
 
 
-@command("Search a controller for SCENARIO.", last=common.CHOOSING)
+@command("Search for a controller for SCENARIO.", last=common.CHOOSING)
 def design(
     scenario: str | None = argument(SCENARIO, required=False),
     out: Path | None = option("Run folder [default: runs/NAME-N]."),
     seed: int | None = option("Seed of the search [default: 0].", low=0),
-    population: int | None = option("Individuals in a generation."),
+    population: int | None = option("Individuals per generation."),
     generations: int | None = option("Generations."),
     preset: str | None = option(PRESET_HELP, kind=STRATEGY),
     pareto: str | None = option(PARETO_HELP, metavar="NAME,NAME"),
-    precision: str | None = option("Of the search.", kind=click.Choice(["float32", "float64"])),
+    precision: str | None = option(
+        "Floating-point precision of the search.", kind=click.Choice(["float32", "float64"])
+    ),
     polish: int | None = option(POLISH_HELP, metavar="STEPS", low=0),
     extend: bool | None = option(EXTEND_HELP, "--extend/--no-extend", default=None),
     gains: str | None = option(GAINS_HELP, metavar="NAME=NUMBER,..."),
     changes: Texts = common.SETTING,
     resume: bool = option("Continue the run in --out where it stopped."),
     anyway: bool = option(common.ANYWAY_HELP),
-    quiet: bool = option("No progress."),
+    quiet: bool = option("Show no progress."),
     _memory: str | None = common.MEMORY,
 ) -> None:
-    """Search a controller for SCENARIO (a built-in name or a TOML file).
+    """Search for a controller for SCENARIO (a built-in name or a TOML file).
 
     Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
-    sensors and limits as drives have them.
+    realistic sensors and limits.
     """
     from hfc_design.cli.search_progress import Watch, free_folder
-    from hfc_design.core.lock import alone
+    from hfc_design.core.lock import exclusive
     from hfc_design.runs import run
 
     options = {
@@ -68,21 +70,21 @@ def design(
     if not resume:
         if anyway:
             raise refusal("--anyway needs --resume")
-        found = _scenario(scenario or DEFAULT, pareto, settings, changes)
+        task = _scenario(scenario or DEFAULT, pareto, settings, changes)
         if gains is not None:
-            by_hand = _by_hand(found, gains)
-        folder = out or free_folder(found.name)
+            by_hand = _by_hand(task, gains)
+        folder = out or free_folder(task.name)
     elif out is None or scenario is not None or settings or changes or pareto or gains:
-        raise refusal("--resume needs --out DIR and nothing else: config.toml says the rest")
+        raise refusal("--resume takes only --out DIR: config.toml has all other settings")
     else:
-        folder, found = out, run.opened_run(out)
-    click.get_current_context().with_resource(alone(folder))  # until the report is written
+        folder, task = out, run.opened_run(out)
+    click.get_current_context().with_resource(exclusive(folder))  # until the report is written
     if not resume:
-        found = run.new_run(found, folder, by_hand)
-    _warn(found)
-    watch = None if quiet or by_hand is not None else Watch(found)
-    result = _searched(found, folder, anyway, watch)
-    _show(found, folder, result, watch.summary() if watch else "", quiet)
+        task = run.new_run(task, folder, by_hand)
+    _warn(task)
+    watch = None if quiet or by_hand is not None else Watch(task)
+    result = _searched(task, folder, anyway, watch)
+    _show(task, folder, result, watch.summary() if watch else "", quiet)
 
 
 def _scenario(
@@ -95,31 +97,31 @@ def _scenario(
     changes = (*common.choosing("plant", "fitness", "controller"), *changes)
     if pareto is not None:
         settings = trading(name, pareto, settings, changes)
-    found = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
-    known = common.named_part("strategy") or found.search.preset
-    if known != found.search.preset:  # it is easily thought to be the one that searches
+    loaded = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
+    known = common.named_part("strategy") or loaded.search.preset
+    if known != loaded.search.preset:  # it is easily thought to be the one that searches
         raise refusal(
-            f"--strategy: makes {known} known, and the search would be {found.search.preset}; "
+            f"--strategy: loads {known}, but the search would use {loaded.search.preset}; "
             f"add --preset {known}"
         )
-    check_memory(found)
-    return found
+    check_memory(loaded)
+    return loaded
 
 
 def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.calls.searching import with_gains
-    from hfc_design.core.dotted import changed
+    from hfc_design.core.overrides import overridden
 
     numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, changed({}, numbers, "--gains"))
+    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "--gains"))
 
 
 def _warn(scenario: "Scenario") -> None:
     """A search with a wrong unit takes as long as with the right one."""
     from hfc_design.core.records import in_a_line
-    from hfc_design.files.doubts import doubts
+    from hfc_design.files.plausibility import plausibility_warnings
 
-    for line in doubts(scenario):
+    for line in plausibility_warnings(scenario):
         click.echo(in_a_line(f"hfc: warning: {line}"), err=True)
 
 
@@ -155,7 +157,7 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
     from hfc_design.runs.run import kept_use
 
     near = _near_the_best(scenario, result, folder)
-    with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
+    with nullcontext() if quiet else busy("the report, on unseen machines"):
         rivals = write_page(scenario, result, folder)
     use = kept_use(folder)
     show_usable(use)
@@ -187,7 +189,7 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
         check(scenario)
         if scenario.motions:
             command = f"hfc attainable {shlex.quote(str(folder))}"
-            return f"How near is it to the best possible controller? {command}"
+            return f"How close is it to the best possible controller? {command}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # there is no bound, or it was not found
         return ""

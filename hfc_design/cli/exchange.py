@@ -12,12 +12,12 @@ from hfc_design.cli.usage import refusal
 
 #: Of tabulated terms that are far off.
 COARSE = (
-    "hfc: warning: --lookup {lookup} is coarse: 1 per cent off or more, the loop will do something "
-    "else than was scored; take more points"
+    "hfc: warning: --lookup {lookup} is coarse, with errors of 1 % or more: the loop "
+    "will differ from the one scored; use more points"
 )
 
 
-ON_HELP = "Scenario whose sensors and drives it is for [default: the one it was made for]."
+ON_HELP = "Scenario that gives sensors and drives [default: the one it was made for]."
 
 
 @command(last=common.KNOWING)
@@ -29,39 +29,43 @@ def export(
     changes: Texts = common.SETTING,
     out: Path | None = common.output("File or folder to write.", folder=True),
     _force: bool = common.FORCE,
-    lookup: int | None = option("Only c: N-point table, no exp.", kind=click.IntRange(2, 32767)),
-    anyway: bool = option("Even a design that diverged where it was scored."),
-    bare: bool = option("Code of the law alone: it reads errors, not readings."),
+    lookup: int | None = option(
+        "Only c: table of N points instead of exp.", kind=click.IntRange(2, 32767)
+    ),
+    anyway: bool = option("Also export a design that diverged when it was scored."),
+    bare: bool = option(
+        "Code of the control law only: its inputs are errors, not sensor readings."
+    ),
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
     from hfc_design.core.wording import one_of
-    from hfc_design.files.pairing import load_design, made_for
+    from hfc_design.files.loop_setup import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting
     from hfc_design.formats.deployment.readme import origin
 
     if target not in FORMATS:
-        raise refusal(f"--to {target}: no such format; {one_of(target, FORMATS)}")
+        raise refusal(f"--to {target}: unknown format; {one_of(target, FORMATS)}")
     if lookup is not None and target != "c":
-        raise refusal(f"--lookup {lookup}: only --to c has it, not --to {target}")
-    found = load_design(design, others)
+        raise refusal(f"--lookup {lookup}: needs --to c (got --to {target})")
+    loaded = load_design(design, others)
     if scenario or changes:
         chosen = (scenario,) if scenario else ()
-        found = made_for(found, *common.scenarios_of(found, design, chosen, changes))
-    check_score(found, anyway)
-    if (verdict := origin(found).usable) and not verdict.startswith("usable"):
-        click.echo(f"hfc: warning: design {found.name}: {verdict.replace('**', '')}", err=True)
+        loaded = made_for(loaded, *common.scenarios_of(loaded, design, chosen, changes))
+    check_score(loaded, anyway)
+    if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
+        click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
     form = FORMATS[target]
-    name = identifier(found.name) if form.called else found.name
+    name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
     connect = connecting(form, bare)
     if lookup is None:
-        form.write(found, path, connect)
+        form.write(loaded, path, connect)
         if note := form.note():
             click.echo(note)
     else:
-        for axis, off in c_folder.write_lookup(found, path, lookup, connect).items():
-            for line in off.told:
+        for axis, off in c_folder.write_lookup(loaded, path, lookup, connect).items():
+            for line in off.lines:
                 click.echo(f"{axis}: {line}" if axis else line)
             if off.coarse:
                 click.echo(COARSE.format(lookup=lookup), err=True)
@@ -72,16 +76,16 @@ def term_counts(text: str | None) -> tuple[int, int] | None:
     """How many terms each input has: of one number for both, or of two."""
     if text is None:
         return None
-    found = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
-    counts = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
+    match = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
+    counts = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
     if not all(2 <= count <= 11 for count in counts):
-        raise refusal(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")
+        raise refusal(
+            f"--terms {text[:40]}: must be N or NxM with 2 to 11 terms each, as in 7 or 9x5"
+        )
     return counts
 
 
-SIGNAL_HELP = (
-    "Which signal an input of FILE is, as in input1=error, where its name does not say so."
-)
+SIGNAL_HELP = "Signal of an input of FILE, as in input1=error, if its name does not tell."
 
 
 @command("Read another program's controller FILE.", name="import")
@@ -89,32 +93,34 @@ def import_(
     file: Path = argument(PATH),
     out: Path | None = common.output("Design file [default: NAME.json]."),
     _force: bool = common.FORCE,
-    terms: str | None = option("Sample FILE with so many terms, 2 to 11 each.", metavar="N|NxM"),
-    axis: str | None = option("Of whose state FILE is, where it is learnt and there are several."),
-    output: str | None = option("Which output of FILE, of several.", metavar="NAME"),
+    terms: str | None = option(
+        "Sample FILE with this number of terms per input, 2 to 11.", metavar="N|NxM"
+    ),
+    axis: str | None = option("Axis whose learned state FILE is, if there are several."),
+    output: str | None = option("Output of FILE to import, if there are several.", metavar="NAME"),
     kind: str | None = option(None, kind=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])),
-    name: str | None = option("Of the design [default: the file's]."),
-    plant: str | None = option("Of the design: feed-drive, c-axis or an own one.", kind=PLANT),
-    sample_time: float | None = option("T [s] [default: 0.01, of a C-axis 0.001]."),
-    like: str | None = option("Take from DESIGN whatever FILE does not hold.", kind=DESIGN),
+    name: str | None = option("Name of the design [default: the file's]."),
+    plant: str | None = option("Plant of the design: feed-drive, c-axis or your own.", kind=PLANT),
+    sample_time: float | None = option("Sample time T [s] [default: 0.01, of a C-axis 0.001]."),
+    like: str | None = option("Take from DESIGN what FILE does not contain.", kind=DESIGN),
     signals: Texts = option(SIGNAL_HELP, "--signal", metavar="INPUT=SIGNAL"),
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, the tables of hfc export --to csv.
 
-    Or what a controller has learnt, see below.
+    It also reads what a controller has learned, see below.
 
-    Two inputs of 2 to 11 terms and a singleton for each rule, with product and weighted average.
-    Triangles give an flc, or seven a side with --kind aflc one that adapts; seven Gaussians with
-    flat tops give a hierarchy of one unit. Whatever a design cannot hold is refused; within the
-    ranges of its inputs the design computes what FILE says. Names are kept. A scenario takes an flc
-    or aflc as the start of a search with [controller] start = "NAME.json".
+    FILE has two inputs of 2 to 11 terms and a singleton for each rule, with product and weighted
+    average. Triangles become an flc, or with seven terms a side and --kind aflc an adaptive one;
+    seven Gaussians with flat tops become a hierarchy of one unit. What a design cannot represent is
+    refused; within the ranges of its inputs the design computes the same as FILE. Names are kept. A
+    scenario takes an flc or aflc as the start of a search with [controller] start = "NAME.json".
 
-    An output of terms with a shape (Mamdani) is sampled: what FILE computes at the centres of as
-    many triangles as it has terms, or of --terms, and straight between them. The largest deviation
-    is printed, and kept in the design.
+    An output of terms with a shape (Mamdani) is sampled: FILE is evaluated at the centres of as
+    many triangles as it has terms, or of --terms, with straight lines between them. The largest
+    deviation is printed, and stored in the design.
 
-    A .txt holds the numbers that NAME_save of exported C code has written, a .hal what halcmd save
-    param has printed: what the code has learnt becomes a design again, that of --like.
+    A .txt contains the numbers written by NAME_save of exported C code, a .hal the output of halcmd
+    save param: the learned state becomes a design again, with all else from --like.
     """
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS, reading
@@ -123,11 +129,11 @@ def import_(
     for item in (one for text in signals for one in text.split(",")):  # as --at has them
         key, equals, signal = item.partition("=")
         if not equals:
-            raise refusal(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
+            raise refusal(f"--signal {item}: must be INPUT=SIGNAL, as in input1=error")
         pairs[key] = signal
-    own = plant and ALL_PLANTS.resolve(plant).name
+    plant_name = plant and ALL_PLANTS.resolve(plant).name
     counts = term_counts(terms)
-    wish = reading.Wish(kind, name, own, sample_time, like, pairs, counts, axis, output)
+    wish = reading.Wish(kind, name, plant_name, sample_time, like, pairs, counts, axis, output)
     design = reading.imported(file, wish)
     path = out or common.free(Path(f"{design.name}.json"))
     FORMATS["json"].write(design, path)
@@ -136,5 +142,5 @@ def import_(
         if holes := reading.left_out_told(sample):
             click.echo(f"hfc: warning: {holes}", err=True)
     note = reading.assumed(wish, design)
-    for line in (*reading.told(design.provenance), *filter(None, [note]), path):
+    for line in (*reading.assumptions_text(design.provenance), *filter(None, [note]), path):
         click.echo(line)

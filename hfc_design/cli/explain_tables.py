@@ -14,48 +14,48 @@ PARTS = {
     "compensation": "low-velocity compensation",
 }
 CONVERTED = (
-    "From the converter: the command as the drive gets it, rounded to whole steps\n"
-    "or cut to its limit."
+    "From the converter: the command as the drive receives it, rounded to whole steps\nor limited."
 )
 #: Columns that degrees of all terms may take beside one another.
 WIDEST = 42
 
 
-def show(found: Json, least: float) -> None:
+def show(explanation: Json, least: float) -> None:
     """Print what ``explain.explanation`` found; rules below the share ``least`` are counted."""
     console = terminal()
-    console.print(f"design {found['design']}, kind {found['kind']}", highlight=False)
-    if "inside" in found:
+    console.print(f"design {explanation['design']}, kind {explanation['kind']}", highlight=False)
+    if "inside" in explanation:
         console.print(
-            f"This is what is inside; what {found['inside']} adds depends on the whole machine.",
+            f"These are the wrapped controllers; what {explanation['inside']} adds depends on "
+            "the whole machine.",
             highlight=False,
         )
-    if found["adaptation_held"]:
+    if explanation["adaptation_held"]:
         console.print(
-            "Nothing adapts: which rules fired in the sample before is not known. Give that\n"
-            "sample in an --at of its own to see what the adaptation makes of it.",
+            "Nothing adapts: the rules that fired in the previous sample are not known. "
+            "Give\nthe previous sample in another --at to see the adaptation.",
             highlight=False,
         )
-    if found["rate_left_out"]:
+    if explanation["rate_left_out"]:
         console.print(
-            "The command is not limited in its rate: the one of the sample before is not known.\n"
-            "Give that sample in an --at of its own.",
+            "The rate of the command is not limited: the previous command is not "
+            "known.\nGive the previous sample in another --at.",
             highlight=False,
         )
-    _signals(found)
-    for unit in found["units"]:
+    _signals(explanation)
+    for unit in explanation["units"]:
         _unit(unit, least)
-    _command(found)
+    _command(explanation)
 
 
-def _signals(found: Json) -> None:
-    scaled = ("scale", "scaled", "clamped") if "inputs" in found else ()
+def _signals(explanation: Json) -> None:
+    scaled = ("scale", "scaled", "clamped") if "inputs" in explanation else ()
     table = _table("signals", "signal", "value", "unit", *scaled)
     table.columns[2].justify = "left"
-    units = found["units_of_signals"]
-    inputs = {item["name"]: item for item in found.get("inputs", ())}
-    readings = {name: item["reading"] for name, item in inputs.items()} | found["signals"]
-    called = {signal: name for name, signal in found.get("names", {}).items()}
+    units = explanation["units_of_signals"]
+    inputs = {item["name"]: item for item in explanation.get("inputs", ())}
+    readings = {name: item["reading"] for name, item in inputs.items()} | explanation["signals"]
+    called = {signal: name for name, signal in explanation.get("names", {}).items()}
     for name, reading in readings.items():
         label = f"{called[name]} ({name})" if name in called else name
         row = [label, f"{reading:.6g}", units.get(name, "")]
@@ -102,28 +102,28 @@ def _unit(unit: Json, least: float) -> None:
     )
 
 
-def _command(found: Json) -> None:
-    unit = found["command_unit"]
-    if "scheduled" in found:
+def _command(explanation: Json) -> None:
+    unit = explanation["command_unit"]
+    if "scheduled" in explanation:
         law = _table("scheduled law", "part", f"value [{unit}]")
-        for name, value in found["scheduled"].items():
+        for name, value in explanation["scheduled"].items():
             law.add_row(PARTS.get(name, name), f"{value:.6g}")
         law.add_section()
-        law.add_row("scheduled law", f"{sum(found['scheduled'].values()):.6g}")
+        law.add_row("scheduled law", f"{sum(explanation['scheduled'].values()):.6g}")
         show_whole(law)
     table = _table("command", "part", f"value [{unit}]")
-    for name, value in found["parts"].items():
+    for name, value in explanation["parts"].items():
         line = PARTS.get(name, name)
-        if name == "fuzzy" and "output_scale" in found:
-            line = f"fuzzy, {found['units'][-1]['unit']} x {found['output_scale']:g}"
-            line += " x scheduled law" * ("scheduled" in found)
+        if name == "fuzzy" and "output_scale" in explanation:
+            line = f"fuzzy, {explanation['units'][-1]['unit']} x {explanation['output_scale']:g}"
+            line += " x scheduled law" * ("scheduled" in explanation)
         table.add_row(line, f"{value:.6g}")
     table.add_section()
-    table.add_row("command", f"{found['command']:.6g}")
-    if found["accepted"] != found["command"]:
-        table.add_row("from the converter", f"{found['accepted']:.6g}")
+    table.add_row("command", f"{explanation['command']:.6g}")
+    if explanation["accepted"] != explanation["command"]:
+        table.add_row("from the converter", f"{explanation['accepted']:.6g}")
     show_whole(table)
-    if found["accepted"] != found["command"]:
+    if explanation["accepted"] != explanation["command"]:
         terminal().print(CONVERTED, highlight=False)
 
 

@@ -18,48 +18,54 @@ from hfc_design.cli.usage import refusal
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified
 
-COLUMN_HELP = "Which column a signal is, and its unit, as in 'position=qm [m]'; several times."
-FREE_HELP = "Parameters to look for, as a,b=START [default: all but exact ones, 0 and --set]."
-LOOP_HELP = "The controller in the loop that recorded LOG: its loop is replayed too."
-SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --controller]."
+COLUMN_HELP = (
+    "Column of a signal, and its unit, as in 'position=qm [m]'; can be given several times."
+)
+FREE_HELP = (
+    "Parameters to identify, as a,b=START [default: all except exact ones, zeros and --set]."
+)
+LOOP_HELP = "The controller of the loop that recorded LOG, to replay the closed loop too."
+SCENARIO_HELP = "Plant, start values, sensors, limits [default: those of --controller]."
 
 
-@command("Find the parameters of a machine from what LOG has recorded.", last=common.plugins({}))
+@command("Identify the parameters of a machine from the recording LOG.", last=common.plugins({}))
 def identify(
     log: Path = argument(PATH),
-    plant: str | None = option("NAMES, or an own one as module:OBJECT.", kind=PLANT),
+    plant: str | None = option("NAMES, or your own as module:OBJECT.", kind=PLANT),
     scenario: str | None = option(SCENARIO_HELP, kind=SCENARIO),
     changes: Texts = common.SETTING,
-    axis: str | None = option("Which one, of a machine of several."),
+    axis: str | None = option("Axis, of a machine with several."),
     free: str | None = option(FREE_HELP),
     controller: str | None = option(LOOP_HELP, kind=DESIGN),
     open_loop: bool = option("Replay the plant without an observer."),
-    bandwidth: float | None = option("Of the observer [Hz].", low=0.0),
+    bandwidth: float | None = option("Bandwidth of the observer [Hz].", low=0.0),
     columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
-    sample_time: float | None = option("[s], where LOG does not say it.", low=0.0, open=True),
-    check_log: Path | None = option("Another log, which the result is checked on."),
-    checks: Texts = option(
-        "The same where --check-log differs.", "--check-column", metavar="NAME=COLUMN"
+    sample_time: float | None = option(
+        "Sample time [s], if LOG does not contain it.", low=0.0, open=True
     ),
-    seed: int = option("Of the starts [default: 0].", low=0, default=0),
+    check_log: Path | None = option("Another log, to check the result."),
+    checks: Texts = option(
+        "The same for --check-log, where it differs.", "--check-column", metavar="NAME=COLUMN"
+    ),
+    seed: int = option("Random seed of the starts [default: 0].", low=0, default=0),
     out: Path | None = option("Folder [default: LOG-identified]."),
     _force: bool = common.FORCE,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Find the parameters of a machine that make it do what LOG has recorded.
+    """Identify the parameters with which a simulated machine reproduces the recording LOG.
 
-    LOG is a CSV file with a header, what LinuxCNC's halscope or halsampler write, a .mat of MATLAB
-    up to version 7, .npy or .npz. It needs the position and the command, or, with --controller, the
+    LOG is a CSV file with a header, the output of LinuxCNC's halscope or halsampler, a .mat file up
+    to MATLAB 7, .npy or .npz. It needs the position and the command, or, with --controller, the
     position and the reference. The plant is simulated under the recorded command from a hundred
-    starts, which takes some seconds to a minute; the folder gets report.html, identified.json,
-    and scenario.toml, which hfc design takes.
+    starts, which takes some seconds to a minute; the folder gets report.html, identified.json, and
+    scenario.toml for hfc design.
     """
     from hfc_design.identify import identified, page, recording
     from hfc_design.identify.request import task_of
     from hfc_design.identify.scenario import scenario_name
 
     if open_loop and bandwidth is not None:
-        raise refusal("--open-loop: has no observer; leave out --bandwidth")
+        raise refusal("--open-loop: uses no observer; leave out --bandwidth")
     # What is mistyped is told first, then what is in the way; only then anything is read.
     names = [name.strip() for name in free.split(",")] if free else None
     hz = 0.0 if open_loop else bandwidth
@@ -67,29 +73,29 @@ def identify(
     logs = recording.sources(task, log, columns, check_log, checks)
     path = common.free(out or Path(scenario_name(recording.log_name(log))), folder=True)
     if isfile(path):
-        raise refusal(f"--out {path}: is a file, and what is written is a folder")
+        raise refusal(f"--out {path}: must be a folder (got a file)")
     begin = monotonic()
 
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    found = identified.identify(*recording.recordings(task, logs, sample_time), tell)
-    page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
-    return Answer(found.numbers(), partial(_show, found), [path], indent=1)
+    result = identified.identify(*recording.recordings(task, logs, sample_time), tell)
+    page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
+    return Answer(result.numbers(), partial(_show, result), [path], indent=1)
 
 
-def _show(found: "Identified") -> None:
+def _show(result: "Identified") -> None:
     from hfc_design.core.console import show_rows
     from hfc_design.identify.outcome import CHECKED, HEADS
 
-    parameters = HEADS, found.parameter_rows(), found.interval_line()
-    checks = CHECKED, found.check_rows(), ""
+    parameters = HEADS, result.parameter_rows(), result.interval_line()
+    checks = CHECKED, result.check_rows(), ""
     for heads, rows, below in (parameters, checks):
         show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
         click.echo(f"{below}\n" if below else "")
-    for line in (found.agreeing_line(), *found.untold_lines(), *found.notes):
+    for line in (result.agreeing_line(), *result.untold_lines(), *result.notes):
         click.echo(line)
-    if line := found.advice_line():
+    if line := result.advice_line():
         click.echo(f"record next: {_plain(line)}")
 
 

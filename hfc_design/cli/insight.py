@@ -12,7 +12,7 @@ from hfc_design.cli.usage import refusal
 if TYPE_CHECKING:
     from hfc_design.core.numbers import Json
 
-AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
+AT_HELP = "Signals of a sample; repeat it for each following sample; the last is explained."
 
 
 @command("Which rules of DESIGN fire at a sample, and how strongly.", last=common.KNOWING)
@@ -20,64 +20,66 @@ def explain(
     design: str = argument(DESIGN),
     others: Texts = common.CHANGING,
     samples: Texts = option(AT_HELP, "--at", required=True, metavar="SIGNAL=NUMBER,..."),
-    axis: str = option("Of a controller with several: the axis to explain.", default=""),
-    least: float = option("Hide smaller shares [default: 0.01].", default=0.01),
-    _as_json: bool = option("One JSON object on stdout, every rule.", "--json", **common.JSON),
+    axis: str = option("Axis to explain, of a controller with several.", default=""),
+    least: float = option("Hide shares below this [default: 0.01].", default=0.01),
+    _as_json: bool = option("Print one JSON object with every rule.", "--json", **common.JSON),
 ) -> Answer:
-    """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
+    """Which rules of DESIGN fire at a sample, how strongly, and how its command is composed.
 
-    Every signal that DESIGN reads has to be given. With one --at that includes what it remembers
-    of the sample before, as in previous_velocity=0.02; a feed drive's takes previous_error or
-    error_change. Integral and adaptation are then as before the first sample. With several --at
-    the controller steps through them from rest, and adapts.
+    Give every signal that DESIGN reads. With one --at this includes remembered signals of the
+    previous sample, as in previous_velocity=0.02; for a feed drive previous_error or error_change.
+    Integral and adaptation then have their initial values. With several --at the controller steps
+    through the samples from rest, and adapts.
     """
     from hfc_design.cli.explain_tables import show
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
     from hfc_design.runtime.explain import explained
 
-    found = explained(load_design(design, others), samples, axis)
-    return Answer(found, partial(show, found, least))
+    explanation = explained(load_design(design, others), samples, axis)
+    return Answer(explanation, partial(show, explanation, least))
 
 
 @command("Gains that keep a drive stable; margins of a loop.", last=common.KNOWING)
 def stability(
     design: str | None = argument(DESIGN, required=False),
     others: Texts = common.CHANGING,
-    scenario: str | None = option("Another than DESIGN was made for.", kind=SCENARIO),
-    gain: float | None = option("K [(BLU/s)/unit] [default: the design's, or 28.3]."),
-    time_constant: float | None = option("tau [s] [default: the design's, or 0.055]."),
-    sample_time: float | None = option("T [s] [default: the design's, or 0.01]."),
+    scenario: str | None = option("Another scenario than DESIGN was made for.", kind=SCENARIO),
+    gain: float | None = option("Gain K [(BLU/s)/unit] [default: the design's, or 28.3]."),
+    time_constant: float | None = option(
+        "Time constant tau [s] [default: the design's, or 0.055]."
+    ),
+    sample_time: float | None = option("Sample time T [s] [default: the design's, or 0.01]."),
     plot: Path | None = common.output("Draw the range (png, svg or pdf)."),
     _force: bool = common.FORCE,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
-    Without anything: the range of the drive of Jee & Koren 2004; with a DESIGN of kind flc, aflc or
-    soflc also the gains of its rule table, on another plant than a feed drive with --gain and
-    --time-constant. With any DESIGN alone: the loop as it is simulated on its scenario, opened at
-    its command and linearised at rest and at the speeds of its motions. Gain, phase and delay
-    margin, largest sensitivity, bandwidth and compliance, of the nominal machine and a band over
-    others.
+    Without arguments: the stable range of the drive of Jee & Koren 2004. With a DESIGN of kind flc,
+    aflc or soflc: also the gains of its rule table; if its plant is no feed drive, with --gain and
+    --time-constant. With any DESIGN and no other option: the loop as simulated on its scenario,
+    opened at its command and linearised at rest and at the speeds of its motions. Gain, phase and
+    delay margin, largest sensitivity, bandwidth and compliance, of the nominal machine and as a
+    band over other machines.
     """
     from hfc_design.calls import stability as calls
 
     if design is None and others:
         raise refusal("--change needs a DESIGN")
     drive = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
-    found = calls.stability(design, others, scenario=scenario, **drive)
+    result = calls.stability(design, others, scenario=scenario, **drive)
     if plot is not None:
         from hfc_design.pictures.files import save
 
-        save(found.figure(), plot)
-    return Answer(found.numbers(), found.show, [plot] if plot else [])
+        save(result.figure(), plot)
+    return Answer(result.numbers(), result.show, [plot] if plot else [])
 
 
-NEAR_HELP = "Say how near this design comes [default: that of the run]."
+NEAR_HELP = "Design to rate against the bound [default: that of the run]."
 
 
 @command(
-    "How good the best controller of a C-axis could be.",
+    "Limits for the best possible controller of a C-axis.",
     last=common.plugins({"plant": common.CHOICES["plant"]}),
 )
 def attainable(
@@ -86,12 +88,12 @@ def attainable(
     changes: Texts = common.SETTING,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Between what and what the best sum |e| lies in SCENARIO, whatever the controller.
+    """Lower and upper limit of the best sum |e| that any controller can reach in SCENARIO.
 
-    SCENARIO is a built-in name, a TOML file, or the folder of a finished run, which keeps the
-    answer as attainable.json and in its page. Of C-axes with a limit of the voltage, of the nominal
-    machine: a certified lower bound, and what the best voltage does that was found with everything
-    known beforehand.
+    SCENARIO is a built-in name, a TOML file, or the folder of a finished run, which then stores the
+    result in attainable.json and in its page. It needs a C-axis with a voltage limit, and considers
+    the nominal machine: a certified lower bound, and the result of the best open-loop voltage found
+    with full knowledge of the motion.
     """
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
@@ -101,21 +103,21 @@ def attainable(
     folder, every = Path(name), [*common.choosing("plant"), *changes]
     if (folder / DESIGN).is_file() and not (every or design):
         scenario, result = finished_run(folder)
-        found = keep_attained(scenario, result.design, folder)
+        numbers = keep_attained(scenario, result.design, folder)
         write_page(scenario, result, folder)
     else:
         source = str(folder / "config.toml") if folder.is_dir() else name
-        found = attained(load_scenario(source, every), design)
-    return Answer(found, partial(_show_attained, found))
+        numbers = attained(load_scenario(source, every), design)
+    return Answer(numbers, partial(_show_attained, numbers))
 
 
-def _show_attained(found: "Json") -> None:
+def _show_attained(numbers: "Json") -> None:
     from hfc_design.core.console import show_rows
     from hfc_design.runs.attained import HEADS, attained_rows, left_out
 
-    named = any("sum_error" in one for one in found["motions"].values())
+    named = any("sum_error" in one for one in numbers["motions"].values())
     shown = HEADS if named else HEADS[:2]
     heads = ["motion", *(head.replace(" ", "\n") for head in shown)]
-    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(found))
-    caption = f"sum |e| over all samples [rad]{left_out(found)}"
+    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(numbers))
+    caption = f"sum |e| over all samples [rad]{left_out(numbers)}"
     show_rows(heads, rows, caption=caption, caption_justify="left")

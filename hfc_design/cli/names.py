@@ -48,11 +48,11 @@ def meanings(kind: str) -> dict[str, str]:
     """Every name of a kind, with what it is."""
     from hfc_design.reference.entries import things
 
-    found = {one.name: one.meaning for one in things(kind)}
+    known = {one.name: one.meaning for one in things(kind)}
     if kind in ENTRY_POINTS:
         installed = metadata.entry_points(group=ENTRY_POINTS[kind]).names
-        found |= dict.fromkeys(sorted(installed), "of an installed package")
-    return found
+        known |= dict.fromkeys(sorted(installed), "of an installed package")
+    return known
 
 
 def completions(names: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
@@ -87,7 +87,7 @@ class NamedOption(click.Option):
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Option and help, for a table."""
-        found = super().get_help_record(ctx)
-        if found is None or not isinstance(self.type, Named):
-            return found
-        return found[0], found[1].replace("NAMES", ", ".join(meanings(self.type.kind)))
+        record = super().get_help_record(ctx)
+        if record is None or not isinstance(self.type, Named):
+            return record
+        return record[0], record[1].replace("NAMES", ", ".join(meanings(self.type.kind)))

@@ -30,14 +30,14 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
     """
     where, meta = f"{option} {path}", click.get_current_context().meta
     if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
-        raise refusal(f"{where}: is neither a file nor a folder; name another path")
+        raise refusal(f"{where}: must be a file or a folder; name another path")
     if exists(path) and not meta["hfc.force"]:
-        raise refusal(f"{where}: exists already; name another path, or add --force")
+        raise refusal(f"{where}: already exists; name another path, or add --force")
     if not folder and not isdir(path.absolute().parent):
-        raise refusal(f"{where}: there is no folder {path.parent}")
+        raise refusal(f"{where}: no such folder: {path.parent}")
     other = meta.setdefault("hfc.named", {}).setdefault(realpath(path), option)
     if other != option:
-        raise refusal(f"{where}: {other} names it too")
+        raise refusal(f"{where}: must differ from {other}")
     return path
 
 
@@ -73,34 +73,34 @@ def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> No
 
 #: Eager: the paths ask for it.
 FORCE = option(
-    "Overwrite what is there.", is_flag=True, is_eager=True, callback=_noted("hfc.force")
+    "Overwrite existing files.", is_flag=True, is_eager=True, callback=_noted("hfc.force")
 )
 JSON: dict[str, Any] = {"is_flag": True, "callback": _noted(binding.AS_JSON)}
-AS_JSON = option("One JSON object on stdout.", "--json", **JSON)
+AS_JSON = option("Print one JSON object.", "--json", **JSON)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
-SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
+SCENARIO_HELP = "Scenario to run on [default: the one it was made for]."
 SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
 #: Of every command on a scenario, and of every one on a design.
 SETTING = option(SET_HELP, "--set", metavar="KEY=VALUE")
 CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
-MEMORY_HELP = "Memory that it may hold, as in 8GB [default: 80 % of what is free]."
+MEMORY_HELP = "Limit of memory, as in 8GB [default: 80 % of the free memory]."
 #: Of every command that may need much of it; a variable, so that workers have it too.
 MEMORY = option(MEMORY_HELP, callback=_bounded)
 #: Of the commands that search.
-ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
-USE_HELP = "Make any own part known that files name; can be given several times."
+ANYWAY_HELP = "Resume even if version, files or plug-ins have changed; the result may differ."
+USE_HELP = "Load a plug-in that files name, as module:OBJECT; can be given several times."
 CHOICES = {
-    "plant": "Plant of the scenario: NAMES, or an own one as module:OBJECT.",
-    "fitness": "Fitness of the scenario: NAMES, or an own one as module:OBJECT.",
-    "controller": "Kind of the controller: NAMES, or an own law or kind as module:OBJECT.",
-    "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
+    "plant": "Plant of the scenario: NAMES, or your own as module:OBJECT.",
+    "fitness": "Fitness of the scenario: NAMES, or your own as module:OBJECT.",
+    "controller": "Kind of the controller: NAMES, or your own law or kind as module:OBJECT.",
+    "strategy": "Load your own search strategy, as module:OBJECT; search.preset names it.",
 }
 NAMED = {"plant": PLANT, "fitness": FITNESS, "controller": CONTROLLER, "strategy": STRATEGY}
 KNOWN = CHOICES | {
-    "plant": "Make an own plant known, as module:OBJECT.",
-    "fitness": "Make an own fitness known, as module:OBJECT.",
-    "controller": "Make an own control law or kind of controller known, as module:OBJECT.",
+    "plant": "Load your own plant, as module:OBJECT.",
+    "fitness": "Load your own fitness, as module:OBJECT.",
+    "controller": "Load your own control law or kind of controller, as module:OBJECT.",
 }
 
 
@@ -171,7 +171,7 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
     Without scenarios it is the one that it was made for.
     """
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
 
     design = load_design(name, others)
     every = (*choosing(*parts), *changes)
@@ -180,8 +180,8 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
 def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
     """The scenarios with changes, without any the one that the design of a name was made for."""
+    from hfc_design.files.loop_setup import own_scenario
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.pairing import own_scenario
 
     named = [load_scenario(one, changes) for one in scenarios]
     return named or [own_scenario(design, name, changes)]
@@ -244,14 +244,16 @@ def width(text: str) -> Any:
 
 def _papers(
     figures: str | None = option(
-        "Every figure of the page as a file too, for the column of a paper.",
+        "Also write every figure as a file, sized for a column of a paper.",
         kind=click.Choice(KINDS),
     ),
-    width: float | None = width("Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."),
-    latex: bool = option("Every table of the page in LaTeX too."),
+    width: float | None = width(
+        "Width of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."
+    ),
+    latex: bool = option("Also write every table in LaTeX."),
 ) -> Papers:
     if width is not None and figures is None:
-        raise refusal(f"--width: is that of figures; add --figures {'|'.join(KINDS)}")
+        raise refusal(f"--width: applies to figures; add --figures {'|'.join(KINDS)}")
 
     def papers(folder: Path, stem: str = "") -> "Paper | None":
         if figures is None and not latex:

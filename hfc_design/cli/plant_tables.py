@@ -17,14 +17,13 @@ def show_plants() -> None:
         print(name)
         several = len(machine.axes) > 1
         for drive in dict.fromkeys(machine.drives):
-            own = [
+            added = [
                 a for a, other in zip(machine.axes, machine.drives, strict=True) if other is drive
             ]
             if several:
                 again = ", as above" if drive in shown else ""
-                print(
-                    f"{'axis' if len(own) == 1 else 'axes'} {', '.join(own)}: {drive.name}{again}"
-                )
+                axes = f"{'axis' if len(added) == 1 else 'axes'} {', '.join(added)}"
+                print(f"{axes}: {drive.name}{again}")
             if drive not in shown:
                 _show(drive)
             shown.add(drive)
@@ -33,6 +32,6 @@ def show_plants() -> None:
 def _show(drive: Drive) -> None:
     signals = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
     print(fill(f"signals: {signals}", room(), subsequent_indent="  ", break_on_hyphens=False))
-    own, units = drive.parameters()._asdict(), drive.parameter_units
-    rows = ([f"{name}  ", f"{value:g}  ", units.get(name, "")] for name, value in own.items())
+    defaults, units = drive.parameters()._asdict(), drive.parameter_units
+    rows = ([f"{name}  ", f"{value:g}  ", units.get(name, "")] for name, value in defaults.items())
     show_rows(("parameter", "default", "unit"), rows, left=(0, 2))

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 #: What can be drawn, by what it is.
 WHATS = {
-    "surface": "what a fuzzy unit commands, as colours",
-    "surface-3d": "the same in space",
+    "surface": "the output of a fuzzy unit, as colours",
+    "surface-3d": "the same in 3-D",
     "terms": "membership of the terms",
     "tables": "rule table",
-    "tree": "which unit reads what",
+    "tree": "the inputs of each unit",
     "motion": "of several designs in one motion",
     "convergence": "of the searches of runs",
 }
@@ -39,43 +39,43 @@ class NameOrWhat(Named):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Both, and files."""
-        found = super().shell_complete(ctx, param, incomplete)
-        return found + completions(WHATS, incomplete) if ctx.params.get("what") else found
+        items = super().shell_complete(ctx, param, incomplete)
+        return items + completions(WHATS, incomplete) if ctx.params.get("what") else items
 
 
 NAME_OR_WHAT = NameOrWhat("design")
-WIDTH_HELP = "Of the column of a paper that it is laid out for, as in 88mm, 3.5in, 252pt."
+WIDTH_HELP = "Draw for a column of this width, as in 88mm, 3.5in, 252pt."
 
 
-@command("Draw what a DESIGN is, or several over one another.", last=common.KNOWING)
+@command("Draw a DESIGN, or several in one figure.", last=common.KNOWING)
 def plot(
     names: Texts = argument(NAME_OR_WHAT, metavar="DESIGN|FOLDER...", nargs=-1),
     what: str = argument(metavar="WHAT"),
     others: Texts = common.CHANGING,
     unit: str | None = option("Unit of a hierarchy to draw, as unit-1 [default: the root]."),
-    axis: str = option("Of a controller with several: the axis to draw.", default=""),
+    axis: str = option("Axis to draw, of a controller with several.", default=""),
     scenario: str | None = option(
-        "Of motion: scenario [default: the first design's own].", kind=SCENARIO
+        "For motion: scenario [default: that of the first design].", kind=SCENARIO
     ),
     changes: Texts = common.SETTING,
-    motion: str | None = option("Which one, of a scenario of several [default: the first]."),
+    motion: str | None = option("Motion, of a scenario with several [default: the first]."),
     width: float | None = common.width(WIDTH_HELP),
-    out: Path = common.output("The picture (png, svg or pdf).", required=True),
+    out: Path = common.output("Picture to write (png, svg or pdf).", required=True),
     _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
 ) -> None:
-    """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
+    """Draw a DESIGN: WHAT is surface, surface-3d, terms, tables or tree.
 
-    The output of a fuzzy unit over its two inputs as colours or in space, the membership of its
-    terms, its rule table as colours with the names of the terms, or which unit reads what. Of a
-    controller with others inside it is those that are drawn.
+    The output of a fuzzy unit over its two inputs as colours or in 3-D, the membership of its
+    terms, its rule table as colours with the names of the terms, or the inputs of each unit. Of a
+    controller that wraps others, the wrapped ones are drawn.
 
-    Several over one another: WHAT is motion, of designs in one scenario, on the machine of the
-    first: positions, errors and commands, and how far each is off a path; or convergence, of run
-    folders and of folders of runs: the best so far in each generation, of many runs the median of
-    each group over a band between its quartiles.
+    Several in one figure: WHAT is motion, of designs in one scenario, on the machine of the first:
+    positions, errors and commands, and the deviation from a path; or convergence, of run folders
+    and of folders of runs: the best so far in each generation, of many runs the median of each
+    group over a band between its quartiles.
     """
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
     from hfc_design.pictures.column import in_column
     from hfc_design.pictures.files import save
     from hfc_design.report.designs import picture
@@ -106,24 +106,25 @@ def _check(names: Texts, what: str) -> None:
     allowed = OPTIONS.get(what, OF_ONE)
     for key in {*OF_ONE, *OPTIONS[MOTION]} - {*allowed}:
         if context.params[key]:
-            raise refusal(f"{flags[key]}: is not for {what}")
+            raise refusal(f"{flags[key]}: does not apply to {what}")
     if what == MOTION and len(names) == 1:
         raise refusal(
-            f"{MOTION} draws several designs; hfc simulate {shlex.quote(names[0])} --plot draws one"
+            f"{MOTION} draws several designs; for one use hfc simulate "
+            f"{shlex.quote(names[0])} --plot"
         )
     if what not in OPTIONS and len(names) > 1:
         raise refusal(f"{what}: draws one design; {CONVERGENCE} and {MOTION} draw several")
 
 
 def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
-    from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
+    from hfc_design.files.design_set import differences, labelled, own_machine, shared_machine
     from hfc_design.report.overlaid import motions
     from hfc_design.simulation.evaluating import evaluate, notes
 
     designs = labelled(names)
     first = next(iter(designs.values()))
     (where,) = common.scenarios_of(first, names[0], (scenario,) if scenario else (), changes)
-    shared = on_one_machine(designs, where)
+    shared = shared_machine(designs, where)
     if note := own_machine(next(iter(designs)), where, shared):
         click.echo(note, err=True)
     for name, design in designs.items():

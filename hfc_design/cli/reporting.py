@@ -14,7 +14,7 @@ from hfc_design.cli.usage import refusal
 from hfc_design.core.console import busy
 
 
-@command("Write the page of a run, of many runs, or of a lone DESIGN.", last=common.KNOWING)
+@command("Write the page of a run, of many runs, or of a single DESIGN.", last=common.KNOWING)
 def report(
     place: Path = argument(PATH, metavar="FOLDER|DESIGN"),
     others: Texts = common.CHANGING,
@@ -22,21 +22,21 @@ def report(
     changes: Texts = common.SETTING,
     each: bool = option("Also write the page of every run that lacks one."),
     parquet: bool = option("Also write runs.parquet (needs pyarrow)."),
-    out: Path | None = common.output("Page of a lone DESIGN [default: NAME.html]."),
+    out: Path | None = common.output("Page of a single DESIGN [default: NAME.html]."),
     papers: Papers = common.PAPERS,
     _force: bool = common.FORCE,
 ) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
-    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
-    the same numbers as runs.csv, groups.csv and comparisons.csv; of hierarchies which ones the
-    seeds ended with, as structures.csv too.
+    Of many runs: medians and quartiles over the seeds, convergence, significance, failures; the
+    same numbers as runs.csv, groups.csv and comparisons.csv; of hierarchies the structures that the
+    searches ended with, also as structures.csv.
 
-    Of a DESIGN, a built-in name or a design file, NAME.html: what a run's page has without how it
-    was found, on the scenario that it was made for. With --scenario, --set or --change the same of
-    a run's design.
+    Of a DESIGN, a built-in name or a design file: NAME.html, the page of a run without the search,
+    on the scenario that the design was made for. With --scenario, --set or --change the same for
+    the design of a run.
 
-    --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
+    --figures and --latex write the folders figures and latex into FOLDER, for a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
     from hfc_design.core.checkpoint import write_whole
@@ -44,20 +44,23 @@ def report(
     from hfc_design.report.page import design_page
 
     if not (exists(place) or str(place) in builtin_designs()):
-        raise refusal(f"{place}: is no folder, no design file and no built-in design")
+        raise refusal(f"{place}: must be a folder, a design file or a built-in design")
     if isdir(place) and not (scenario or changes or others):
         if out is not None:
-            raise refusal(f"--out {out}: is for a lone design; the page of a folder lies in it")
+            raise refusal(
+                f"--out {out}: applies to a single design; the page of a folder is written "
+                "into the folder"
+            )
         _of_folder(place, each, parquet, papers)
         return
     if each or parquet:
-        raise refusal(f"{place}: is a design; --each and --parquet are for folders of runs")
+        raise refusal(f"{place}: is a design; --each and --parquet apply to folders of runs")
     path = out or common.free(Path(f"{place.stem}.html"))
     paper = papers(path.parent, f"{path.stem}-")
     chosen = (scenario,) if scenario else ()
     design, (where,), _ = common.loops_of(str(place), others, chosen, changes)
     differs = {"--change": others, "--scenario": chosen, "--set": changes}
-    with busy("the page, on machines that no search has seen"):
+    with busy("the page, on unseen machines"):
         line = common.again(["hfc", "score", str(place)], differs, [design])
         page = design_page(design, where, line)
     write_whole(path, page.html)
@@ -74,7 +77,13 @@ def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
     findings: list[Any] = []
     try:
         with busy("writing the pages"):
-            report(place, each, parquet, lambda *found: findings.append(found), papers(place, ""))
+            report(
+                place,
+                each,
+                parquet,
+                lambda *page_findings: findings.append(page_findings),
+                papers(place, ""),
+            )
     finally:
-        for found in findings:
-            show_findings(*found)
+        for page_findings in findings:
+            show_findings(*page_findings)

@@ -24,7 +24,7 @@ def free_folder(name: str) -> Path:
 
 
 #: What is done when a search has ended.
-JUDGING = "judging what was found"
+JUDGING = "judging the results"
 
 
 class Watch(ProgressBar):
@@ -42,7 +42,7 @@ class Watch(ProgressBar):
     def __enter__(self) -> Self:
         if self.console.is_terminal:
             self.console.print(self._title, markup=False)
-        self.say("compiling, and looking for first individuals")
+        self.say("compiling and generating the first individuals")
         return super().__enter__()
 
     def generation(self, search: Search) -> None:
@@ -74,7 +74,7 @@ class Watch(ProgressBar):
     def lap(self, lap: Lap) -> None:
         """Say why there is another search."""
         assert lap.use is not None
-        self.say(f"{lap.use.answer}\nanother start: {lap.number + 2} of {self._laps} at most")
+        self.say(f"{lap.use.answer}\nnew start: {lap.number + 2} of at most {self._laps}")
         self._first = None
 
     def polished(self, done: Polished) -> None:

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.controller import units_of as followed_too
-from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Json
+from hfc_design.core.overrides import flat
 from hfc_design.files.design import Design
 from hfc_design.reference.entries import CONTROLLER, PLANT, in_units, parts, units_of
 

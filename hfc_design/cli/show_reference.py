@@ -79,11 +79,11 @@ def _print(data: Any) -> None:
     click.echo(json.dumps(data, ensure_ascii=False))
 
 
-def _list(kind: str, found: list[Entry], as_json: bool) -> None:
+def _list(kind: str, entries: list[Entry], as_json: bool) -> None:
     if as_json:
-        _print([one._asdict() for one in found])
+        _print([one._asdict() for one in entries])
     else:
-        show_tables.show_list(kind, found)
+        show_tables.show_list(kind, entries)
 
 
 def _keys(name: str, as_json: bool) -> None:
@@ -93,16 +93,16 @@ def _keys(name: str, as_json: bool) -> None:
         for one in reference.entries()
         if one.part in ("", "setting", "parameter") and one.key and one.kind != reference.DESIGN_KEY
     ]
-    found = [one for one in every if f"{one.key}.".startswith(f"{name}.")]
-    if not found:
+    below = [one for one in every if f"{one.key}.".startswith(f"{name}.")]
+    if not below:
         known = list(dict.fromkeys(one.key for one in every))
         raise reference.unknown("key", name, known, [key for key in known if "." not in key])
-    general = [one for one in found if one.kind == reference.KEY]
+    general = [one for one in below if one.kind == reference.KEY]
     if as_json or not general:
-        _list("key", found, as_json)
+        _list("key", below, as_json)
         return
     _list("key", general, as_json)
-    show_tables.show_owners(one for one in found if one.kind != reference.KEY)
+    show_tables.show_owners(one for one in below if one.kind != reference.KEY)
 
 
 def _scenario(name: str, as_json: bool) -> None:
@@ -111,16 +111,16 @@ def _scenario(name: str, as_json: bool) -> None:
         raise no_such("scenario", name, _names(reference.SCENARIO))
     data = read_toml(SCENARIOS / f"{name}.toml" if built_in else name)
     chosen = reference.chosen(data)
-    own = [one for kind, thing in chosen.items() for one in unlisted(kind, thing)]
-    known = reference.scenario_keys(data, own)
+    unlisted_entries = [one for kind, thing in chosen.items() for one in unlisted(kind, thing)]
+    known = reference.scenario_keys(data, unlisted_entries)
     reference.check_keys(data, known, name)
-    found, each = values(data, known, own), list(motions(data))
+    entries, each = values(data, known, unlisted_entries), list(motions(data))
     if as_json:
-        keys = [one._asdict() for one in found]
+        keys = [one._asdict() for one in entries]
         inside = {motion: [one._asdict() for one in rows] for motion, rows in each}
         _print({"name": name, "names": chosen, "keys": keys, "motions": inside})
     else:
-        show_tables.show_scenario(name, data, found, each)
+        show_tables.show_scenario(name, data, entries, each)
 
 
 def _design(name: str, as_json: bool) -> None:
@@ -129,8 +129,8 @@ def _design(name: str, as_json: bool) -> None:
     from hfc_design.cli.show_design import facts  # with every kind of controller
     from hfc_design.files.design import named_design
 
-    found = facts(named_design(name))
+    record = facts(named_design(name))
     if as_json:
-        _print(found)
+        _print(record)
     else:
-        show_tables.show_design(found)
+        show_tables.show_design(record)

@@ -7,8 +7,8 @@ from itertools import groupby
 from rich.table import Table
 
 from hfc_design.core.console import plain_table, terminal
-from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Json, Plain
+from hfc_design.core.overrides import flat
 from hfc_design.reference.entries import Entry
 from hfc_design.reference.values import FILE, Value
 
@@ -54,15 +54,15 @@ def show_columns(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]
     terminal().print(table)
 
 
-def show_list(kind: str, found: Sequence[Entry]) -> None:
+def show_list(kind: str, entries: Sequence[Entry]) -> None:
     """All of a kind, a line each; of keys a table."""
     if kind == "key":
-        _show_entries("", found, "")
+        _show_entries("", entries, "")
         return
     table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
     table.add_column(no_wrap=True)
     table.add_column()
-    for one in found:
+    for one in entries:
         table.add_row(one.name, _with_unit(one))
     terminal().print(table)
 
@@ -71,13 +71,13 @@ def _with_unit(one: Entry) -> str:
     return f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
 
 
-def show_owners(found: Iterable[Entry]) -> None:
+def show_owners(entries: Iterable[Entry]) -> None:
     """Of which things there are more keys, and how they are shown."""
     owners: dict[str, list[str]] = {}
-    for kind, name in dict.fromkeys((one.kind, one.name) for one in found):
+    for kind, name in dict.fromkeys((one.kind, one.name) for one in entries):
         owners.setdefault(kind, []).append(name)
     for kind, names in owners.items():
-        keys = f"Each {kind} has keys of its own here, as in hfc show {kind} {names[0]}"
+        keys = f"Each {kind} has its own keys here, as in hfc show {kind} {names[0]}"
         say(f"\n{keys}: {', '.join(names)}")
 
 
@@ -106,18 +106,18 @@ def _table_of(one: Entry) -> str:
     return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
 
 
-def _show_entries(title: str, found: Sequence[Entry], prefix: str) -> None:
-    read = all(one.part in READ for one in found)
+def _show_entries(title: str, entries: Sequence[Entry], prefix: str) -> None:
+    read = all(one.part in READ for one in entries)
     names = ("name", "unit", "meaning") if read else ("key", "default", "meaning")
     rows = []
-    for one in found:
+    for one in entries:
         default = text_of(one.default, one.unit) if one.default is not None else _without(one)
         of = f" ({one.name})" if one.kind not in ("key", "design-key") and not title else ""
         meaning = [one.meaning, one.allowed if one.allowed not in one.meaning else ""]
         meant = "; ".join(filter(None, meaning)) + of
         rows.append((dotted(one.key.removeprefix(prefix)), default, meant))
     show_columns(title, names, rows)
-    if any(word in one.unit for one in found for word in OF_PLANT):
+    if any(word in one.unit for one in entries for word in OF_PLANT):
         say(WORDS)
 
 
@@ -153,11 +153,11 @@ def text_of(value: Plain, unit: str = "") -> str:
 
 
 def show_scenario(
-    name: str, data: Json, found: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
+    name: str, data: Json, entries: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
 ) -> None:
     """What a scenario says, what it leaves, and what holds in each of its motions."""
     say(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
-    here = [x for x in found if x.where == FILE and not x.key.startswith("motions")]
+    here = [x for x in entries if x.where == FILE and not x.key.startswith("motions")]
     say()
     show_columns(
         "set in the file",
@@ -181,9 +181,9 @@ def show_scenario(
         ]
         show_columns("motions", ("motion", "key", "value", "from"), rows)
     say()
-    left = [x for x in found if x.where != FILE]
+    left = [x for x in entries if x.where != FILE]
     rest = [(dotted(x.key), text_of(x.value, x.unit), x.meaning) for x in left]
-    show_columns("left at its default", ("key", "value", "meaning"), rest)
+    show_columns("left at the default", ("key", "value", "meaning"), rest)
 
 
 def _brief(value: Plain) -> str:
@@ -194,19 +194,19 @@ def _brief(value: Plain) -> str:
     return f"{value.get('kind', '')} {rest}".strip()
 
 
-def show_design(found: Json) -> None:
+def show_design(record: Json) -> None:
     """The ``facts`` of a design."""
-    axes = f", axes {', '.join(found['axes'])}" if found["axes"] else ""
-    say(f"design {found['name']}: {found['kind']}, {found['summary']}")
-    say(f"for the plant {found['plant']}{axes}, every {found['sample_time_s']:g} s")
-    limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(found["limits"]).items() if x)
-    score = ", ".join(f"{key} {text_of(x)}" for key, x in found["score"].items())
-    for what, text in (("source", found["source"]), ("limits", limits), ("score", score)):
+    axes = f", axes {', '.join(record['axes'])}" if record["axes"] else ""
+    say(f"design {record['name']}: {record['kind']}, {record['summary']}")
+    say(f"for the plant {record['plant']}{axes}, every {record['sample_time_s']:g} s")
+    limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(record["limits"]).items() if x)
+    score = ", ".join(f"{key} {text_of(x)}" for key, x in record["score"].items())
+    for what, text in (("source", record["source"]), ("limits", limits), ("score", score)):
         if text:
             say(f"{what}: {text}")
-    signals = [(one["name"], one["unit"], one["meaning"]) for one in found["signals"]]
-    tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in found["units"]]
-    keys = [(x["key"], text_of(x["value"], x["unit"]), x["meaning"]) for x in found["keys"]]
+    signals = [(one["name"], one["unit"], one["meaning"]) for one in record["signals"]]
+    tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in record["units"]]
+    keys = [(x["key"], text_of(x["value"], x["unit"]), x["meaning"]) for x in record["keys"]]
     for title, names, rows in (
         ("signals that it reads", ("signal", "unit", "meaning"), signals),
         ("fuzzy units, the root last", ("unit", "columns", "rows"), tree),

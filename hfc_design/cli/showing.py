@@ -44,39 +44,39 @@ def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> No
         show_reference.show(LISTED[what], None, as_json=False)
 
 
-@command("What a plant, controller, scenario or key is, with units.", last=common.KNOWING)
+@command("Explain a plant, controller, scenario or key, with units.", last=common.KNOWING)
 def show(
     kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
     name: str | None = argument(OF_KIND, required=False),
     as_json: bool = common.AS_JSON,
 ) -> None:
-    """What NAME is: its parameters, units, defaults, what is allowed, where the equations are from.
+    """Explain NAME: parameters, units, defaults, allowed values, sources of the equations.
 
-    KIND is one of plant, controller, strategy, objective, scenario, design, reference, metric,
-    format and key; without NAME all of that kind are listed. A scenario or design may be a file,
-    an own part module:OBJECT; a key is one of a scenario, as in simulation.duration_s, or a table
-    of them. Of a scenario it says what it sets, beside the defaults that hold elsewhere.
+    KIND is plant, controller, strategy, objective, scenario, design, reference, metric, format or
+    key; without NAME all of that kind are listed. A scenario or design may be a file, a plug-in
+    module:OBJECT; a key is one of a scenario, as in simulation.duration_s, or a table of keys. A
+    scenario is shown with the values that it sets and the defaults of all other keys.
     """
     from hfc_design.cli import show_reference
 
     show_reference.show(kind, name, as_json)
 
 
-PLANT_HELP = "Plant: NAMES, or an own one as module:OBJECT [default: c-axis]."
-KIND_HELP = "Kind of controller: NAMES, or an own one [default: pd+hierarchical-fuzzy]."
+PLANT_HELP = "Plant: NAMES, or your own as module:OBJECT [default: c-axis]."
+KIND_HELP = "Kind of controller: NAMES, or your own [default: pd+hierarchical-fuzzy]."
 
 
-@command("Write a scenario to begin with, every key explained.", last=common.plugins({}))
+@command("Write a scenario to start from, every key explained.", last=common.plugins({}))
 def init(
     plant: str = option(PLANT_HELP, kind=PLANT, default="c-axis"),
     controller: str = option(KIND_HELP, kind=CONTROLLER, default="pd+hierarchical-fuzzy"),
     out: Path | None = common.output("TOML file to write [default: PLANT.toml]."),
     _force: bool = common.FORCE,
 ) -> None:
-    """Write a scenario to begin with: a move of a plant, every other key commented out.
+    """Write a scenario to start from: a move of a plant, every other key commented out.
 
-    Each key stands there with its default, unit and meaning and what is allowed. The file can be
-    searched as it is, by hfc design FILE, with an own part by hfc design FILE --use module:OBJECT.
+    Each key has its default, unit, meaning and allowed values. hfc design FILE searches with the
+    file unchanged; with a plug-in: hfc design FILE --use module:OBJECT.
     """
     from hfc_design.cli.show_reference import unlisted
     from hfc_design.core.checkpoint import write_whole
@@ -101,7 +101,7 @@ def _check_ranges(controller: str, plant: str, units: dict[str, str]) -> None:
 
     settings = KINDS.get(controller).settings
     if isinstance(settings, type) and issubclass(settings, GainsSettings):
-        own = settings.model_construct(kind=controller)
+        defaults = settings.model_construct(kind=controller)
         counted = f"(errors in {units.get('error', '?')}, commands in {units.get('command', '?')})"
-        if lacking := own.lacking(plant, counted):
+        if lacking := defaults.lacking(plant, counted):
             raise UserError(f"--controller {controller}: {lacking}")

@@ -13,33 +13,35 @@ from hfc_design.cli.names import DESIGN
 from hfc_design.cli.options import Loops
 from hfc_design.cli.usage import refusal
 
-SAMPLES_HELP = "Machines to draw [default: 1000; robust.unseen, where the scenario has it]."
+SAMPLES_HELP = "Number of random machines [default: 1000, or robust.unseen of the scenario]."
 
 
-@command("Fitness, merit and metrics of DESIGN, and its robustness.", last=common.CHOOSING)
+@command("Fitness, merit, metrics and robustness of DESIGN.", last=common.CHOOSING)
 def score(
     loops: Loops = common.ON_SCENARIOS,
     spread: float | None = option("Vary the machine's parameters by up to this share."),
     samples: int | None = option(SAMPLES_HELP),
-    seed: int | None = option("Seed of the draw [default: 0]."),
-    motion: str | None = option("Only this one, of a scenario of several, and on all machines."),
-    plot: Path | None = common.output("Draw the metrics' distributions."),
+    seed: int | None = option("Random seed [default: 0]."),
+    motion: str | None = option("Only this motion of a scenario with several, on all machines."),
+    plot: Path | None = common.output("Draw the distributions of the metrics."),
     _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
     as_json: bool = common.AS_JSON,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
-    With --plant on another plant, whose parameters --set plant.parameters.NAME=... gives: nearest
-    to a test of the model, wherever the signals that DESIGN reads are there in the same units.
+    With --plant: on another plant, with parameters from --set plant.parameters.NAME=...; the
+    closest to a test of the model, if that plant has the signals that DESIGN reads, in the same
+    units.
 
-    With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
-    share that is stable, and quantiles of every metric. Stable is what settles: a copy that began
-    a little off ends on the same motion, no drive stays at a limit of its command, the error of
-    the last quarter stays near that of the nominal machine or within 5 % of the way.
+    With --spread 0.2: on many machines, each physical parameter within 20 % of its value; prints
+    the share that is stable, and quantiles of every metric. A machine is stable if the motion
+    settles: a copy with slightly different initial state ends on the same motion, no drive stays at
+    a limit of its command, and the error of the last quarter stays near that of the nominal machine
+    or within 5 % of the reference.
     """
     from hfc_design.cli.scoring import score_one
-    from hfc_design.files.pairing import machine
+    from hfc_design.files.loop_setup import machine
 
     options = {"samples": samples, "seed": seed, "plot": plot}
     given: dict[str, Any] = {name: x for name, x in options.items() if x is not None}
@@ -61,11 +63,11 @@ def score(
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
     """What of its own a design keeps on a scenario that it was not made with."""
-    from hfc_design.files.kept import kept
+    from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]
     if loops.elsewhere or where.plant.name != loops.design.plant.name:
-        for note in kept(loops.design, where):
+        for note in transfer_report(loops.design, where):
             click.echo(note, err=err)
 
 
@@ -74,14 +76,14 @@ def simulate(
     loops: Loops = common.ON_SCENARIO,
     csv: Path | None = common.output("Write the trajectory."),
     plot: Path | None = common.output("Draw it (png, svg or pdf)."),
-    learned: Path | None = common.output("Write the design with what it has learnt."),
-    motion: str | None = option("Which one, of a scenario of several [default: the first]."),
+    learned: Path | None = common.output("Write the design with its learned state."),
+    motion: str | None = option("Motion, of a scenario with several [default: the first]."),
     _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv, --plot or --learned to stdout.
 
-    A design that adapts can be written as it is after the motion, to start the next one.
+    --learned writes an adaptive design in its state after the motion, to start the next one.
     """
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.console import room
@@ -115,42 +117,44 @@ def simulate(
 
 
 NETWORK_HELP = (
-    "A number beside the weights, as in error_unit=0.005; others are change_unit, command_unit, "
-    "slope, momentum, rate (on line), xi."
+    "A number besides the weights, as in error_unit=0.005; others are change_unit, "
+    "command_unit, slope, momentum, rate (on line), xi."
 )
 
 
-@command("Teach a neural network what DESIGN does.", last=common.CHOOSING)
+@command("Train a neural network to imitate DESIGN.", last=common.CHOOSING)
 def train(
     loops: Loops = common.ON_SCENARIO,
     out: Path | None = common.output("Design file [default: neural-NAME.json]."),
     _force: bool = common.FORCE,
-    start: str | None = option("Neural design to go on from [default: drawn].", kind=DESIGN),
+    start: str | None = option(
+        "Neural design to start from [default: random weights].", kind=DESIGN
+    ),
     hidden: int | None = option("Units of the hidden layer [default: 25]."),
-    seed: int | None = option("Seed of their weights [default: 0]."),
-    training_rate: float | None = option("Rate of learning [default: 0.5]."),
-    passes: int | None = option("Through all samples [default: 1]."),
+    seed: int | None = option("Random seed of the weights [default: 0]."),
+    training_rate: float | None = option("Learning rate [default: 0.5]."),
+    passes: int | None = option("Passes through all samples [default: 1]."),
     network: Texts = option(NETWORK_HELP, metavar="KEY=VALUE"),
     _memory: str | None = common.MEMORY,
 ) -> None:
-    """Teach a neural network what DESIGN does in the motion of its scenario.
+    """Train a neural network to imitate DESIGN in the motion of its scenario.
 
     DESIGN, of any kind, is simulated; a network of one hidden layer learns the commands of all axes
     from the errors and their changes, by back-propagation, and becomes a design of kind neural,
-    which goes on learning on line.
+    which continues to learn on line.
     """
     from hfc_design.controllers.neural.record import Lesson
     from hfc_design.formats import FORMATS
-    from hfc_design.simulation.teaching import taught
+    from hfc_design.simulation.imitation import taught
 
     lesson = {"hidden": hidden, "seed": seed, "rate": training_rate, "passes": passes}
     given: dict[str, Any] = {key: value for key, value in lesson.items() if value is not None}
-    found = taught(loops.design, loops.only, network, start, Lesson()._replace(**given))
-    path = out or common.free(Path(f"{found.design.name}.json"))
-    FORMATS["json"].write(found.design, path)
-    training, unit = found.training, found.unit
+    result = taught(loops.design, loops.only, network, start, Lesson()._replace(**given))
+    path = out or common.free(Path(f"{result.design.name}.json"))
+    FORMATS["json"].write(result.design, path)
+    training, unit = result.training, result.unit
     click.echo(
-        f"{found.samples} samples of {training.taught:.3g} {unit} rms: off by "
+        f"{result.samples} samples of {training.taught:.3g} {unit} rms: off by "
         f"{training.before:.3g} {unit} before, by {training.after:.3g} {unit} after"
     )
     click.echo(path)
@@ -165,23 +169,25 @@ def batch(
     file: Path | None = argument(PATH, required=False),
     out: Path | None = option("Folder [default: runs/NAME]."),
     changes: Texts = option(BATCH_SET_HELP, "--set", metavar="KEY=VALUE"),
-    dry_run: bool = option("Show the plan and how long it will take."),
-    status: Path | None = option("What became of a batch's cells."),
-    workers: int | None = option("Run so many cells at once, here.", low=1),
+    dry_run: bool = option("Show the plan and the expected time."),
+    status: Path | None = option("Show the state of a batch's cells."),
+    workers: int | None = option("Run this number of cells at once, on this computer.", low=1),
     scheduler: str | None = option(
         "Run them on the workers of a Dask scheduler.", metavar="ADDRESS"
     ),
-    shared: bool = option("Those workers see the folder: they write into it."),
-    tls_ca: Path | None = option("Who signs the scheduler's and our certificate.", kind=FILE),
-    tls_cert: Path | None = option("Our certificate.", kind=FILE),
-    tls_key: Path | None = option("Its key.", kind=FILE),
+    shared: bool = option("The workers see the folder and write into it."),
+    tls_ca: Path | None = option(
+        "Certificate authority of the scheduler and the client.", kind=FILE
+    ),
+    tls_cert: Path | None = option("Certificate of the client.", kind=FILE),
+    tls_key: Path | None = option("Private key of the client.", kind=FILE),
     anyway: bool = option(common.ANYWAY_HELP),
     _memory: str | None = common.MEMORY,
 ) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
-    What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
-    Without --workers or --scheduler one cell after the other, each on every core.
+    Finished cells are skipped, interrupted ones continue, and a failure does not stop the others.
+    Without --workers or --scheduler cells run one after the other, each on all cores.
     """
     from hfc_design.batch import session
 
@@ -193,7 +199,7 @@ def batch(
         raise refusal("--shared needs --scheduler ADDRESS")
     tls = (tls_ca, tls_cert, tls_key)
     if any(tls) and not (all(tls) and scheduler):
-        raise refusal("--tls-ca, --tls-cert and --tls-key belong together, with --scheduler")
+        raise refusal("--tls-ca, --tls-cert and --tls-key must be given together, with --scheduler")
     afar = None
     if workers is not None or scheduler is not None:
         from hfc_design.batch.cluster import connected

@@ -49,8 +49,8 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
         preset = search.preset
     if preset in STRATEGIES.names() and preset not in trade:
         raise refusal(
-            f"--pareto {names}: search strategy {preset} finds one design and no front; "
-            f"{', '.join(trade)} does"
+            f"--pareto {names}: search strategy {preset} finds a single design; for a "
+            f"front use {', '.join(trade)}"
         )
     if preset != search.preset:
         fields = STRATEGIES.get(preset).settings.model_fields
@@ -79,7 +79,7 @@ def show_front(front: "Front") -> None:
     show_rows(head, rows, left=left, title=title, title_style="")
 
 
-NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
+NEAREST_HELP = "The point closest to these values, as in chatter='2 V',tracking='20 urad'."
 
 
 @command("Write the design of a point of a front, or the best of a batch.", last=common.KNOWING)
@@ -91,10 +91,10 @@ def pick(
     out: Path | None = common.output("Design file to write."),
     _force: bool = common.FORCE,
 ) -> None:
-    """Make a design file of a point of the front of RUN, of hfc design --pareto.
+    """Write the design of a point of the front of RUN (of hfc design --pareto) to a file.
 
-    Without a choice it shows the front. Of the folder of a batch, or of many runs, it takes the
-    best design that can be used: by the share of machines that pass, then by the merit.
+    Without a choice it shows the front. From the folder of a batch, or of many runs, it takes the
+    best usable design: by the share of machines that pass, then by the merit.
     """
     from hfc_design.batch.results import best_usable, is_run
     from hfc_design.cli.scoring import show_table, show_usable
@@ -106,7 +106,7 @@ def pick(
 
     if isdir(run) and not is_run(run):
         if point is not None or nearest is not None or knee:
-            raise refusal(f"{run}: is no run with a front; name one of its runs")
+            raise refusal(f"{run}: must be a run with a front; name one of its runs")
         best = best_usable(run)
         click.echo(f"{best.title}: {best.use.answer}\nrun folder {run / best.path}")
         if out is not None:
@@ -143,7 +143,7 @@ def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
     for pair in text.split(","):
         name, equals, value = pair.partition("=")
         if not equals or not value.strip():
-            raise refusal(f"{option} {text}: has to be NAME=NUMBER,... as in {example}")
+            raise refusal(f"{option} {text}: must be NAME=NUMBER,... as in {example}")
         number = number_or_none(value)
         wanted[name.strip()] = value.strip().strip("'\"") if number is None else number
     return wanted

@@ -97,14 +97,14 @@ def check_once(ctx: click.Context, arguments: list[str]) -> None:
             continue
         name, values = option.opts[0], typed[option.name]
         if times > 1 and not (option.multiple or option.is_flag):
-            raise click.UsageError(f"{name} is given {times} times; once is allowed", ctx)
+            raise click.UsageError(f"{name} must be given once (got it {times} times)", ctx)
         if isinstance(option.type, NUMBERS) and ("_" in values or not values.isascii()):
             raise click.BadParameter("", ctx, option)  # int() and float() read these
         if option.multiple and KEYED.fullmatch(option.metavar or ""):
             keys = Counter(text.partition("=")[0].strip() for text in values)
             key, most = keys.most_common(1)[0]
             if most > 1:
-                raise refusal(f"{name} {key}: is given {most} times; once is allowed")
+                raise refusal(f"{name} {key}: must be given once (got it {most} times)")
 
 
 def _line(error: click.UsageError) -> str:
@@ -115,7 +115,7 @@ def _line(error: click.UsageError) -> str:
         name = error.param.make_metavar(error.ctx) if error.ctx else ""
         option = error.param.opts[0] if isinstance(error.param, click.Option) else name
         path = error.ctx.command_path if error.ctx else ""
-        return f"{command}: {option} is missing; {path} -h tells what it takes"
+        return f"{command}: {option} is missing; {path} -h lists the options"
     if isinstance(error, click.BadParameter) and error.param is not None:
         typed = error.ctx.meta.get(TYPED, {}).get(error.param.name) if error.ctx else None
         name = error.param.opts[0]
@@ -138,15 +138,17 @@ def _allowed(kind: Any, typed: str) -> str:
     if isinstance(kind, click.Choice):
         from hfc_design.core.wording import one_of
 
-        return f"is none of them; {one_of(typed, map(str, kind.choices))}"
+        return f"unknown value; {one_of(typed, map(str, kind.choices))}"
     if not isinstance(kind, NUMBERS):
         return ""
     whole = isinstance(kind, click.types.IntParamType)
-    number = "has to be a whole number" if whole else "has to be a number"
+    number = "must be a whole number" if whole else "must be a number"
     low, high = getattr(kind, "min", None), getattr(kind, "max", None)
     if low is not None and high is not None:
         return f"{number} from {low:g} to {high:g}"
     if low is not None:
-        more = f"more than {low:g}" if getattr(kind, "min_open", False) else f"of {low:g} or more"
+        more = (
+            f"greater than {low:g}" if getattr(kind, "min_open", False) else f"of at least {low:g}"
+        )
         return f"{number} {more}"
-    return number if high is None else f"{number} of {high:g} or less"
+    return number if high is None else f"{number} of at most {high:g}"

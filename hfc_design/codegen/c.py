@@ -125,20 +125,20 @@ class C(Language):
             yield f"{TYPES[kind]} {one};"
         yield f"{name}({', '.join([*args, *(f'&{one}' for _, one in results)])});"
 
-    def function(self, found: Function) -> str:
-        numbers = [x for x in found.results if not isinstance(x, Storage)]
-        printer = Printer(found.trace, self, numbers, self.names)
-        printer.told.add(found.what)
-        parameters = [self.parameter(x, printer.name(x)) for x in found.parameters]
-        arrays = [x for x in found.results if isinstance(x, Storage)]
+    def function(self, recorded: Function) -> str:
+        numbers = [x for x in recorded.results if not isinstance(x, Storage)]
+        printer = Printer(recorded.trace, self, numbers, self.names)
+        printer.commented.add(recorded.what)
+        parameters = [self.parameter(x, printer.name(x)) for x in recorded.parameters]
+        arrays = [x for x in recorded.results if isinstance(x, Storage)]
         parameters += [self.parameter(x, printer.name(x)) for x in arrays]
         lines = [*printer.lines()]
         kinds = [kind_of(x) for x in numbers]
         values = [printer.text(x, kind=kind_of(x)) for x in numbers]
         wishes = [printer.names.fresh(f"{getattr(x, 'name', '') or 'part'}_out") for x in numbers]
-        told = self.comment(found.what) if found.what else []
-        head, ends = self.defined(self.names.of(found), parameters, kinds, values, wishes)
-        return "\n".join(self.folded([*told, head, "{", *lines, *ends, "}", ""]))
+        comment = self.comment(recorded.what) if recorded.what else []
+        head, ends = self.defined(self.names.of(recorded), parameters, kinds, values, wishes)
+        return "\n".join(self.folded([*comment, head, "{", *lines, *ends, "}", ""]))
 
     def parameter(self, x: Node | Storage, name: str) -> str:
         """One of a function; an array that it does not change is constant."""
@@ -169,20 +169,22 @@ class C(Language):
 
 
 def program(
-    found: Recorded, reserved: Iterable[str] = (), places: Mapping[str, str] | None = None
+    recording: Recorded, reserved: Iterable[str] = (), places: Mapping[str, str] | None = None
 ) -> Printed:
     """A controller in C99; nothing in it has a name that is ``reserved``.
 
     ``places`` are where inputs are, by their names, that are no members of ``inputs``.
     """
-    parts = printed(found, C(reserved, places or {}))
+    parts = printed(recording, C(reserved, places or {}))
     state = []
-    for k, field in enumerate(found.fields):
-        if found.started and found.started[1] == k:
+    for k, field in enumerate(recording.fields):
+        if recording.started and recording.started[1] == k:
             state.append("int started; /* whether there was a sample before */")
         state.append(f"{{real}} {field.name}{f'[{field.size}]' if field.shape else ''};")
-    init = ["state->started = 0;"] if found.started else []
-    for (count, *_), fields in groupby(found.fields, lambda field: (field.size, *field.shape[:1])):
+    init = ["state->started = 0;"] if recording.started else []
+    for (count, *_), fields in groupby(
+        recording.fields, lambda field: (field.size, *field.shape[:1])
+    ):
         init += _begin([*fields], count, parts.starts)
     return parts._replace(state=state, init=init)
 

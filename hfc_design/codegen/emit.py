@@ -7,7 +7,7 @@ all of them.
 import re
 from collections.abc import Iterable, Iterator
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from hfc_design.codegen.live import LEAVES, counted
 from hfc_design.codegen.nodes import (
@@ -20,9 +20,6 @@ from hfc_design.codegen.nodes import (
     Storage,
 )
 from hfc_design.codegen.recorder import Recorder
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.language import Language
 
 #: How close an operation binds.
 CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
@@ -37,29 +34,29 @@ class Names:
 
     def __init__(self, taken: Iterable[str], fold: bool = False, around: "Names | None" = None):
         self.fold, self.around = fold, around
-        self.found: dict[object, str] = {}
+        self.given: dict[object, str] = {}
         self.taken = {self.folded(name) for name in taken}
         self.used: set[object] = set()  # what the text has of what every function sees
 
     def of(self, thing: Any, wish: str = "") -> str:
         """The name of a thing; what every function sees has it from around."""
         home = self.around if self.around and _everywhere(thing) else self
-        if thing not in home.found:
-            name = home.found[thing] = self.fresh(wish or thing.name or "part")
+        if thing not in home.given:
+            name = home.given[thing] = self.fresh(wish or thing.name or "part")
             home.taken.add(self.folded(name))
-        return home.found[thing]
+        return home.given[thing]
 
     def fresh(self, wish: str) -> str:
         """A name that nothing else has."""
         first = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", wish)).strip("_") or "part"
         first = first if first[0].isalpha() else f"part_{first}"
         taken = [self.taken, self.around.taken if self.around else ()]
-        found, k = first, 1
-        while any(self.folded(found) in names for names in taken):
+        name, k = first, 1
+        while any(self.folded(name) in names for names in taken):
             k += 1
-            found = f"{first}_{k}"
-        self.taken.add(self.folded(found))
-        return found
+            name = f"{first}_{k}"
+        self.taken.add(self.folded(name))
+        return name
 
     def folded(self, name: str) -> str:
         """As the language compares names."""
@@ -72,13 +69,27 @@ def _everywhere(thing: Any) -> bool:
     return isinstance(thing, Function) or (isinstance(thing, Node) and thing.op == "number")
 
 
+class Syntax(Protocol):
+    """What a ``Printer`` asks a ``language.Language``, which says the same of each."""
+
+    fold: bool
+    chooses: frozenset[str]
+
+    def literal(self, value: float | bool, real: bool) -> str: ...  # noqa: D102
+    def comment(self, text: str) -> list[str]: ...  # noqa: D102
+    def leaf(self, node: Node, name: str) -> str: ...  # noqa: D102
+    def element(self, storage: Storage, name: str, place: str) -> str: ...  # noqa: D102
+    def operation(self, op: str, parts: list[str], node: Node) -> str: ...  # noqa: D102
+    def statement(self, printer: "Printer", item: Any) -> Iterator[str]: ...  # noqa: D102
+
+
 class Printer:
     """One function: what counts in it, and its lines."""
 
     def __init__(
         self,
         trace: Recorder,
-        syntax: "Language",
+        syntax: "Syntax",
         roots: Iterable[Any],
         around: Names,
         *others: Block,
@@ -88,7 +99,7 @@ class Printer:
         self.alive, self.uses = counted(trace, roots, *others)
         self.bound: set[Node] = {*trace.bound}  # that get a name even where they are used once
         self.done: set[Node] = set()  # what was printed already
-        self.told: set[str] = set()  # comments likewise
+        self.commented: set[str] = set()  # comments likewise
 
     def inlined(self, node: Node) -> bool:
         """Whether it stands where it is used."""
@@ -112,15 +123,15 @@ class Printer:
 
     def lines(self, block: Block | None = None, indent: str = "    ") -> Iterator[str]:
         """The lines of a block, of the whole function at first."""
-        told = ""
+        comment = ""
         for item in (block or self.trace.root).items:
             if isinstance(item, Comment):
-                told = item.text
+                comment = item.text
             elif self._stands(item):
-                if told and told not in self.told:
-                    self.told.add(told)
-                    yield from (indent + line for line in self.syntax.comment(told))
-                told = ""
+                if comment and comment not in self.commented:
+                    self.commented.add(comment)
+                    yield from (indent + line for line in self.syntax.comment(comment))
+                comment = ""
                 yield from (indent + line for line in self.syntax.statement(self, item))
 
     def _stands(self, item: Any) -> bool:
@@ -149,19 +160,19 @@ class Printer:
         ``kind`` is the type of the numbers that it is among.
         """
         if not isinstance(value, Node):
-            found = self.syntax.literal(value, kind == REAL)
-            return f"({found})" if found.startswith("-") and outer >= PRODUCT else found
-        if value.op in LEAVES or value in self.names.found:
+            text = self.syntax.literal(value, kind == REAL)
+            return f"({text})" if text.startswith("-") and outer >= PRODUCT else text
+        if value.op in LEAVES or value in self.names.given:
             outside = value.op in ("input", "state")
-            found = self.syntax.leaf(value, value.name if outside else self.name(value))
+            text = self.syntax.leaf(value, value.name if outside else self.name(value))
             binding = ATOM
         else:
-            found, binding = self.expression(value), BINDING.get(value.op, ATOM)
+            text, binding = self.expression(value), BINDING.get(value.op, ATOM)
         if kind in (REAL, WHOLE) and value.type not in (REAL, kind):
-            converted = self.syntax.operation(f"as {kind}", [found], value)
-            binding = binding if converted == found else ATOM
-            found = converted
-        return f"({found})" if binding < outer else found
+            converted = self.syntax.operation(f"as {kind}", [text], value)
+            binding = binding if converted == text else ATOM
+            text = converted
+        return f"({text})" if binding < outer else text
 
     def expression(self, node: Node) -> str:
         """The operation of a node, without brackets around it."""
@@ -194,10 +205,10 @@ def _real(x: Any) -> bool:
 
 def folded(lines: Iterable[str]) -> list[str]:
     """Lines no longer than ``WIDTH``, folded where there is a space."""
-    found: list[str] = []
+    result: list[str] = []
     for line in lines:
         more = " " * (len(line) - len(line.lstrip()) + 4)
-        found += wrap(
+        result += wrap(
             line,
             WIDTH,
             subsequent_indent=more,
@@ -205,4 +216,4 @@ def folded(lines: Iterable[str]) -> list[str]:
             break_on_hyphens=False,
             replace_whitespace=False,
         ) or [""]
-    return found
+    return result

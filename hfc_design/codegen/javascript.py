@@ -70,8 +70,8 @@ class JavaScript(C):
     def defined(
         self, name: str, parameters: list[str], kinds: list[str], values: list[str], outs: list[str]
     ) -> tuple[str, list[str]]:
-        found = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
-        ends = [f"    return {found};"] if values else []
+        value = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+        ends = [f"    return {value};"] if values else []
         return f"function {name}({', '.join(parameters)})", ends
 
     def constants(
@@ -82,11 +82,11 @@ class JavaScript(C):
         return "\n".join(self.folded([f"const {name} = {made}.from([", *rows, "]);"]))
 
 
-def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
+def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
     """A law as a module; ``init`` are the members of the object that it remembers in."""
-    parts = printed(found, JavaScript((*OWN, *reserved), {}))
-    init = ["started: false,"] if found.started else []
-    for field in found.fields:
+    parts = printed(recording, JavaScript((*OWN, *reserved), {}))
+    init = ["started: false,"] if recording.started else []
+    for field in recording.fields:
         value = repr(field.start[0])
         if field.shape:
             start = parts.starts.get(field.name)

@@ -12,7 +12,7 @@ import numpy as np
 
 from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
-from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.recorder import Recorder
 
 #: Operations by their names here, those that are called otherwise first.
 OPERATIONS = {
@@ -52,7 +52,7 @@ BETWEEN = (*OWN, str(Path(jax.__file__).parent))
 FEW = 4
 
 
-def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
+def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> Any:
     """What a function of JAX gives for trees of nodes and numbers.
 
     Raises:
@@ -64,8 +64,8 @@ def traced(trace: Trace, function: Callable[..., Any], *arguments: Any) -> Any:
         made, shape = jax.make_jaxpr(
             lambda *values: function(*jax.tree.unflatten(tree, values)), return_shape=True
         )(*given)
-    found = _evaluated(trace, made.jaxpr, made.consts, leaves)
-    return jax.tree.unflatten(jax.tree.structure(shape), found)
+    results = _evaluated(trace, made.jaxpr, made.consts, leaves)
+    return jax.tree.unflatten(jax.tree.structure(shape), results)
 
 
 def _listed(value: Any) -> Any:
@@ -73,7 +73,9 @@ def _listed(value: Any) -> Any:
     return [_listed(one) for one in value] if isinstance(value, Array) else value
 
 
-def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]) -> list[Any]:
+def _evaluated(
+    trace: Recorder, jaxpr: Any, consts: Sequence[Any], given: Sequence[Any]
+) -> list[Any]:
     known: dict[Any, Any] = dict(zip(jaxpr.constvars, map(_number, consts), strict=True))
     known |= zip(jaxpr.invars, given, strict=True)
 
@@ -82,10 +84,10 @@ def _evaluated(trace: Trace, jaxpr: Any, consts: Sequence[Any], given: Sequence[
 
     for equation in jaxpr.eqns:
         try:
-            found = _done(trace, equation, [value(x) for x in equation.invars])
+            result = _done(trace, equation, [value(x) for x in equation.invars])
         except TraceError as error:
             raise error.at(_place(equation)) from None
-        known |= zip(equation.outvars, found, strict=True)
+        known |= zip(equation.outvars, result, strict=True)
     return [value(x) for x in jaxpr.outvars]
 
 
@@ -101,29 +103,29 @@ def _number(value: Any) -> Any:
     return np.asarray(value).item() if np.size(value) == 1 else value
 
 
-def _done(trace: Trace, equation: Any, given: list[Any]) -> list[Any]:
+def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
     """What an equation gives for nodes and numbers."""
-    name, told = equation.primitive.name, equation.params
+    name, params = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
-        raise TraceError(f"calls {name} of arrays, of which no code is made; write it in scalars")
-    rounds = name == "convert_element_type" and not np.issubdtype(told["new_dtype"], np.floating)
+        raise TraceError(f"calls {name} of arrays, which cannot be exported; write it in scalars")
+    rounds = name == "convert_element_type" and not np.issubdtype(params["new_dtype"], np.floating)
     if rounds and kind_of(given[0]) == REAL:
-        raise TraceError("makes whole numbers of real ones; write jnp.floor instead")
+        raise TraceError("converts real numbers to whole ones; write jnp.floor instead")
     if name in NOTHING:
         return given
     if name in INNER:
-        inner = told.get("jaxpr") or told.get("call_jaxpr") or told["fun_jaxpr"]
+        inner = params.get("jaxpr") or params.get("call_jaxpr") or params["fun_jaxpr"]
         consts = getattr(inner, "consts", ())
         return _evaluated(trace, getattr(inner, "jaxpr", inner), consts, given)
     if name == "scan":
-        return _scanned(trace, told, given)
+        return _scanned(trace, params, given)
     if name == "cond":
-        return _chosen(trace, told["branches"], given)
+        return _chosen(trace, params["branches"], given)
     if name in OPERATIONS:
         return [trace.made(OPERATIONS[name], *given)]
     if name not in OTHERS:
-        raise TraceError(f"calls {name}, of which no code is made; write it with other functions")
-    return [OTHERS[name](trace.made, told, *given)]
+        raise TraceError(f"calls {name}, which cannot be exported; write it with other functions")
+    return [OTHERS[name](trace.made, params, *given)]
 
 
 def _large(equation: Any) -> bool:
@@ -131,42 +133,42 @@ def _large(equation: Any) -> bool:
 
 
 def _power(made: Callable[..., Any], x: Any, power: int) -> Any:
-    found = x
+    product = x
     for _ in range(abs(power) - 1):
-        found = made("*", found, x)
-    return found if power > 0 else made("/", 1.0, found)
+        product = made("*", product, x)
+    return product if power > 0 else made("/", 1.0, product)
 
 
 #: The others, of (made, parameters, what they are given).
 OTHERS: dict[str, Callable[..., Any]] = {
-    "sign": lambda made, told, x: made(
+    "sign": lambda made, params, x: made(
         "?", made(">", x, 0.0), 1.0, made("?", made("<", x, 0.0), -1.0, 0.0)
     ),
-    "square": lambda made, told, x: made("*", x, x),
-    "integer_pow": lambda made, told, x: _power(made, x, told["y"]),
-    "rsqrt": lambda made, told, x: made("/", 1.0, made("sqrt", x)),
-    "select_n": lambda made, told, which, a, b: made("?", which, b, a),
-    "clamp": lambda made, told, low, x, high: made("min", made("max", x, low), high),
-    "logistic": lambda made, told, x: made("/", 1.0, made("+", 1.0, made("exp", made("neg", x)))),
+    "square": lambda made, params, x: made("*", x, x),
+    "integer_pow": lambda made, params, x: _power(made, x, params["y"]),
+    "rsqrt": lambda made, params, x: made("/", 1.0, made("sqrt", x)),
+    "select_n": lambda made, params, which, a, b: made("?", which, b, a),
+    "clamp": lambda made, params, low, x, high: made("min", made("max", x, low), high),
+    "logistic": lambda made, params, x: made("/", 1.0, made("+", 1.0, made("exp", made("neg", x)))),
 }
 
 
-def _chosen(trace: Trace, branches: Sequence[Any], given: list[Any]) -> list[Any]:
+def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[Any]:
     """Both branches of a condition, and of each result that of the one that holds."""
     if len(branches) != 2:
-        raise TraceError("calls lax.switch, of which no code is made; write jnp.where instead")
+        raise TraceError("calls lax.switch, which cannot be exported; write jnp.where instead")
     which, *rest = given
     no, yes = (_evaluated(trace, one.jaxpr, one.consts, rest) for one in branches)
     return [trace.made("?", which, a, b) for a, b in zip(yes, no, strict=True)]
 
 
-def _scanned(trace: Trace, told: dict[str, Any], given: list[Any]) -> list[Any]:
+def _scanned(trace: Recorder, params: dict[str, Any], given: list[Any]) -> list[Any]:
     """A loop of a number of steps that is known, in which only what is carried changes."""
-    inner, length = told["jaxpr"], told["length"]
-    count, carried = told["num_consts"], told["num_carry"]
+    inner, length = params["jaxpr"], params["length"]
+    count, carried = params["num_consts"], params["num_carry"]
     fixed, carry = given[:count], given[count : count + carried]
     if len(given) > count + carried or len(inner.jaxpr.outvars) > carried:
-        raise TraceError("calls lax.scan over arrays, of which no code is made")
+        raise TraceError("calls lax.scan over arrays, which cannot be exported")
 
     def step(values: list[Any]) -> list[Any]:
         return _evaluated(trace, inner.jaxpr, inner.consts, [*fixed, *values])

@@ -36,11 +36,11 @@ class Language(ABC):
     end: ClassVar[Mapping[type, str]] = {Loop: "}", Branch: "}"}
     helpers_of: ClassVar[Mapping[str, str]] = {}  # functions of the language's own
 
-    def __init__(self, own: Iterable[str]) -> None:
+    def __init__(self, reserved: Iterable[str]) -> None:
         self.helpers: dict[str, None] = {}
         self.library: dict[str, None] = {}
         self.declared: dict[str, tuple[str, int]] = {}  # name -> type, and size of an array
-        self.names = Names(own, self.fold)
+        self.names = Names(reserved, self.fold)
 
     # What each has to say.
 
@@ -68,7 +68,7 @@ class Language(ABC):
         """Lines of a call."""
         raise NotImplementedError
 
-    def function(self, found: Function) -> str:
+    def function(self, recorded: Function) -> str:
         """The definition of one."""
         raise NotImplementedError
 
@@ -179,29 +179,29 @@ class Printed(NamedTuple):
     init: list[str] = []
 
 
-def printed(found: Recorded, syntax: Language) -> Printed:
+def printed(recording: Recorded, syntax: Language) -> Printed:
     """A law in a language."""
-    functions = [*found.trace.functions.values()]
-    roots = [*found.commands, *found.doubtful]
-    printer = Printer(found.trace, syntax, roots, syntax.names, found.after)
-    if isinstance(found.limit, Node) and found.limit.op == "parameter":
-        printer.names.found[found.limit] = "largest"
-    printer.bound |= {x for x in found.commands if isinstance(x, Node) and x.op not in LEAVES}
-    things: list[Any] = [*functions, *found.trace.tables.values(), *found.numbers]
+    functions = [*recording.trace.functions.values()]
+    roots = [*recording.commands, *recording.doubtful]
+    printer = Printer(recording.trace, syntax, roots, syntax.names, recording.after)
+    if isinstance(recording.limit, Node) and recording.limit.op == "parameter":
+        printer.names.given[recording.limit] = "largest"
+    printer.bound |= {x for x in recording.commands if isinstance(x, Node) and x.op not in LEAVES}
+    things: list[Any] = [*functions, *recording.trace.tables.values(), *recording.numbers]
     for thing in things:
         syntax.names.of(thing, thing.name)
-    first = [*printer.first(found.doubtful)] if found.early else []
+    first = [*printer.first(recording.doubtful)] if recording.early else []
     body = [*printer.lines()]
-    check = syntax.checked(printer.text, found.doubtful) if found.doubtful else []
+    check = syntax.checked(printer.text, recording.doubtful) if recording.doubtful else []
     check = [f"    {line}" for line in check]
-    after = [*printer.lines(found.after)]
-    commands = [printer.text(command, kind=REAL) for command in found.commands]
-    law = [*first, *check, *body, *after] if found.early else [*body, *check, *after]
-    if found.started:
-        flag = syntax.leaf(found.started[0], found.started[0].name)
+    after = [*printer.lines(recording.after)]
+    commands = [printer.text(command, kind=REAL) for command in recording.commands]
+    law = [*first, *check, *body, *after] if recording.early else [*body, *check, *after]
+    if recording.started:
+        flag = syntax.leaf(recording.started[0], recording.started[0].name)
         law.append(f"    {syntax.assigned(flag, syntax.literal(True, False))}")
     texts = [syntax.function(one) for one in functions]
-    constants, starts = _constants(found, syntax)
+    constants, starts = _constants(recording, syntax)
     return Printed(
         helpers=[syntax.helpers_of[name] for name in syntax.helpers],
         constants=constants,
@@ -214,16 +214,16 @@ def printed(found: Recorded, syntax: Language) -> Printed:
     )
 
 
-def _constants(found: Recorded, syntax: Language) -> tuple[list[str], dict[str, str]]:
+def _constants(recording: Recorded, syntax: Language) -> tuple[list[str], dict[str, str]]:
     """Lines of all constants, and names of what arrays start from."""
     names, starts = syntax.names.of, {}
-    used = [x for x in found.trace.tables.values() if x in syntax.names.used]
+    used = [x for x in recording.trace.tables.values() if x in syntax.names.used]
     lines = [syntax.constants(names(x), x.type, x.shape, x.numbers) for x in used]
-    for field in found.fields:
+    for field in recording.fields:
         if field.shape and any(field.start):
             starts[field.name] = syntax.names.fresh(f"start_{field.name}")
             lines.append(syntax.constants(starts[field.name], REAL, field.shape, field.start))
-    for x in found.numbers:
+    for x in recording.numbers:
         if x in syntax.names.used and x.value is not None:
             lines.append(syntax.constant(names(x), float(x.value)))
     return lines, starts

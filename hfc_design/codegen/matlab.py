@@ -82,19 +82,19 @@ class Matlab(Language):
         return "\n".join(self.folded([f"{name} = [ ...", *lines, "];"]))
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        found: list[str] = []
+        result: list[str] = []
         for line in lines:
             plain = line.lstrip().startswith("%")
             parts = [line] if plain or len(line) <= WIDTH else folded([line])
-            found += [f"{part} ..." for part in parts[:-1]] + parts[-1:]
-        return found
+            result += [f"{part} ..." for part in parts[:-1]] + parts[-1:]
+        return result
 
 
-def program(found: Recorded, reserved: Iterable[str] = ()) -> Printed:
+def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
     """A law as a function; ``init`` are the fields that it remembers in."""
-    parts = printed(found, Matlab((*OWN, *reserved)))
-    init = ["state.started = false;"] if found.started else []
-    for field in found.fields:
+    parts = printed(recording, Matlab((*OWN, *reserved)))
+    init = ["state.started = false;"] if recording.started else []
+    for field in recording.fields:
         value = repr(field.start[0])
         if field.shape:
             value = parts.starts.get(field.name) or f"zeros(1, {field.size})"

@@ -81,7 +81,7 @@ def mapped(
     if len(known) < len(inside):
         return function(name or ALL, memory, *others)
     each = zip(known[0], *(one.values() for one in known), strict=True)
-    values = (mapped(function, *own, name=key) for key, *own in each)
+    values = (mapped(function, *parts, name=key) for key, *parts in each)
     if hasattr(memory, "_fields"):
         return type(memory)(*values)
     return type(memory)(zip(memory, values, strict=True))
@@ -89,9 +89,9 @@ def mapped(
 
 def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
     """(name, part, ...) of each thing in memories, see ``mapped``."""
-    found: list[tuple[Any, ...]] = []
-    mapped(lambda *one: found.append(one), memory, *others)
-    return found
+    listed: list[tuple[Any, ...]] = []
+    mapped(lambda *one: listed.append(one), memory, *others)
+    return listed
 
 
 def numeric(rows: Any) -> bool:
@@ -120,7 +120,7 @@ def filled(memory: Memory, numbers: dict[str, list[float]]) -> Memory:
 def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str]) -> Memory:
     """A memory whose numbers are those that the state of the code has, but ``fixed`` ones."""
 
-    def held(name: str, x: Any) -> Memory:
+    def stored(name: str, x: Any) -> Memory:
         if isinstance(x, list | tuple) and x and numeric(x):
             array = np.array(x, dtype=float)
             storage = Storage("state", name, array.shape)
@@ -132,7 +132,7 @@ def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str
         fields.append(Field(name, (), [float(x)], leaf))
         return leaf
 
-    return mapped(held, memory)
+    return mapped(stored, memory)
 
 
 def merged(choose: Callable[[Any, Any], Memory], memory: Memory, first: Memory) -> Memory:
@@ -169,9 +169,9 @@ def computed(trace: Trace, after: Memory) -> Iterator[Any]:
     elif isinstance(after, Put):
         yield from (value for _, value in after.changes)
     elif isinstance(after, Lazy | Each):
-        found = trace.stored(after)
-        size = prod(found.shape)
-        yield trace.total(Lazy(trace, (size,), lambda k: 0.0 * found.flat(k)))
+        stored = trace.stored(after)
+        size = prod(stored.shape)
+        yield trace.total(Lazy(trace, (size,), lambda k: 0.0 * stored.flat(k)))
     elif isinstance(after, list | tuple):
         for one in after:
             yield from computed(trace, one)

@@ -8,12 +8,9 @@ import math
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from hfc_design.core.records import UserError
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.recorder import Recorder
 
 #: Types of numbers.
 REAL, WHOLE, TRUTH = "real", "whole", "truth"
@@ -32,9 +29,9 @@ class TraceError(UserError):
         """The same of a ``place``, FILE:LINE, unless one is told already."""
         if self.placed or not place:
             return self
-        found = TraceError(f"{place}: {self}")
-        found.placed = True
-        return found
+        located = TraceError(f"{place}: {self}")
+        located.placed = True
+        return located
 
 
 def refusal(what: str) -> TraceError:
@@ -45,10 +42,27 @@ def refusal(what: str) -> TraceError:
     return TraceError(what)
 
 
+class Tape(Protocol):
+    """What nodes and arrays are written down on: a ``recorder.Recorder``."""
+
+    running: Any  # that of the function that is being recorded
+    block: Any
+    bound: set["Node"]
+
+    def made(self, op: str, *args: Any) -> Any:
+        """The node of an operation."""
+
+    def read(self, storage: "Storage", place: Any) -> "Node":
+        """A number of an array in memory."""
+
+    def write(self, put: Any) -> Any:
+        """An array with other numbers in some places."""
+
+
 class Block:
     """Nodes and statements in order; a loop or a branch has one inside that around it."""
 
-    def __init__(self, trace: "Recorder", around: "Block | None" = None, branch: bool = False):
+    def __init__(self, trace: "Tape", around: "Block | None" = None, branch: bool = False):
         self.trace, self.around, self.branch = trace, around, branch
         self.depth: int = 0 if around is None else around.depth + 1
         self.items: list[Any] = []  # nodes, arrays that are declared, statements
@@ -117,16 +131,17 @@ class Node:
     def __bool__(self) -> bool:
         if self.value is None:
             raise refusal(
-                "branches on a value that is known at run time alone; write xp.where(condition, "
-                "a, b) instead"
+                "branches on a value that is known only at run time; write "
+                "xp.where(condition, a, b) instead"
             )
         return bool(self.value)
 
     def __float__(self) -> float:
         if self.value is None:
             raise refusal(
-                "needs the number of a value that is known at run time alone, as functions of math "
-                "do; write it with + - * /, abs and the functions of xp instead"
+                "needs the number of a value that is known only at run time, as "
+                "functions of math do; write it with + - * /, abs and the functions of "
+                "xp instead"
             )
         return float(self.value)
 
@@ -134,7 +149,7 @@ class Node:
         return int(float(self))
 
     def __iter__(self) -> Iterator["Node"]:
-        raise refusal("takes a number for a sequence of numbers")
+        raise refusal("uses a number as a sequence of numbers")
 
 
 class Storage:
@@ -155,7 +170,7 @@ class Storage:
 class Array:
     """A sequence of numbers or of rows, as a law sees it."""
 
-    trace: "Recorder"
+    trace: "Tape"
     shape: tuple[int, ...]
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -204,7 +219,7 @@ class Row(Array):
 class Stored(Array):
     """An array in memory, as it is since it was last written to."""
 
-    def __init__(self, trace: "Recorder", storage: Storage):
+    def __init__(self, trace: "Tape", storage: Storage):
         self.trace, self.storage, self.shape = trace, storage, storage.shape
         self.version = storage.version
 
@@ -218,24 +233,24 @@ class Stored(Array):
 class Lazy(Array):
     """An array whose numbers are computed where they are used."""
 
-    def __init__(self, trace: "Recorder", shape: tuple[int, ...], function: Callable[[Any], Any]):
+    def __init__(self, trace: "Tape", shape: tuple[int, ...], function: Callable[[Any], Any]):
         self.trace, self.shape, self.function = trace, shape, function
 
     def element(self, places: tuple[Any, ...]) -> Any:
         """What the function gives for a place."""
-        found = self.function(places[0])
+        value = self.function(places[0])
         for place in places[1:]:
-            found = found[place]
-        return found
+            value = value[place]
+        return value
 
 
 class Each(Array):
     """An array of what a function makes of the numbers at the same place of others."""
 
-    def __init__(self, trace: "Recorder", function: Callable[..., Any], tables: list[Any]):
+    def __init__(self, trace: "Tape", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
         if any(table.shape != self.shape for table in tables):
-            raise refusal("goes along tables of different sizes")
+            raise refusal("iterates over tables of different sizes")
         self.tables = tables
 
     def element(self, places: tuple[Any, ...]) -> Any:
@@ -264,10 +279,10 @@ class Put(Array):
 
 def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
     """Where in memory the number at ``places`` is."""
-    found = places[0]
+    index = places[0]
     for place, size in zip(places[1:], shape[1:], strict=True):
-        found = found * size + place
-    return found
+        index = index * size + place
+    return index
 
 
 class Comment(NamedTuple):
@@ -322,7 +337,7 @@ Statement: TypeAlias = Comment | Loop | Branch | Assign | Store | Call
 class Function:
     """What a law calls with numbers and arrays, and code has as a function of its own."""
 
-    def __init__(self, name: str, trace: "Recorder"):
+    def __init__(self, name: str, trace: Any):
         self.name, self.trace = name, trace
         self.what = ""  # in the law's words
         self.parameters: list[Node | Storage] = []

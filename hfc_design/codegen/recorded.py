@@ -65,7 +65,7 @@ class Recorded(NamedTuple):
     #: Whether there was a sample before, and the number of the field that this is before; None:
     #: it does not matter.
     started: tuple[Node, int] | None
-    numbers: list[Node]  # of the design
+    numbers: list[Node]  # name of the design
 
 
 #: Of a source: its largest command, functions (gains, memory) -> memory of a first sample, or none,
@@ -103,21 +103,21 @@ def of_axis(
         elif law.limit is not None:
             limit = _number(trace, "largest", law.limit, numbers)
         every: Any = _number(trace, "sample_time", law.sample_time, numbers)
-        own = law._replace(limit=limit, sample_time=every)
+        limited_law = law._replace(limit=limit, sample_time=every)
 
         def first(gains: Gains, memory: Memory) -> Memory:
-            return own.primed(trace.xp, gains, memory, inputs)
+            return limited_law.primed(trace.xp, gains, memory, inputs)
 
         def step(gains: Gains, memory: Memory) -> tuple[list[Any], Memory]:
             try:
-                command, after, _ = own.sample(trace.xp, own, gains, memory, inputs)
+                command, after, _ = limited_law.sample(trace.xp, limited_law, gains, memory, inputs)
             except TypeError as error:
                 if Node.__name__ not in str(error):
                     raise
-                command, after = _through_jax(trace, own, gains, memory, inputs)
+                command, after = _through_jax(trace, limited_law, gains, memory, inputs)
             return [command], after
 
-        return limit, first if own.prime else None, step
+        return limit, first if limited_law.prime else None, step
 
     memory = law.begun(SCALARS, 0.0, gains)
     return Source(reads, gains, memory, bound, law.tells, change=change, truths=truths)
@@ -132,17 +132,17 @@ def _through_jax(
     def sample(
         limit: Any, every: Any, gains: Gains, memory: Memory, inputs: Any
     ) -> tuple[Any, Memory]:
-        own = law._replace(limit=limit, sample_time=every)
-        command, after, _ = law.sample(LANES, own, gains, memory, inputs)
+        limited_law = law._replace(limit=limit, sample_time=every)
+        command, after, _ = law.sample(LANES, limited_law, gains, memory, inputs)
         return command, after
 
     try:
         given = law.limit, law.sample_time, gains, memory, dict(inputs)
-        found: tuple[Any, Memory] = trace.foreign(sample, *given)
+        results: tuple[Any, Memory] = trace.foreign(sample, *given)
     except TraceError as error:
         code = law.sample.__code__
         raise error.at(f"{code.co_filename}:{code.co_firstlineno}") from None
-    return found
+    return results
 
 
 def of_machine(
@@ -176,14 +176,14 @@ def of_machine(
         return None, first, step
 
     memory = by_axis(begun(controller, SCALARS, 0.0, gains), axes)
-    told = [f"{axis}_{name}" for axis in names for name in truths]
-    return Source([*known, *path], gains, memory, bound, within=True, truths=told)
+    names_of_truths = [f"{axis}_{name}" for axis in names for name in truths]
+    return Source([*known, *path], gains, memory, bound, within=True, truths=names_of_truths)
 
 
-def used(found: Recorded) -> list[str]:
+def used(recording: Recorded) -> list[str]:
     """Names of the inputs that something hangs on."""
-    alive, _ = counted(found.trace, [*found.commands, *found.doubtful], found.after)
-    return [node.name for node in found.inputs if id(node) in alive]
+    alive, _ = counted(recording.trace, [*recording.commands, *recording.doubtful], recording.after)
+    return [node.name for node in recording.inputs if id(node) in alive]
 
 
 def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -> Recorded:
@@ -199,25 +199,25 @@ def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -
     fixed: set[str] = set()
     in_place = True
     while True:
-        found = _recorded(Trace(in_place=in_place, flat=flat), source, fixed)
-        if in_place and not found.early and found.trace.rewritten:
+        recording = _recorded(Trace(in_place=in_place, flat=flat), source, fixed)
+        if in_place and not recording.early and recording.trace.rewritten:
             in_place = False
             continue
-        kept = (field for field in found.fields if field.name not in learnt)
-        more = {field.name for field in kept if _idle(found, field)}
+        fields = (field for field in recording.fields if field.name not in learnt)
+        more = {field.name for field in fields if _idle(recording, field)}
         if not more:
-            return found
+            return recording
         fixed |= more
 
 
-def _idle(found: Recorded, field: Field) -> bool:
+def _idle(recording: Recorded, field: Field) -> bool:
     """Whether a number that is remembered stays what it is, or is read by nothing."""
     if isinstance(field.holds, Storage):
         return False
-    stored = [x for x in found.after.items if isinstance(x, Store) and x.storage is field.holds]
+    stored = [x for x in recording.after.items if isinstance(x, Store) and x.storage is field.holds]
     if all(not isinstance(x.value, Node) and x.value == field.start[0] for x in stored):
         return True
-    alive, _ = counted(found.trace, [*found.commands, *found.doubtful], found.after)
+    alive, _ = counted(recording.trace, [*recording.commands, *recording.doubtful], recording.after)
     return id(field.holds) not in alive
 
 
@@ -274,17 +274,17 @@ def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit
     before = trace.leaf("state", PREVIOUS)
     fields.append(Field(PREVIOUS, (), [0.0], before))
     stepped = clipped(trace.xp, command, before - change, before + change)
-    found = limited(trace.xp, limit, stepped)
-    trace.bound.add(found)
-    trace.block.items.append(Store(before, None, found))
-    return found
+    ramped = limited(trace.xp, limit, stepped)
+    trace.bound.add(ramped)
+    trace.block.items.append(Store(before, None, ramped))
+    return ramped
 
 
 def _doubtful(trace: Trace, x: Any) -> set[Node]:
     """The numbers one of which is not finite where ``x`` is not."""
     known: dict[Node, set[Node]] = {}
 
-    def found(x: Any) -> set[Node]:
+    def parts_of(x: Any) -> set[Node]:
         if not isinstance(x, Node) or x in trace.sure or x.value is not None or x.op in FINITE:
             return set()
         if x not in known:
@@ -293,9 +293,9 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
         return known[x]
 
     def of_parts(x: Node) -> set[Node]:
-        parts = [found(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
+        parts = [parts_of(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
         if x in trace.assigned:  # or itself, where a loop or a branch made it what it is
-            known_here = all(part.block is trace.root for own in parts for part in own)
+            known_here = all(part.block is trace.root for nodes in parts for part in nodes)
             return set().union(*parts) if known_here else {x}
         if x.op in ("?", "min", "max", "neg"):
             return set().union(*parts)
@@ -304,7 +304,7 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
         scaled = x.op == "*" and any(isinstance(a, Node) and a.value is not None for a in x.args)
         return set() if scaled and any(a in trace.sure for a in x.args) else {x}
 
-    return found(x)
+    return parts_of(x)
 
 
 #: What is finite, or the sample is faulty before anything is computed.
@@ -321,9 +321,9 @@ def _early(x: Any) -> bool:
 
 
 def _number(trace: Trace, name: str, value: float, numbers: list[Node]) -> Node:
-    found = trace.leaf("number", name, REAL, float(value))
-    numbers.append(found)
-    return found
+    leaf = trace.leaf("number", name, REAL, float(value))
+    numbers.append(leaf)
+    return leaf
 
 
 def _wrapped(trace: Trace, value: Any, name: str, numbers: list[Node]) -> Any:

@@ -55,8 +55,8 @@ class Recorder:
     def made(self, op: str, *args: Any) -> Any:
         """The node of an operation; equal ones are one."""
         args = tuple(map(self.plain, args))
-        if (found := simpler(op, args)) is not None:
-            return found
+        if (simple := simpler(op, args)) is not None:
+            return simple
         key = (op, *(x if isinstance(x, Node) else (type(x), x) for x in args))
         block = self._deepest(args)
         node, new = self._known(block, block, key, op, args, type_of(op, args))
@@ -86,7 +86,7 @@ class Recorder:
             return int(value)
         if isinstance(value, float | np.floating):
             return float(value)
-        raise refusal(f"computes with {value!r:.60}, which is no number")
+        raise refusal(f"computes with {value!r:.60}, which is not a number")
 
     def leaf(self, op: str, name: str, kind: str = REAL, value: float | None = None) -> Node:
         """A number from outside: an input, what is remembered, a number of the design."""
@@ -97,33 +97,33 @@ class Recorder:
     def _node(self, block: Block, op: str, args: tuple[Any, ...], kind: str) -> Node:
         self.whole.count += 1
         if self.whole.count > MOST:
-            raise refusal(f"takes more than {MOST} operations: does a loop not end?")
+            raise refusal(f"takes more than {MOST} operations: is a loop endless?")
         return Node(block, op, args, kind, self.whole.count)
 
     def _deepest(self, args: Sequence[Any]) -> Block:
         """The outermost block in which all of these are known; none leaves a branch."""
         around = [*self.block.outward()]
-        found = next((block for block in around if block.branch), around[-1])
+        deepest = next((block for block in around if block.branch), around[-1])
         for x in args:
             if isinstance(x, Node):
                 if x.block not in around:
-                    raise refusal("uses a value outside the loop or the function that it is of")
-                found = x.block if x.block.depth > found.depth else found
-        return found
+                    raise refusal("uses a value outside its loop or function")
+                deepest = x.block if x.block.depth > deepest.depth else deepest
+        return deepest
 
     def variable(self, value: Any) -> Node:
         """What has the value until it is assigned another one."""
-        found = self._node(self.block, "variable", (), kind_of(value))
-        self.whole.assigned[found] = [value]
-        self.block.items.append(Assign(found, value, True))
-        return found
+        node = self._node(self.block, "variable", (), kind_of(value))
+        self.whole.assigned[node] = [value]
+        self.block.items.append(Assign(node, value, True))
+        return node
 
     def now(self, variable: Node) -> Node:
         """What a variable is here, whatever it is assigned later."""
-        found = self._node(self.block, "now", (variable,), variable.type)
-        self.block.items.append(found)
-        self.bound.add(found)
-        return found
+        node = self._node(self.block, "now", (variable,), variable.type)
+        self.block.items.append(node)
+        self.bound.add(node)
+        return node
 
     def assign(self, variable: Node, value: Any) -> None:
         """Give a variable another value."""
@@ -174,12 +174,12 @@ class Recorder:
         kind = kinds.pop() if len(kinds) == 1 else REAL
         key = shape, kind, tuple(values)
         if key not in self.whole.tables:
-            found = Storage("table", name, shape, kind)
-            found.numbers = [x if kind != REAL else float(x) for x in values]
-            self.whole.tables[key] = found
-        found = self.whole.tables[key]
-        found.name = found.name or name
-        return Stored(self, found)
+            storage = Storage("table", name, shape, kind)
+            storage.numbers = [x if kind != REAL else float(x) for x in values]
+            self.whole.tables[key] = storage
+        storage = self.whole.tables[key]
+        storage.name = storage.name or name
+        return Stored(self, storage)
 
     def local(self, shape: tuple[int, ...], numbers: Sequence[Any], name: str = "") -> Stored:
         """An array of these numbers within a sample."""
@@ -191,12 +191,12 @@ class Recorder:
 
     def write(self, put: Put) -> Stored:
         """Replace numbers of an array, in its place or in that of a copy."""
-        storage = self._own(put.base)
+        storage = self._writable(put.base)
         for place, value in put.changes:
             self.store(storage, place, value)
         return self._since(storage)
 
-    def _own(self, array: Stored) -> Storage:
+    def _writable(self, array: Stored) -> Storage:
         """The memory of an array that may be written to; a copy of what is remembered, else."""
         storage = array.storage
         if storage.kind == "local" or (storage.kind != "table" and self.in_place):
@@ -215,10 +215,10 @@ class Recorder:
         """An array that is computed here, and not again wherever it is read."""
         if not isinstance(value, Lazy | Each):
             return value
-        found = self.local(value.shape, ())
-        self.replace([(found.storage, value)])
-        found.storage.version += 1
-        return Stored(self, found.storage)
+        storage = self.local(value.shape, ())
+        self.replace([(storage.storage, value)])
+        storage.storage.version += 1
+        return Stored(self, storage.storage)
 
     def _stored(self, table: Any) -> Stored:
         base = self.table(table)

@@ -8,12 +8,9 @@ from contextlib import contextmanager
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from pathlib import Path
 from types import CodeType, FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hfc_design.codegen.nodes import INNER, Comment, Node, Stored
-
-if TYPE_CHECKING:
-    from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.nodes import INNER, Comment, Node, Stored, Tape
 
 #: What a comment has that says where a formula is from.
 CITES = re.compile(r"\b(eq|fig)\. |\b(Table|Appendix|section|equation) \w", re.IGNORECASE)
@@ -30,7 +27,7 @@ FEW = 8
 
 
 @contextmanager
-def named(trace: "Trace") -> Iterator[None]:
+def named(trace: Tape) -> Iterator[None]:
     """Take names and comments from a law while it runs.
 
     Nodes and arrays get the names of the variables of the functions that made them; the first line
@@ -42,15 +39,18 @@ def named(trace: "Trace") -> Iterator[None]:
         code = frame.f_code
         if code.co_filename.startswith(SKIPPED):
             return
-        if event == "call" and CITES.search(told := first_line(code)):
+        if event == "call" and CITES.search(line := first_line(code)):
             block = trace.running.block
-            block.items.append(Comment(told))
+            block.items.append(Comment(line))
         if event == "return":
             count = code.co_argcount + code.co_kwonlyargcount
             count += bool(code.co_flags & CO_VARARGS) + bool(code.co_flags & CO_VARKEYWORDS)
             given = code.co_varnames[:count]
-            own = (*code.co_varnames[count:], *(x for x in code.co_cellvars if x not in given))
-            for name in own:
+            local_names = (
+                *code.co_varnames[count:],
+                *(x for x in code.co_cellvars if x not in given),
+            )
+            for name in local_names:
                 call_it(frame.f_locals.get(name), name)
 
     sys.setprofile(watch)
@@ -73,10 +73,10 @@ def unnamed() -> Iterator[None]:
 
 def first_line(code: CodeType) -> str:
     """The first line of a function's docstring, without marks; "": it has none."""
-    told = code.co_consts[0] if code.co_consts else None
-    if not isinstance(told, str) or code.co_name.startswith("<"):
+    docstring = code.co_consts[0] if code.co_consts else None
+    if not isinstance(docstring, str) or code.co_name.startswith("<"):
         return ""
-    return told.strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
+    return docstring.strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
 
 
 def call_it(value: Any, name: str) -> None:

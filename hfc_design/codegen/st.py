@@ -70,7 +70,9 @@ class Block(NamedTuple):
         """Those of no size and no first value, all of a type together."""
         plain = sorted((x for x in variables if not (x.size or x.first)), key=lambda x: x.type)
         kinds = groupby(plain, lambda x: x.type)
-        return folded(f"{', '.join(x.name for x in found)} : {kind};" for kind, found in kinds)
+        return folded(
+            f"{', '.join(x.name for x in variables)} : {kind};" for kind, variables in kinds
+        )
 
     @property
     def body(self) -> str:
@@ -120,7 +122,7 @@ class StructuredText(Language):
         if op == "rint":
             return f"LINT_TO_LREAL(LREAL_TO_LINT({parts[0]}))"
         if op.isalnum() and op not in self.functions and op not in self.words:
-            raise TraceError(f"calls {op}, which Structured Text has not")
+            raise TraceError(f"calls {op}, which Structured Text does not have")
         return super().operation(op, parts, node)
 
     def value(self, printer: Printer, node: Node) -> Iterator[str]:
@@ -151,7 +153,7 @@ class StructuredText(Language):
         return [first, *(f"   {line}" for line in rest)]
 
     def counter(self, printer: Printer, item: Loop) -> str:
-        printer.names.found[item.counter] = name = COUNTERS[item.block.depth - 1]
+        printer.names.given[item.counter] = name = COUNTERS[item.block.depth - 1]
         return name
 
     def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
@@ -175,24 +177,26 @@ def _left(values: Iterable[str]) -> list[str]:
     return [f"IF NOT {outer} THEN", "    RETURN;", "END_IF;"]
 
 
-def program(found: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -> Block:
+def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -> Block:
     """A controller as a function block with ``outputs``.
 
     No other variable has a name that is ``reserved``.
     """
-    inputs = [x.name for x in found.inputs]
+    inputs = [x.name for x in recording.inputs]
     syntax = StructuredText((*reserved, *inputs, *outputs))
     remembered = []
-    for k, field in enumerate(found.fields):
+    for k, field in enumerate(recording.fields):
         wish = f"previous_{field.name}" if field.name in inputs else field.name
         name = syntax.fields[field.holds] = syntax.names.fresh(wish)
         size = field.size if field.shape else 0
         remembered.append(Variable(name, "LREAL", size, field.start, (field.shape or (1,))[-1]))
-        if found.started and found.started[1] == k:
-            flag = syntax.fields[found.started[0]] = syntax.names.fresh("started")
+        if recording.started and recording.started[1] == k:
+            flag = syntax.fields[recording.started[0]] = syntax.names.fresh("started")
             remembered.append(Variable(flag, "BOOL"))
-    parts = printed(found, syntax)
-    tables = {syntax.fields[field.holds]: parts.starts.get(field.name) for field in found.fields}
+    parts = printed(recording, syntax)
+    tables = {
+        syntax.fields[field.holds]: parts.starts.get(field.name) for field in recording.fields
+    }
     begin = [*_begin(remembered, tables)]
     syntax.declared["greatest"] = REAL, 0
     if any(x.size for x in remembered):
@@ -201,7 +205,7 @@ def program(found: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -
         *(["IF reset THEN", *begin, "END_IF;", ""] if begin else []),
         *("(* The largest finite number. *)", f"greatest := {GREATEST};"),
         *("fault := TRUE;", *(f"{output} := 0.0;" for output in outputs)),
-        *_left(x.name for x in found.inputs if x.type == REAL),
+        *_left(x.name for x in recording.inputs if x.type == REAL),
         *(line.removeprefix("    ") for line in parts.law),
         *(f"{one} := {value};" for one, value in zip(outputs, parts.commands, strict=True)),
         # Whether it has stopped itself, where it can.

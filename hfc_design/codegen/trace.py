@@ -83,7 +83,7 @@ class Trace(Recorder):
     def pick(self, values: Any, number: Any) -> Any:
         """The value of a number that is one of the design."""
         if isinstance(number, Node) and number.value is None:
-            raise refusal("picks by a number that is known at run time alone")
+            raise refusal("selects by a number that is known only at run time")
         return values[int(number)]
 
     def marked(self, x: Any) -> Any:
@@ -100,7 +100,7 @@ class Trace(Recorder):
         but: int | None = None,
     ) -> list[Stored]:
         """Tables of which some rows became ``function(number, row, ...)``, ``but`` one."""
-        owned = [self._own(self._stored(table)) for table in tables]
+        owned = [self._writable(self._stored(table)) for table in tables]
         count = owned[0].shape[0]
         low, high = self.made("max", low, 0), self.made("min", high, count)
         with self.loop(high, low) as k, self._unless(but, k):
@@ -123,7 +123,7 @@ class Trace(Recorder):
         if not any(isinstance(row, Array | range) for row in rows):
             return [function(*values) for values in zip(*rows, strict=True)]
         if len({len(row) for row in rows}) > 1:
-            raise refusal("goes along rows of different lengths")
+            raise refusal("iterates over rows of different lengths")
         rows = tuple(row if isinstance(row, Array | range) else self.table(row) for row in rows)
         of = [(lambda k: k) if isinstance(row, range) else row.__getitem__ for row in rows]
 
@@ -153,11 +153,13 @@ class Trace(Recorder):
 
     def put(self, rows: Any, changes: Sequence[tuple[Any, ...]]) -> Any:
         """Rows with some numbers replaced: ``(place, ..., value)`` of each."""
-        found = self.stored(self.table(rows))
-        if isinstance(found, Put):
-            found.element((0,) * len(found.shape))
-            found = found.written
-        return Put(found, [(flat(one[:-1], found.shape), self.plain(one[-1])) for one in changes])
+        storage = self.stored(self.table(rows))
+        if isinstance(storage, Put):
+            storage.element((0,) * len(storage.shape))
+            storage = storage.written
+        return Put(
+            storage, [(flat(one[:-1], storage.shape), self.plain(one[-1])) for one in changes]
+        )
 
     def when(self, condition: Any, function: Callable[[], Any], otherwise: Any) -> Any:
         """``function()`` where the condition is true, else ``otherwise``."""
@@ -174,16 +176,16 @@ class Trace(Recorder):
     def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
         """Whether a function gives the number ``otherwise``; what it does is dropped."""
         with self.inside(branch=True):
-            found = function()
-        if isinstance(found, Node) or isinstance(otherwise, Node):
-            return found is otherwise
-        return bool(found == otherwise)
+            result = function()
+        if isinstance(result, Node) or isinstance(otherwise, Node):
+            return result is otherwise
+        return bool(result == otherwise)
 
     def _holder(self, value: Any) -> Any:
         """What has the value before a branch and after it."""
         if isinstance(value, Array):
             array = self._stored(value)
-            return array if array.storage.kind == "table" else self._own(array)
+            return array if array.storage.kind == "table" else self._writable(array)
         value = self.plain(value)
         if known(value) is not None and isinstance(value, Node):
             return value  # a number of the design, which no branch changes
@@ -216,7 +218,7 @@ class Trace(Recorder):
             if isinstance(x, Stored):
                 x.storage.name = x.storage.name or parameter.name
             if isinstance(parameter, Storage) and parameter.version:
-                stored[parameter] = self._own(self._stored(x))
+                stored[parameter] = self._writable(self._stored(x))
                 given.append((stored[parameter], 0))
             else:
                 given.append(begin_of(x) if isinstance(x, Array) else x)
@@ -233,7 +235,7 @@ class Trace(Recorder):
             else:
                 results.append(self._node(self.block, "called", (), kind_of(x)))
         self.block.items.append(Call(called, given, (*results, *stored.values())))
-        found = iter(results)
+        results_left = iter(results)
         since = {parameter: self._since(storage) for parameter, storage in stored.items()}
 
         def outside(value: Any) -> Any:
@@ -245,7 +247,7 @@ class Trace(Recorder):
                 return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
             if isinstance(value, Stored):
                 return value  # a table
-            one = next(found)
+            one = next(results_left)
             if isinstance(one, Storage):
                 one.version += 1
                 return Stored(self, one)
@@ -264,39 +266,39 @@ class Trace(Recorder):
 
     def _recorded(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Function:
         inner = Trace(self.whole, in_place=True)
-        found = Function(function.__name__.strip("_"), inner)
+        recorded = Function(function.__name__.strip("_"), inner)
         wishes = [*signature(function).parameters][1:]
 
         def parameter(wish: str, x: Any) -> Any:
             """What the function sees of an argument."""
             if isinstance(x, Array):
                 storage = Storage("parameter", wish, x.shape, begin_of(x)[0].type)
-                found.parameters.append(storage)
+                recorded.parameters.append(storage)
                 return Stored(inner, storage)
             if isinstance(x, Node):
-                found.parameters.append(inner.leaf("parameter", wish, x.type))
-                return found.parameters[-1]
+                recorded.parameters.append(inner.leaf("parameter", wish, x.type))
+                return recorded.parameters[-1]
             if several(x):
                 return tuple(parameter(f"{wish}_{k}", one) for k, one in enumerate(x))
             return x
 
         given = [parameter(wish, x) for wish, x in zip(wishes, args, strict=True)]
         outer, self.whole.running = self.whole.running, inner
-        found.made = function(inner.xp, *given)
+        recorded.made = function(inner.xp, *given)
         self.whole.running = outer
-        found.what = first_line(function.__code__)
-        self._results(found, found.made)
-        return found
+        recorded.what = first_line(function.__code__)
+        self._results(recorded, recorded.made)
+        return recorded
 
-    def _results(self, found: Function, value: Any) -> None:
+    def _results(self, recorded: Function, value: Any) -> None:
         if isinstance(value, tuple):
             for one in value:
-                self._results(found, one)
+                self._results(recorded, one)
         elif isinstance(value, Stored) and value.storage.kind != "local":
             return  # it is there already
         elif isinstance(value, Array | list):
             filled = Storage("result", "result", shape_of(value))
-            found.trace.replace([(filled, value)])
-            found.results.append(filled)
+            recorded.trace.replace([(filled, value)])
+            recorded.results.append(filled)
         else:
-            found.results.append(found.trace.plain(value))
+            recorded.results.append(recorded.trace.plain(value))

@@ -100,7 +100,7 @@ def begin_of(array: Array) -> tuple[Storage, Any]:
     whole: Any = array
     while not isinstance(whole, Stored):
         if not hasattr(whole, "whole"):
-            raise refusal("passes an array that lies nowhere in memory")
+            raise refusal("passes an array that is not in memory")
         places, whole = (whole.place, *places), whole.whole
     rest = (0,) * (len(whole.shape) - len(places))
     return whole.storage, flat((*places, *rest), whole.shape)

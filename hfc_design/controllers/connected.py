@@ -28,9 +28,10 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
 #: What a connected controller is told beside its readings, and what that is.
 SWITCHES = {
-    "enable": "while it is on the controller commands, else the command is 0",
-    "take_over": "on when enable comes on: it begins with the preset and goes over to its own",
-    "preset": "added to the command, as what holds a vertical axis; or what is taken over",
+    "enable": "the controller is active while this is on, else the command is 0",
+    "take_over": "on when enable is switched on: the command starts from the preset and "
+    "fades to the controller's",
+    "preset": "added to the command, as to hold a vertical axis; or the command taken over",
     "largest_error": "beyond this error the command is 0 until enable goes off; 0 or less: never",
 }
 #: Those that are true or false.
@@ -55,7 +56,7 @@ class Sensing(NamedTuple):
     fields: tuple[str, ...]  # readings: all that the machine's sensors tell
     #: {reading: value} as the machine's own sensors report them, and -> what else is told of them.
     measured: Callable[[dict[str, Scalar]], dict[str, Scalar]]
-    told: Callable[[dict[str, Scalar]], dict[str, Scalar]]
+    signals: Callable[[dict[str, Scalar]], dict[str, Scalar]]
 
 
 class Connection(NamedTuple):
@@ -302,7 +303,7 @@ def _sensed(
             angles[angle] = (expected + alpha * off,)
             read[rate] = rates[angle] = memory.rates[angle] + beta * off / every
     law_signals = {name: signals.get(name, 0.0) for name in FOLLOWED}
-    law_signals |= xp.foreign(sensing.told, read)
+    law_signals |= xp.foreign(sensing.signals, read)
     law_signals |= {name: _in_steps(xp, read[name], step) for name, step in sensing.apart.items()}
     law_signals["error"] = law_signals["reference"] - read[sensing.position]
     law_signals["error"] = _folded(xp, sensing, sensing.position, law_signals["error"])

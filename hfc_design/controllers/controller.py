@@ -56,7 +56,7 @@ class View(NamedTuple):
     axes: tuple[Signals, ...]
     path: PathView | None = None  # None: the machine follows no path
     #: The parameters of each axis, as the control believes them to be.
-    told: tuple[Parameters, ...] | None = None
+    nominal: tuple[Parameters, ...] | None = None
 
 
 #: The command of every axis, and what to remember.

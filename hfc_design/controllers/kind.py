@@ -13,9 +13,9 @@ from pydantic import Field, ValidationInfo
 
 from hfc_design.controllers.controller import Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
-from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters, Plain
-from hfc_design.core.plugins import Group
+from hfc_design.core.overrides import flat
+from hfc_design.core.plugins import GROUPS, Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class later:
 class ControllerSettings(Record):
     """The ``[controller]`` of a scenario: what a search starts from and may vary."""
 
-    kind: str  # which kind of controller is looked for
+    kind: str  # kind of the controller
 
     def fault(self, target: "Target") -> str | None:
         """What makes a search for ``target`` impossible, in a line that begins with the key."""
@@ -72,7 +72,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     except UserError as error:
         raise ValueError(error.typed) from None
     if (kind := design.controller.kind) != info.data.get("kind"):
-        raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
+        raise ValueError(f"is of kind {kind} and needs controller.kind = {kind!r}")
     return design.controller.model_dump()
 
 
@@ -93,7 +93,7 @@ class Target(NamedTuple):
         return self._replace(machine=self.machine.only(k), parameters=parameters, limits=limits)
 
 
-class Shown(NamedTuple):
+class ReportContext(NamedTuple):
     """What a report knows of a design besides its record."""
 
     machine: "Machine"
@@ -103,12 +103,12 @@ class Shown(NamedTuple):
     #: Largest command that the controller of each axis keeps to; () for none.
     largest: tuple[float | None, ...] = ()
 
-    def of(self, axis: str) -> "Shown":
+    def of(self, axis: str) -> "ReportContext":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
         signals = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
-        return Shown(machine, parameters, signals, self.largest[at])
+        return ReportContext(machine, parameters, signals, self.largest[at])
 
     @property
     def units(self) -> dict[str, str]:
@@ -123,14 +123,14 @@ CHANGES = (
 )
 
 
-def zone_told(record: Own) -> list[str]:
+def dead_zone_note(record: Own) -> list[str]:
     """The dead zone of a record for ``ControllerRecord.connecting``; nothing without one."""
     zone = record.dead_zone
     return [f"An `error` of up to {zone!r} either way counts as 0 inside."] if zone else []
 
 
-def reach_of(gains: dict[str, float], limit: float | None) -> dict[str, float]:
-    """``ControllerRecord.reach`` of signals with a gain each: where it commands the limit, or 1."""
+def input_ranges(gains: dict[str, float], limit: float | None) -> dict[str, float]:
+    """``ControllerRecord.input_range`` of signals with a gain each: limit, or 1, by gain."""
     return {name: (limit or 1.0) / abs(gain) for name, gain in gains.items() if gain}
 
 
@@ -159,7 +159,7 @@ def nothing(record: Record) -> list[Any]:
     return []
 
 
-def numbers(record: Any, shown: "Shown") -> list[Any]:
+def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """The section of a report on a controller that says nothing else of itself."""
     from hfc_design.pictures.section import Listing, Section  # which draw
 
@@ -186,7 +186,7 @@ class ControllerRecord(Record):
     sample_time_s: Positive  # time from one command to the next [s]
 
     name: ClassVar[str] = ""  # of the kind, as its literal ``kind`` has it
-    summary: ClassVar[str] = "an own kind"  # for hfc list controllers
+    summary: ClassVar[str] = "your kind"  # for hfc list controllers
     record: ClassVar[Any]  # itself
     settings: ClassVar[type[ControllerSettings] | None] = None  # in a scenario; None: not searched
     #: What a search can do with it: (settings, target) -> Genome.
@@ -242,7 +242,7 @@ class ControllerRecord(Record):
         """
         return {}
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The record without its adaptation."""
         return self
 
@@ -250,7 +250,7 @@ class ControllerRecord(Record):
         """As ``Genome.notation`` tells it; "": its kind has but one."""
         return ""
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """How far signals of an axis go until its range ends, or each alone commands the limit.
 
         "error_change" is of the error in a sample. Those that are not named go to 1. Test vectors
@@ -279,13 +279,11 @@ class ControllerRecord(Record):
 
 
 def kinds() -> Group[Any]:
-    """Every kind by its name."""
-    from hfc_design.controllers.kinds import KINDS  # which finds all that import this
-
-    return KINDS
+    """Every kind by its name: ``kinds.KINDS``, which finds all that import this."""
+    return GROUPS["controller"]
 
 
-def needed(capability: Any, design: Any, lacks: str) -> Any:
+def require(capability: Any, design: Any, lacks: str) -> Any:
     """The capability of a kind.
 
     Raises:

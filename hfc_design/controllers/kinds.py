@@ -17,21 +17,22 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
     settings: Any = kind.settings
     named = names_of(settings) if isinstance(settings, type) else ()
     faults = {
-        f"{key} = {value!r}: has to be a function": value is not None and not callable(value)
+        f"{key} = {value!r}: must be a function": value is not None and not callable(value)
         for key in METHODS
         for value in [getattr(kind, key)]
     } | {
         "law_gains is missing: its numbers as the law takes them": kind.law_gains
         is ControllerRecord.law_gains,
-        f"name = {kind.name!r}: has to be a text": not isinstance(kind.name, str),
-        f"settings = {settings!r}: has to be a class": not isinstance(settings, type | None),
-        "needs either law, of one axis, or controller, of a whole machine": (kind.law is None)
+        f"name = {kind.name!r}: must be a string": not isinstance(kind.name, str),
+        f"settings = {settings!r}: must be a class": not isinstance(settings, type | None),
+        "must have either law, of one axis, or controller, of a whole machine": (kind.law is None)
         == (kind.controller is None),
-        "settings and genome go together: what is searched, and how it varies": (settings is None)
+        "must have both settings and genome, or neither": (settings is None)
         != (kind.genome is None),
-        "genome_of_gains needs of_gains, the record of given gains": kind.genome is GainsGenome
+        "genome_of_gains needs of_gains, which makes a record of given gains": kind.genome
+        is GainsGenome
         and kind.of_gains is None,
-        f"name has to be the kind of its settings, {named}": bool(named) and kind.name not in named,
+        f"name must be the kind of its settings, {named}": bool(named) and kind.name not in named,
     }
     return next((message for message, wrong in faults.items() if wrong), None)
 

@@ -53,7 +53,7 @@ def unpacked(content: bytes) -> Arrays:
     loaded = arrays(content, len(content), STORED)
     for array in loaded.values():
         if array.dtype.char not in CODES or not array.dtype.isnative:
-            raise ValueError(f"an array of {str(array.dtype)[:60]} has no place here")
+            raise ValueError(f"arrays of {str(array.dtype)[:60]} are not allowed")
     return {name: array.copy(order="K") for name, array in loaded.items()}
 
 
@@ -68,13 +68,13 @@ def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = archive.infolist()
         if len({member.filename for member in members}) < len(members):
-            raise ValueError("holds a member twice")
+            raise ValueError("holds two members of one name")
         for member in members:
             if member.compress_type not in packing or member.flag_bits & 1:
-                fault = "is encrypted, or compressed as none of NumPy's files is"
+                fault = "is encrypted, or compressed in a way that NumPy does not use"
                 raise ValueError(f"member {member.filename[:60]!r} {fault}")
             if not member.filename.endswith(SUFFIX):
-                raise ValueError(f"member {member.filename[:60]!r} is no array")
+                raise ValueError(f"member {member.filename[:60]!r} is not an array")
         if sum(max(member.file_size, member.compress_size) for member in members) > largest:
             raise ValueError(f"its members are larger than {largest / 1e6:.3g} MB")
         loaded = {}
@@ -98,13 +98,13 @@ def array_of(content: bytes) -> np.ndarray:
     except Exception:  # of Python's parser, NumPy and codecs
         raise ValueError("the header of an array is damaged") from None
     if dtype.hasobject:
-        raise ValueError("it holds objects of Python, which are not read")
+        raise ValueError("it holds Python objects, which are not read")
     if (
         dtype.itemsize == 0
         or dtype.shape
         or math.prod(shape) * dtype.itemsize != len(content) - begin
     ):
-        raise ValueError("an array has not the size that it tells")
+        raise ValueError("an array's size differs from its header")
     values = np.frombuffer(content, dtype, offset=begin) if math.prod(shape) else np.zeros(0, dtype)
     return values.reshape(shape, order="F" if turned else "C")
 

@@ -9,52 +9,52 @@ from typing import Any
 from hfc_design.core.records import UserError
 
 
-def wanted(thing: Any, kinds: type | tuple[type, ...], what: str) -> None:
+def check_type(thing: Any, kinds: type | tuple[type, ...], what: str) -> None:
     """Whether ``thing`` is of one of the ``kinds``; UserError: it is none, said as ``what``."""
     if not isinstance(thing, kinds):
-        raise UserError(f"{a_kind(thing)} is no {what}")
+        raise UserError(f"argument must be {what} (got {a_kind(thing)})")
 
 
 def path_of(place: Any) -> Path:
     """A path that a script names; UserError: it is none."""
-    wanted(place, (str, PathLike), "path of a file or folder")
+    check_type(place, (str, PathLike), "the the path of a file or folder")
     return Path(place)
 
 
-def whole(option: str, given: Any, low: int, high: int | None = None) -> None:
+def check_whole(option: str, given: Any, low: int, high: int | None = None) -> None:
     """Whether a whole number is given, from ``low`` to ``high``; UserError: it is none.
 
     ``option`` is what a command line calls it, as in --samples, or --tolerance mass= in front of
     one of several. True is no number.
     """
     if isinstance(given, bool) or not isinstance(given, Integral):
-        raise _refused(option, repr(given), "has to be a whole number")
+        raise _refused(option, repr(given), "must be a whole number")
     if high is not None and not low <= int(given) <= high:
-        raise _refused(option, given, f"has to lie between {low} and {high}")
+        raise _refused(option, given, f"must be between {low} and {high}")
     if int(given) < low:
-        raise _refused(option, given, f"has to be {low} or more")
+        raise _refused(option, given, f"must be at least {low}")
 
 
-def number(option: str, given: Any) -> None:
+def check_number(option: str, given: Any) -> None:
     """The same of a finite number."""
     if isinstance(given, bool) or not isinstance(given, Real):
-        raise _refused(option, repr(given), "has to be a number")
+        raise _refused(option, repr(given), "must be a number")
     if not isfinite(float(given)):
-        raise _refused(option, given, "has to be a finite number")
+        raise _refused(option, given, "must be a finite number")
 
 
-def positive(option: str, given: Any) -> None:
+def check_positive(option: str, given: Any) -> None:
     """The same of a number greater than 0."""
-    number(option, given)
+    check_number(option, given)
     if given <= 0:
-        raise _refused(option, given, "has to be greater than 0")
+        raise _refused(option, given, "must be greater than 0")
 
 
-def share(option: str, given: Any) -> None:
+def check_share(option: str, given: Any) -> None:
     """The same of a share between 0 and 1, neither of them."""
-    number(option, given)
+    check_number(option, given)
     if not 0 < given < 1:
-        raise _refused(option, given, "has to lie between 0 and 1, as in 0.2 for +-20 %")
+        raise _refused(option, given, "must be between 0 and 1, as in 0.2 for +-20 %")
 
 
 def _refused(option: str, given: Any, rule: str) -> UserError:

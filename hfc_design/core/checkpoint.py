@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import HALF, check
+from hfc_design.core.lock import TEMPORARY, check
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -35,7 +35,7 @@ def write_whole(path: Path, content: bytes) -> None:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
             now; what was there stays.
     """
-    temporary = path.with_name(secrets.token_hex(8).join(HALF))
+    temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     with writing(path):
         with temporary.open("xb") as file:  # never what somebody else has put or linked there
             try:
@@ -65,7 +65,7 @@ def synced(folder: Path) -> None:
 
 def tidy(folder: Path) -> None:
     """Remove what killed processes have left half written; nobody else may be writing there."""
-    for half in folder.glob("*".join(HALF)):
+    for half in folder.glob("*".join(TEMPORARY)):
         with suppress(OSError):
             if half.is_dir() and not half.is_symlink():
                 shutil.rmtree(half)
@@ -84,31 +84,33 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
 
 
 @contextmanager
-def doubted(path: Path) -> Iterator[None]:
+def corrupt_as_error(path: Path) -> Iterator[None]:
     """Whatever the file makes zipfile, NumPy and others raise becomes a RunError: it is damaged."""
     try:
         yield
     except RunError:
         raise
     except Exception as error:
-        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
+        raise RunError(
+            f"{path}: is damaged or not a checkpoint ({error}); it was left unchanged"
+        ) from None
 
 
 def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
-    """What made the search in a file of at most ``largest`` bytes, and its arrays; see ``doubted``.
+    """What made the search in a file of at most ``largest`` bytes, and its arrays.
 
     Raises:
         RunError: another version has written it.
         Exception: it is damaged.
     """
     if not path.is_file() or path.stat().st_size > largest:
-        raise ValueError(f"is no file of at most {largest} bytes")
+        raise ValueError(f"must be a file of at most {largest} bytes")
     content = path.read_bytes()
     arrays = archive.unpacked(content)
     version = str(arrays.pop("format"))
     if version == FORMAT:
         if not archive.is_whole(content):
-            raise ValueError("its digest is another")
+            raise ValueError("its digest does not match")
         return dict(json.loads(str(arrays.pop("made_by")))), arrays
     if version not in EARLIER:
         raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
@@ -130,7 +132,7 @@ def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any
     left = dict(arrays)
     record = _built(kind, "", left, fields)
     if left:
-        raise ValueError(f"holds {next(iter(left))!r} too")
+        raise ValueError(f"holds an unexpected {next(iter(left))!r}")
     return record
 
 
@@ -165,7 +167,7 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         # In another order products of matrices would round in another way.
         value = np.asarray(arrays.pop(name), order="C")
         if not _fits(value, like):
-            raise ValueError(f"{name} is not what such a search has")
+            raise ValueError(f"{name} does not belong to such a search")
         return like(value) if is_number else value
     values = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
     return kind(*values) if hasattr(kind, "_fields") else tuple(values)

@@ -25,7 +25,7 @@ _LOOPS = (
 )
 
 LATE = (
-    "JAX had started before hfc_design was imported, so that simulations are slower and on one "
+    "JAX was started before hfc_design was imported: simulations are slower and use one "
     "core; import hfc_design.api before the first computation with JAX"
 )
 

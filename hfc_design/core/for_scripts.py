@@ -5,7 +5,7 @@ Messages are written once, in the words of the command line. Never imports JAX.
 
 import re
 
-#: Options of an argument of the same name, but for their dashes.
+#: Options of an argument of the same name, except for their dashes.
 SAME = (
     *("axis", "bandwidth", "check-log", "controller", "free", "gain", "hidden", "kind", "like"),
     *("machines", "name", "nearest", "output", "passes", "plant", "point"),
@@ -20,7 +20,8 @@ ARGUMENTS = {
     **{"out": "folder", "training-rate": "rate", "network": "network", "motion": "name"},
 }
 #: What a script gives in the place of an option that takes no value.
-FLAGS = {"anyway": "anyway=True", "each": "each=True", "open-loop": "bandwidth=0"}
+FLAGS = {"anyway": "anyway=True", "bare": "bare=True", "each": "each=True"}
+FLAGS |= {"open-loop": "bandwidth=0"}
 #: Options of which a script gives all at once, as a list or a mapping.
 SEVERAL = {"at", "change", "check-column", "column", "free"}
 SEVERAL |= {"nearest", "network", "set", "signal", "tolerance"}
@@ -33,7 +34,7 @@ PHRASES = {
 #: A whole command, which is typed into a shell as it is; an option at the head of a message with
 #: its value; one anywhere else.
 _OPTIONS = re.compile(
-    r"(?P<command>\bhfc [a-z]+ (?:(?! makes | draws |[;,)]).)*)"
+    r"(?P<command>\bhfc [a-z]+ [^;,)]*)"
     r"|(?P<head>^|: )--(?P<first>[a-z][a-z-]*)(?: (?P<value>(?!and |needs )(?:(?!: ).)+))?(?=: )"
     r"|(?<![\w-])--(?P<option>[a-z][a-z-]*)"
     r"(?: (?P<its>(?<=--to )\w+|[\w.]+=[^\s;,)]+|[\d.]\S*|[A-Z]\w*|'[^']*'))?"
@@ -41,7 +42,7 @@ _OPTIONS = re.compile(
 
 
 def for_scripts(line: str) -> str:
-    """``--samples 0: has to`` as ``samples=0: has to``; a whole ``hfc`` command stays.
+    """``--samples 0: must`` as ``samples=0: must``; a whole ``hfc`` command stays.
 
     So does an option that no function has as an argument.
     """
@@ -61,14 +62,14 @@ def _argument(match: re.Match[str]) -> str:
     if value is None:
         return f"{head}{name}" if match["first"] else f"{name}="
     if option not in SEVERAL:
-        return f"{head}{name}={_told(value)}"
+        return f"{head}{name}={_text(value)}"
     key, equals, inside = value.partition("=")
     if not equals or "=" in inside:
         return f"{head}{name}: {value}"
-    return f"{head}{name}={{{key!r}: {_told(inside)}}}"
+    return f"{head}{name}={{{key!r}: {_text(inside)}}}"
 
 
-def _told(value: str) -> str:
+def _text(value: str) -> str:
     """A value as Python has it; what stands for one, as NAME, stays."""
     plain = re.fullmatch(
         r"[-+]?[\d.]+(e[-+]?\d+)?|[-+]?inf|nan|True|False|None|[A-Z]+|['\"\[{(].*", value

@@ -27,7 +27,7 @@ from hfc_design.core.records import RunError, UserError, writing
 #: The lock of a run folder; its text says whose it is.
 LOCK = ".in-use"
 #: Begin and end of the name of a file or a folder that is being written; ``checkpoint.tidy``.
-HALF = ".hfc-", ".new"
+TEMPORARY = ".hfc-", ".new"
 #: Environment variable: seconds of silence after which a holder may be overtaken.
 GRACE = "HFC_LOCK_GRACE_S"
 #: Seconds between heartbeats, and between looks of who waits.
@@ -48,13 +48,13 @@ _changing = threading.Lock()
 
 
 @contextmanager
-def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
+def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
     """Whether this process alone may write into ``folder``; ``path`` is another lock than its own.
 
     Raises:
         RunError: the lock cannot be written.
     """
-    path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
+    path, beat = path or folder / LOCK, min(BEAT, stale_after() / 6.0)
     place = path if folder.is_dir() else folder
     with writing(place), _changing:  # two threads would both be told that they were overtaken
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,23 +80,23 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
 
 
 @contextmanager
-def alone(folder: Path) -> Iterator[None]:
+def exclusive(folder: Path) -> Iterator[None]:
     """This process alone writes into ``folder``.
 
     Raises:
         RunError: another one does, or the lock cannot be written.
     """
-    with claimed(folder) as mine:
+    with try_lock(folder) as mine:
         if not mine:
             raise RunError(f"{folder} is in use by {_holder(folder / LOCK)}")
         yield
 
 
 @contextmanager
-def waited(folder: Path, path: Path) -> Iterator[None]:
+def wait_for(folder: Path, path: Path) -> Iterator[None]:
     """Wait for another lock than the folder's own; RunError: it cannot be written."""
     while True:
-        with claimed(folder, path) as mine:
+        with try_lock(folder, path) as mine:
             if mine:
                 yield
                 return
@@ -110,7 +110,7 @@ def in_use(folder: Path) -> bool:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            return abs(time.time() - os.fstat(file).st_mtime) <= grace()
+            return abs(time.time() - os.fstat(file).st_mtime) <= stale_after()
         finally:
             os.close(file)
     return False
@@ -126,17 +126,17 @@ def check(path: Path) -> None:
     for lock, folder, descriptor in tuple(_held):
         if folder in place.parents and not _lies_at(lock, descriptor):
             raise Overtaken(
-                f"{path.parent} was taken over by {_holder(lock)}: this process was silent for "
-                f"more than {grace():g} s; {path.name} is not written"
+                f"{path.parent} was taken over by {_holder(lock)}, as this process was "
+                f"silent for more than {stale_after():g} s; {path.name} was not written"
             )
 
 
-def grace() -> float:
+def stale_after() -> float:
     """Seconds of silence after which a holder may be overtaken; UserError: they cannot be."""
     given = os.environ.get(GRACE, "60")
     if 1.0 <= (seconds := number_or_none(given) or 0.0) <= 1e6:
         return seconds
-    raise UserError(f"{GRACE} = {given[:40]!r}: has to be a number of seconds from 1 to 1e6")
+    raise UserError(f"{GRACE} = {given[:40]!r}: must be a number of seconds from 1 to 1e6")
 
 
 def _taken(path: Path) -> int | None:
@@ -149,7 +149,7 @@ def _taken(path: Path) -> int | None:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 time.sleep(LOOK)
-                silent = abs(time.time() - os.fstat(file).st_mtime) > grace() / 2.0
+                silent = abs(time.time() - os.fstat(file).st_mtime) > stale_after() / 2.0
                 if silent and (new := _overtaken(path)) is not None:  # the disk's clock says so too
                     return new
             else:
@@ -162,12 +162,12 @@ def _taken(path: Path) -> int | None:
 
 def _overtaken(path: Path) -> int | None:
     """An open lock file of our own in the place of one that has been silent for too long."""
-    temporary = path.with_name(secrets.token_hex(8).join(HALF))
+    temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     new = os.open(temporary, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     with suppress(FileNotFoundError):  # the holder has just given it back
         fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
         _sign(new)
-        if os.fstat(new).st_mtime - path.lstat().st_mtime > grace():
+        if os.fstat(new).st_mtime - path.lstat().st_mtime > stale_after():
             temporary.replace(path)
             return new
     temporary.unlink(missing_ok=True)

@@ -182,9 +182,9 @@ def number_or_none(text: str) -> float | None:
 def number_of(text: str) -> float:
     """The number that a text of a user is; ValueError: it is none, or beyond ``LARGEST_NUMBER``."""
     if not NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{text[:40]!r} is no finite number")
+        raise ValueError(f"{text[:40]!r} must be a finite number")
     if abs(value := float(text)) > LARGEST_NUMBER:
-        raise ValueError(f"{text[:40]!r} is larger than {LARGEST_NUMBER:g}")
+        raise ValueError(f"{text[:40]!r} must be at most {LARGEST_NUMBER:g} in magnitude")
     return value
 
 

@@ -30,11 +30,12 @@ from pydantic import (
     create_model,
 )
 
-from hfc_design.core.dotted import flat
-from hfc_design.core.faults import short
+from hfc_design.core.arguments import a_kind
 from hfc_design.core.numbers import Json
-from hfc_design.core.own_faults import raised
+from hfc_design.core.overrides import flat
 from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.user_code_errors import describe
+from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import near, one_of
 
 Thing = TypeVar("Thing")
@@ -74,12 +75,14 @@ class Group(Generic[Thing]):
         """
         if not self.takes(thing):
             wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
-            raise UserError(f"is a {type(thing).__name__} and no {wanted}")
+            raise UserError(f"must be a {wanted} (got {a_kind(thing)})")
         name = str(thing.name)
         if not re.fullmatch(NAME, name):
-            raise UserError(f"{self.what} {name!r}: a name has letters, digits, '.', '_' and '-'")
+            raise UserError(
+                f"{self.what} {name!r}: name must have only letters, digits, '.', '_' and '-'"
+            )
         if name in self.built_in and self.known.get(name) is not thing:
-            raise UserError(f"{self.what} {name!r} is built in; give yours another name")
+            raise UserError(f"{self.what} {name!r} is built in; choose another name")
         with own_code("", (self.what, name)):
             _check_fields(thing, f"{self.what} {name!r}")
             self.modules[name] = _module(thing)
@@ -106,15 +109,18 @@ class Group(Generic[Thing]):
         entries = tuple(metadata.entry_points(group=self.entry_points, name=name))
         if not entries:
             raise UserError(
-                f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
-                "ones: --use module:OBJECT or runtime.use"
+                f"{short(name)}: unknown {self.what}; {one_of(name, self.names())}; load "
+                "your own with --use module:OBJECT or runtime.use"
             )
         if len(entries) > 1:
             values = ", ".join(entry.value for entry in entries)
-            raise UserError(f"{self.what} {name!r}: several packages have it: {values}")
+            raise UserError(f"{self.what} {name!r}: provided by several packages: {values}")
         thing = self._imported(entries[0].value, f"entry point {name} = {entries[0].value}")
         if (declared := getattr(thing, "name", None)) != name:
-            raise UserError(f"entry point {name} = {entries[0].value}: its name is {declared!r}")
+            raise UserError(
+                f"entry point {name} = {entries[0].value}: name must be that of the entry "
+                f"point (got {declared!r})"
+            )
         return thing
 
     def named(self, key: str, name: str) -> Thing:
@@ -125,7 +131,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = error.typed.removeprefix(f"{short(name)} ")
+            why = error.typed.removeprefix(f"{short(name)}: ")
             raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
@@ -143,7 +149,7 @@ class Group(Generic[Thing]):
         """
         if ":" not in text:
             if text not in self.names() and (meant := _module_meant(text)):
-                raise UserError(f"--{self.what} {text}: no {self.what} is called so; {meant}")
+                raise UserError(f"--{self.what} {text}: unknown {self.what}; {meant}")
             return self.get(text)
         thing = self._imported(text, f"--{self.what} {text}")
         self.given[str(getattr(thing, "name", ""))] = text
@@ -176,7 +182,7 @@ def group_of(thing: Any) -> Group[Any]:
     for group in GROUPS.values():
         if group.takes(thing):
             return group
-    raise UserError(f"{short(thing)} is none of {', '.join(GROUPS)}")
+    raise UserError(f"argument must be a {' or '.join(GROUPS)} (got {short(thing)})")
 
 
 def given() -> References:
@@ -257,7 +263,7 @@ def own_code(
         if not user_parts or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{raised(error)}") from error
+        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{describe(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
@@ -284,7 +290,7 @@ def naming_modules(provenance: Json) -> Json:
     """Validates a provenance: its plug-ins are nothing but modules and what is in them."""
     for key, text in flat({"plugins": provenance.get("plugins", {})}).items():
         if not isinstance(text, str) or not REFERENCE.fullmatch(text):
-            raise ValueError(f"{key} = {short(text)}: has to name each as module:OBJECT")
+            raise ValueError(f"{key} = {short(text)}: must be module:OBJECT")
     return provenance
 
 
@@ -319,7 +325,7 @@ def chosen(
         known = group if isinstance(group, Group) else group()
         record = getattr(known.named(key, data[key]), part)
         if record is None:
-            raise ValueError(f"{key} = {data[key]!r}: has none: nothing searches it")
+            raise ValueError(f"{key} = {data[key]!r}: has no settings to search")
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)
@@ -356,16 +362,16 @@ def _found_at(reference: str) -> Any:
     module, _, name = reference.partition(":")
     meant = _module_meant(reference)
     if not module or not name or not (meant or REFERENCE.fullmatch(reference)):
-        raise UserError("has to look like module:OBJECT")
+        raise UserError("must be module:OBJECT")
     if meant:
-        raise UserError(f"a module is named without its .py and its folder; {meant}")
+        raise UserError(f"must be a module's import name, without folder and .py; {meant}")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
     try:
         target = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        raise UserError(f"{module} cannot be imported: {raised(error)}") from error
+        raise UserError(f"{module} cannot be imported: {describe(error)}") from error
     for part in name.split("."):
         if not hasattr(target, part):
             known = [x for x in vars(target) if not x.startswith("_")]

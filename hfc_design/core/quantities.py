@@ -3,11 +3,7 @@
 import math
 import re
 from functools import cache
-from typing import Annotated, Any, TypeAlias
-
-from pydantic import AfterValidator
-
-from hfc_design.core.records import Finite
+from typing import Any
 
 #: A number and a unit; nothing that could be a long computation.
 WRITTEN = re.compile(
@@ -16,14 +12,11 @@ WRITTEN = re.compile(
 )
 
 
-def _known(text: float | str) -> float | str:
+def known(text: float | str) -> float | str:
+    """Validates a quantity; ValueError: a text is none."""
     if isinstance(text, str):
         _quantity(text, None)
     return text
-
-
-#: A number of the drive's unit, or a text with a unit of its own.
-Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(_known)]
 
 
 def number(quantity: float | str, unit: str, millimetres: float | None = None) -> float:
@@ -39,7 +32,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
     try:
         return float(_quantity(quantity, millimetres).to(unit).magnitude)
     except (pint.PintError, AssertionError):
-        raise ValueError(f"{quantity!r}: has to be a quantity in {unit}") from None
+        raise ValueError(f"{quantity!r}: must be a quantity in {unit}") from None
 
 
 def without_unit(value: Any, unit: str) -> str:
@@ -57,11 +50,11 @@ def _quantity(text: str, millimetres: float | None) -> Any:
 
     match = WRITTEN.fullmatch(text.strip())
     if not match or not math.isfinite(float(match[1])):
-        raise ValueError(f"{text[:40]!r} is no number with a unit, as in '20 urad'")
+        raise ValueError(f"{text[:40]!r} must be a number with a unit, as in '20 urad'")
     try:
         return _units(millimetres).Quantity(float(match[1]), match[2])
     except (pint.PintError, AttributeError, TypeError, ValueError):
-        raise ValueError(f"{text[:40]!r}: there is no unit {match[2]}") from None
+        raise ValueError(f"{text[:40]!r}: unknown unit {match[2]}") from None
 
 
 @cache

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -20,9 +20,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticKnownError
 
-from hfc_design.core.faults import NO_KEYS, explained, with_keys
+from hfc_design.core import quantities
 from hfc_design.core.for_scripts import for_scripts
 from hfc_design.core.numbers import Plain
+from hfc_design.core.validation_errors import NO_KEYS, format_errors, with_keys
 from hfc_design.core.wording import Keys
 
 
@@ -42,6 +43,8 @@ def _no_truth(value: Plain) -> Plain:
 Finite = Annotated[float, Field(allow_inf_nan=False), _no_truth]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), _no_truth]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), _no_truth]
+#: A number of the drive's unit, or a text with a unit of its own.
+Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(quantities.known)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Name = Annotated[str, Field(pattern=NAME)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
@@ -57,7 +60,7 @@ Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
     """Validates a range."""
     if pair[0] > pair[1]:
-        raise ValueError("has to be [low, high]")
+        raise ValueError("must be [low, high]")
     return pair
 
 
@@ -70,7 +73,7 @@ class Asked(type(BaseModel)):  # type: ignore[misc]
             return super().__call__(*given, **fields)
         except ValidationError as error:
             again = cls.model_validate
-            raise UserError(*explained(error, fields, again)).within(cls.__name__) from None
+            raise UserError(*format_errors(error, fields, again)).within(cls.__name__) from None
 
 
 class Record(BaseModel):
@@ -198,7 +201,7 @@ def checked(
     try:
         return check(data)
     except ValidationError as error:
-        raise UserError(*explained(error, data, check, keys)).within(source) from None
+        raise UserError(*format_errors(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
-        fault = "a number in it is too large or too small to compute with"
+        fault = "holds a number too large or too small to compute with"
         raise UserError(f"{source}: {fault}") from None

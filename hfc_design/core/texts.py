@@ -1,7 +1,7 @@
 """What the files of users say: read within limits, and only what can be worked with and written.
 
 Whatever is wrong with a text is a ``ValueError`` that does not name the file, for those who check
-a part of another file; ``about`` makes a line for the user of it.
+a part of another file; ``as_user_error`` makes a line for the user of it.
 """
 
 import codecs
@@ -30,7 +30,7 @@ MEGABYTE = 1_000_000
 LARGEST, LARGEST_TABLE = 5, 64
 #: How often tables and lists may lie in each other, and how many parts a dotted key may have.
 DEEPEST = 64
-NESTED = f"lists and tables lie in each other more than {DEEPEST} times"
+NESTED = f"lists and tables are nested more than {DEEPEST} deep"
 #: First bytes of what has been packed, and by what.
 PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK": "zip", b"(\xb5": "zstd"}
 # The time that tomllib takes grows with the square of a key's parts. Every part is passed once.
@@ -70,8 +70,8 @@ def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str
                 raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
         if errors == "strict":
             raise ValueError(
-                "cannot be read: it is not a text in UTF-8; save it in that encoding, or convert "
-                "it: iconv -f cp1252 -t utf-8"
+                "cannot be read: it is not UTF-8 text; save it in that encoding, or "
+                "convert it: iconv -f cp1252 -t utf-8"
             ) from None
     return io.TextIOWrapper(io.BytesIO(data), encoding, errors).read()
 
@@ -97,13 +97,13 @@ def _hint(message: str, text: str) -> str:
     lines, match = text.rstrip().split("\n"), _WHERE.search(message)
     line = lines[min(int(match[1]) if match else len(lines), len(lines)) - 1]
     if comma := _COMMA.search(line):
-        return f"; a number has a decimal point: {comma[1]}.{comma[2]}"
+        return f"; write numbers with a decimal point: {comma[1]}.{comma[2]}"
     return f"; {line.partition('=')[0].strip()[:60]} is given twice" if _TWICE in message else ""
 
 
 def json_of(text: str) -> Plain:
     """What a JSON text says; ValueError: it is none, or goes beyond the limits."""
-    return _parsed("is not a whole JSON file", JSON.decode, text, finite=True)
+    return _parsed("is not valid JSON", JSON.decode, text, finite=True)
 
 
 def _parsed(wrong: str, parse: Callable[[str], Plain], text: str, finite: bool = False) -> Plain:
@@ -120,14 +120,14 @@ def _parsed(wrong: str, parse: Callable[[str], Plain], text: str, finite: bool =
 
 
 def _no_number(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number that a design may hold")
+    raise ValueError(f"{name} is not a number that a design may hold")
 
 
 def _distinct(pairs: list[tuple[str, Plain]]) -> Json:
     table = dict(pairs)
     if len(table) < len(pairs):
         twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
-        raise ValueError(f"the key {twice[:60]!r} stands twice in a table")
+        raise ValueError(f"the key {twice[:60]!r} is given twice in a table")
     return table
 
 
@@ -148,11 +148,13 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
                 try:
                     item.encode()
                 except UnicodeEncodeError:
-                    return "a text holds half a character, which no file in UTF-8 can"
+                    return (
+                        "a string holds half a character (a surrogate), which UTF-8 cannot encode"
+                    )
             elif isinstance(item, int) and item.bit_length() > 1023:
                 return "an integer is larger than any float"
             elif finite and isinstance(item, float) and not isfinite(item):
-                return f"{item} is no number that a file may hold"
+                return f"{item} is not a number that a file may hold"
         if not inside:
             return None
         level = inside
@@ -168,7 +170,7 @@ def writable(data: Json) -> Json:
 
 
 @contextmanager
-def about(source: object) -> Iterator[None]:
+def as_user_error(source: object) -> Iterator[None]:
     """What is wrong with a text becomes a UserError about the ``source`` that it is from."""
     try:
         yield
@@ -178,13 +180,13 @@ def about(source: object) -> Iterator[None]:
 
 def read_text(path: str | Path) -> str:
     """What a user's file says, in UTF-8; UserError: it cannot be read."""
-    with about(path):
+    with as_user_error(path):
         return decoded(content(path))
 
 
 def read_toml(path: str | Path) -> Json:
     """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
-    with about(path):
+    with as_user_error(path):
         return toml_of(decoded(content(path)))
 
 
@@ -207,5 +209,5 @@ def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
             return UserError(f"{name}: no such file or {what}; did you mean {meant}?")
     known_as = what if Path(name).suffix in ("", ending) else f"file or {what}"
     return UserError(
-        f"{name}: no such {known_as}; {one_of(stem, known, 'built in are')}, or give {file}"
+        f"{name}: no such {known_as}; {one_of(stem, known, 'built in:')}, or give {file}"
     )

@@ -21,52 +21,52 @@ UNITS = {
     "_mm": "mm",
     "_s": "s",
 }
-NUMBER, WHOLE, TEXT = "has to be a number", "has to be a whole number", "has to be a text"
-LIST, TABLE = "has to be a list", "has to be a table of keys and values"
+NUMBER, WHOLE, TEXT = "must be a number", "must be a whole number", "must be a string"
+LIST, TABLE = "must be a list", "must be a table of keys and values"
 #: Kind of a mistake -> the rule, with what pydantic knows of it; UNIT stands for the key's.
 RULES = {
     "missing": "is missing",
-    "extra_forbidden": "there is no such key",
-    "greater_than": "has to be greater than {gt}UNIT",
-    "greater_than_equal": "has to be {ge} or moreUNIT",
-    "less_than": "has to be less than {lt}UNIT",
-    "less_than_equal": "has to be {le} or lessUNIT",
-    "multiple_of": "has to be a multiple of {multiple_of}UNIT",
-    "finite_number": "has to be a finite numberUNIT",
+    "extra_forbidden": "unknown key",
+    "greater_than": "must be greater than {gt}UNIT",
+    "greater_than_equal": "must be at least {ge}UNIT",
+    "less_than": "must be less than {lt}UNIT",
+    "less_than_equal": "must be at most {le}UNIT",
+    "multiple_of": "must be a multiple of {multiple_of}UNIT",
+    "finite_number": "must be a finite numberUNIT",
     **dict.fromkeys(("float_type", "float_parsing"), f"{NUMBER}UNIT"),
     **dict.fromkeys(("int_type", "int_parsing", "int_from_float", "int_parsing_size"), WHOLE),
-    **dict.fromkeys(("bool_type", "bool_parsing"), "has to be true or false"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),
     **dict.fromkeys(("string_type", "string_sub_type", "string_unicode"), TEXT),
-    "string_too_short": "has to have {min_length} letters or more",
-    "string_too_long": "has to have {max_length} letters or fewer",
+    "string_too_short": "must have at least {min_length} characters",
+    "string_too_long": "must have at most {max_length} characters",
     **dict.fromkeys(("tuple_type", "list_type", "set_type", "frozen_set_type"), LIST),
     **dict.fromkeys(("dict_type", "mapping_type", "model_type", "model_attributes_type"), TABLE),
-    "too_short": "has to have at least {min_length} entries, not {actual_length}",
-    "too_long": "has to have at most {max_length} entries, not {actual_length}",
-    "path_type": "has to be the path of a file",
-    "callable_type": "has to be a function",
-    "is_instance_of": "has to be of class {class}",
-    "is_subclass_of": "has to be a class made from {class}",
-    "none_required": "has to be left out",
-    "literal_error": "has to be {expected}",
-    "enum": "has to be {expected}",
-    "recursion_loop": "holds itself",
-    "invalid_key": "has to have texts as its keys",
-    "invalid-json-value": "is nothing that a file can hold",
+    "too_short": "must have at least {min_length} entries (got {actual_length})",
+    "too_long": "must have at most {max_length} entries (got {actual_length})",
+    "path_type": "must be the path of a file",
+    "callable_type": "must be a function",
+    "is_instance_of": "must be of class {class}",
+    "is_subclass_of": "must be a subclass of {class}",
+    "none_required": "must be left out",
+    "literal_error": "must be {expected}",
+    "enum": "must be {expected}",
+    "recursion_loop": "must not contain itself",
+    "invalid_key": "must have strings as keys",
+    "invalid-json-value": "must be a value that a file can hold",
 }
 #: Letters of names in a row.
 MOST = 150
 #: Of a kind that nobody thought of.
 NOT_ALLOWED = "is not allowed here"
-_FIRST = "with a letter or digit in front"
+_FIRST = "starting with a letter or digit"
 #: Pattern of a text -> what it means.
 PATTERNS = {
     r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$": f"1 to 64 letters, digits, '.', '_' and '-', {_FIRST}",
-    r"^[A-Za-z_][A-Za-z0-9_]{0,31}$": "1 to 32 letters, digits and '_', with no digit in front",
-    r"^[a-z][a-z0-9_]{0,31}$": "1 to 32 small letters, digits and '_', with a letter in front",
-    r"^[a-z0-9][a-z0-9-]{0,31}$": f"1 to 32 small letters, digits and '-', {_FIRST}",
-    r"^unit-\d{1,4}$": "unit-N with a number N, as in unit-3",
-    r"^[^/\\\x00-\x1f]{1,255}$": "the name of a file without its folder",
+    r"^[A-Za-z_][A-Za-z0-9_]{0,31}$": "1 to 32 letters, digits and '_', not starting with a digit",
+    r"^[a-z][a-z0-9_]{0,31}$": "1 to 32 lower-case letters, digits and '_', starting with a letter",
+    r"^[a-z0-9][a-z0-9-]{0,31}$": f"1 to 32 lower-case letters, digits and '-', {_FIRST}",
+    r"^unit-\d{1,4}$": "unit-N with a whole number N, as in unit-3",
+    r"^[^/\\\x00-\x1f]{1,255}$": "a file name without a folder",
 }
 
 
@@ -74,7 +74,7 @@ def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
     """What has to be there in a ``unit``, of a mistake's kind and what pydantic knows of it."""
     if kind == "string_pattern_mismatch":
         pattern = str(context["pattern"])
-        return f"has to be {PATTERNS.get(pattern, f'a text of the form {pattern}')}"
+        return f"must be {PATTERNS.get(pattern, f'a string of the form {pattern}')}"
     numbers = {name: f"{x:.15g}" for name, x in context.items() if isinstance(x, float)}
     text = RULES.get(kind, NOT_ALLOWED).format_map({**context, **numbers})
     return text.replace("UNIT", f" [{unit}]" if unit else "")
@@ -115,8 +115,8 @@ def three_digits(value: float) -> str:
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
-def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
-    """``there is a, b, c`` with what may have been meant in front."""
+def one_of(given: object, known: Iterable[str], head: str = "available:") -> str:
+    """``available: a, b, c`` with what may have been meant in front."""
     names = [*known]
     meant = "".join(f"did you mean {one}? " for one in near(given, names))
     listing = ", ".join(names) or "none"

@@ -13,13 +13,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.controller import Controller, rate_limited, within_rate
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.dotted import Changes, changed, lists, set_keys
-from hfc_design.core.faults import inside
 from hfc_design.core.numbers import Json, Memory, finite
+from hfc_design.core.overrides import Changes, lists, overridden, set_keys
 from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
 from hfc_design.core.records import (
     Asked,
@@ -32,8 +31,9 @@ from hfc_design.core.records import (
     UserError,
     checked,
 )
-from hfc_design.core.shown import line, table
-from hfc_design.core.texts import about, json_of, no_such, read_text, toml_of, writable
+from hfc_design.core.reprs import line, table
+from hfc_design.core.texts import as_user_error, json_of, no_such, read_text, toml_of, writable
+from hfc_design.core.validation_errors import inside
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -44,7 +44,7 @@ IMPORTED = (".fll", ".fis", ".fcl", ".fml")
 class PerAxisRecord(Record):
     """Settings of every axis; ``axes`` has what differs in one of them."""
 
-    #: what differs in one axis, by its name, with the same keys
+    #: values that differ in one axis, by its name, with the same keys
     axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -78,23 +78,23 @@ class Limits(PerAxisRecord):
     drive's current follows it with ``lag_s``. A controller itself keeps to the first two alone.
     """
 
-    #: largest command, either way; left out: no limit but the drive's own [command]
+    #: largest command in both directions [command]; left out: only the limit of the drive
     command: Positive | None = None
-    #: fastest change of the command, from 0 before the first sample; left out: any [command/s]
+    #: largest rate of the command, starting from 0 [command/s]; left out: unlimited
     command_rate: Positive | None = Field(None, exclude_if=not_)
     #: step of the converter; 0: ideal [command]
     resolution: NotNegative = Field(0.0, exclude_if=not_)
-    #: by how much a command acts later; 1: in the next sample, as where the control computes
-    #: meanwhile; of a part of a sample it acts in the mean over it [samples]
+    #: delay of the command [samples]; 1: it acts in the next sample, as with computing time;
+    #: fractions act in the mean over a sample
     delay_samples: Annotated[NotNegative, Field(le=MOST_DELAYED)] = Field(0.0, exclude_if=not_)
-    #: time constant with which the current loop of the drive follows the command [s]
+    #: time constant of the current loop of the drive [s]
     lag_s: NotNegative = Field(0.0, exclude_if=not_)
 
     @model_validator(mode="after")
     def _has_steps(self) -> Self:
         if self.command is not None and self.resolution > self.command:
             raise ValueError(
-                f"resolution = {self.resolution}: has to be at most command = {self.command}"
+                f"resolution = {self.resolution}: must be at most command = {self.command}"
             )
         return self
 
@@ -119,9 +119,9 @@ class Limits(PerAxisRecord):
 class PlantRecord(Record):
     """The machine that the controller was designed for."""
 
-    name: Name  # of the plant that it was designed for
-    parameters: dict[str, Finite]  # its parameters, in full [of the parameter]
-    #: what differs in each axis, if there are several [of the parameter]
+    name: Name  # name of the plant
+    parameters: dict[str, Finite]  # all parameters of the plant [of the parameter]
+    #: values that differ in each axis, if there are several [of the parameter]
     axes: dict[Label, dict[str, Finite]] = {}
 
 
@@ -132,29 +132,29 @@ Told = Annotated[dict[str, JsonValue], writable]
 class Design(Record, metaclass=Asked):
     """A design file as a whole."""
 
-    format: Literal["hfc-design"] = "hfc-design"  # says that this is a design file
-    version: Literal[1] = 1  # of the format
-    name: Name  # of the design
-    plant: PlantRecord  # the machine that it was designed for
+    format: Literal["hfc-design"] = "hfc-design"  # identifies a design file
+    version: Literal[1] = 1  # version of the format
+    name: Name  # name of the design
+    plant: PlantRecord  # machine that it was designed for
     #: the controller; its keys are those of its kind
     controller: Annotated[SerializeAsAny[ControllerRecord], chosen(KINDS, "record")]
-    #: the controller itself asks for no more than this; left out: it knows no limits
+    #: limits applied by the controller itself; left out: none
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
-    score: Told = {}  # what it scored where it was made; nothing computes with it
-    #: what it was made with; nothing computes with it
+    score: Told = {}  # score when it was made; for information only
+    #: origin; for information only
     provenance: Annotated[Told, naming_modules] = {}
     _axis: str = ""
     _connected: Any = None  # see ``formats.connection``
 
     def __repr__(self) -> str:
-        return line("Design", self._told())
+        return line("Design", self._summary())
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return table("Design", self._told() | self.score)
+        return table("Design", self._summary() | self.score)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         controller = self.controller
         fields = {"name": self.name, "plant": self.plant.name, "kind": controller.kind}
         return {**fields, "sample_time_s": controller.sample_time_s}
@@ -233,7 +233,9 @@ def named_design(source: AnyDesign) -> Design:
     if isinstance(source, Design):
         return source
     if not isinstance(source, str | Path):
-        raise UserError(f"{a_kind(source)} is no design, nor the name of one{_inside(source)}")
+        raise UserError(
+            f"argument must be a design or the name of one (got {a_kind(source)}){_inside(source)}"
+        )
     name, path = str(source), Path(source)
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
@@ -241,17 +243,18 @@ def named_design(source: AnyDesign) -> Design:
         raise no_such("design", name, builtin_designs())
     if path.is_dir() and exists(path / "batch.json"):
         raise UserError(
-            f"{name}: is the folder of a batch, not of a design; name one of its runs, which "
-            "hfc report FOLDER lists, or draw their searches: hfc plot FOLDER convergence"
+            f"{name}: is the folder of a batch, not of a design; name one of its runs "
+            "(hfc report FOLDER lists them), or draw their searches: hfc plot FOLDER "
+            "convergence"
         )
     if path.is_dir() and not exists(path := path / "design.json"):
-        raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
+        raise UserError(f"{name}: has no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
 
 
 def _inside(thing: Any) -> str:
     """What to say of a result of a search where its design is wanted."""
-    return "; its .design is one" if isinstance(getattr(thing, "design", None), Design) else ""
+    return "; give its .design" if isinstance(getattr(thing, "design", None), Design) else ""
 
 
 def read_design(path: str | Path) -> Design:
@@ -263,7 +266,7 @@ def read_design(path: str | Path) -> Design:
     if Path(path).suffix.lower() in IMPORTED:
         fault = "is a controller of another program"
         raise UserError(
-            f"{path}: {fault}; hfc import {quote(str(path))} --out NAME.json makes a design of it"
+            f"{path}: {fault}; convert it with hfc import {quote(str(path))} --out NAME.json"
         )
     return parse_design(read_text(path), path)
 
@@ -274,7 +277,7 @@ def parse_design(text: str, source: str | Path) -> Design:
     Raises:
         UserError: text is no JSON, or is not a design that can run.
     """
-    with about(source):
+    with as_user_error(source):
         data = _json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
     with naming(provenance):
@@ -289,7 +292,10 @@ def _json_of(text: str) -> Any:
             toml = toml_of(text)
         except ValueError:
             toml = {}
-        fault = "is TOML, as a scenario, and no design; hfc design makes a design of a scenario"
+        fault = (
+            "is a TOML file, as of a scenario, not a design; to design a controller for "
+            "it run hfc design"
+        )
         raise (ValueError(fault) if toml else error) from None
 
 
@@ -314,7 +320,7 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
         UserError: a change is not of that form, or what comes out cannot run.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
-    data = changed(design.model_dump(mode="json"), values, "--change")
+    data = overridden(design.model_dump(mode="json"), values, "--change")
     start = "controller."
     controller_keys = [key.removeprefix(start) for key in values if key.startswith(start)]
     if controller_keys and isinstance(data["controller"], dict):
@@ -361,9 +367,9 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
         UserError: it does not adapt, or what it remembers is no number any more.
     """
     if not finite(memory):
-        raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
+        raise UserError(f"design {design.name}: has diverged; its learned state cannot be kept")
     controller = learnt(design.controller, tuple(axes), within_rate(memory))
-    return with_learned(design, needed(controller, design, "it does not adapt"), origin)
+    return with_learned(design, require(controller, design, "it does not adapt"), origin)
 
 
 def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> Design:
@@ -376,4 +382,4 @@ def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> 
     data = design.model_dump(mode="json", exclude={"score", "controller"})
     data |= {"name": name, "controller": controller.model_dump(mode="json")}
     data["provenance"] |= {"learned": {"from": design.name, **origin}}
-    return checked(Design, data, f"what {design.name} has learnt", Path())
+    return checked(Design, data, f"learned state of {design.name}", Path())

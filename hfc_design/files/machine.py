@@ -14,10 +14,10 @@ from pydantic import (
 )
 
 from hfc_design.core import devices
-from hfc_design.core.faults import MOST, beside
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.validation_errors import MOST, with_lines
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
@@ -70,9 +70,9 @@ class PlantSettings(Record):
     """
 
     name: str = "c-axis"  # drive or machine
-    #: what differs from the nominal machine, by the names of its parameters [of the parameter]
+    #: values that differ from the nominal machine, by parameter [of the parameter]
     parameters: dict[str, Finite] = {}
-    #: what differs in one axis; several of one drive make a machine of them [of the parameter]
+    #: values that differ in one axis [of the parameter]; several axes of one drive make a machine
     axes: dict[Label, dict[str, Finite]] = {}
 
     @field_validator("name")
@@ -93,12 +93,12 @@ class PlantSettings(Record):
         try:
             parameters: dict[str, float] = handler(given)
         except ValidationError as error:
-            raise beside(error, unknown.values()) from None
+            raise with_lines(error, unknown.values()) from None
         if unknown:
             rest = {name: x for name, x in parameters.items() if name not in unknown}
             wrong = filter(None, (drive.fault(rest) for drive in drives))
             values = dict.fromkeys(one.removeprefix("parameters.") for one in wrong)
-            raise beside(None, [*unknown.values(), *values])
+            raise with_lines(None, [*unknown.values(), *values])
         return parameters
 
     @model_validator(mode="after")
@@ -158,8 +158,8 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
     """
     for axis in named:
         if axis not in known:
-            has = one_of(axis, known, "it has")
-            raise ValueError(f"{key}.{axis}: the machine has no such axis; {has}")
+            known_axes = one_of(axis, known, "the machine has")
+            raise ValueError(f"{key}.{axis}: unknown axis; {known_axes}")
 
 
 class ReadingSettings(Record):
@@ -172,21 +172,21 @@ class ReadingSettings(Record):
 class SensorSettings(PerAxisRecord):
     """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
-    encoder_resolution: NotNegative = 0.0  # step of all encoders; 0: none but a plant's own [error]
+    encoder_resolution: NotNegative = 0.0  # step of all encoders [error]; 0: only that of the plant
     noise: NotNegative = 0.0  # standard deviation of every encoder reading [error]
-    seed: int = Field(0, ge=0)  # that the noise is drawn with
-    #: where velocities come from: an ideal tachometer, the difference of two encoder readings, or
-    #: the tracking observer that a drive has for every encoder
+    seed: int = Field(0, ge=0)  # random seed of the noise
+    #: source of velocities: an ideal tachometer, the difference of two encoder readings, or a
+    #: tracking observer for every encoder
     velocity: Literal["tachometer", "encoder", "observer"] = "tachometer"
     #: bandwidth of the observer; needed for velocity = 'observer' [Hz]
     observer_hz: Positive | None = None
     #: samples over which velocity = 'encoder' takes the difference of two readings
     difference_samples: int = Field(1, ge=1, le=64, exclude_if=(1).__eq__)
-    #: a turn of an axis that turns endlessly: its error goes the short way; 0: it does not [error]
+    #: one turn of an endless rotary axis, whose error takes the short way [error]; 0: not endless
     turn: NotNegative = Field(0.0, exclude_if=not_)
-    #: how a signal is read that no encoder forms, by its name
+    #: sensor of a signal that is not from an encoder, by its name
     readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)
-    #: encoder whose position the controller follows the reference with; left out: the drive's own
+    #: encoder whose position is fed back; left out: that of the drive
     feedback: Label | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -204,7 +204,7 @@ def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
     if encoder is None or encoder in drive.encoders:
         return None
     known = ", ".join(drive.encoders)
-    return f"feedback = {encoder!r}: is no encoder of the {drive.name}; it has {known}"
+    return f"feedback = {encoder!r}: must be an encoder of the {drive.name}; available: {known}"
 
 
 def measured_apart(drive: Drive) -> list[str]:
@@ -229,8 +229,10 @@ def reading_fault(drive: Drive, names: Iterable[str]) -> str | None:
     for name in names:
         if name in signals:
             continue
-        has = f"; the {drive.name} has {', '.join(signals)}" if signals else ""
+        has = f"; available: {', '.join(signals)}" if signals else ""
         if name in drive.inputs:
-            return f"{name}: comes from encoders, of which encoder_resolution and noise speak{has}"
-        return f"{name}: is no measured signal{has}"
+            return (
+                f"{name}: is derived from encoders; set encoder_resolution and noise instead{has}"
+            )
+        return f"{name}: must be a measured signal{has}"
     return None

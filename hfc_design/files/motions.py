@@ -26,9 +26,9 @@ Start: TypeAlias = dict[str, Finite | dict[str, Finite]]
 class Motion(Record):
     """One of several motions; what it leaves out is what the scenario says for all."""
 
-    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]  # of the motion
-    weight: Positive = 1.0  # of its cost among those of the others [1]
-    #: on which it is judged: on all that are drawn, or on the nominal one alone
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]  # name of the motion
+    weight: Positive = 1.0  # weight of its cost relative to the others [1]
+    #: machines on which it is judged: all, or only the nominal one
     machines: Literal["all", "nominal"] = "all"
     duration_s: Positive | None = None  # left out: simulation.duration_s [s]
     settled_after_s: NotNegative | None = None  # left out: fitness.settled_after_s [s]
@@ -40,8 +40,8 @@ class Motion(Record):
         """Whether it goes on after it is said to have settled; ValueError: it does not."""
         if self.settled_after_s is not None and self.settled_after_s >= duration:
             raise ValueError(
-                f"settled_after_s = {self.settled_after_s}: has to be less than its duration of "
-                f"{duration} s"
+                f"settled_after_s = {self.settled_after_s}: must be less than its "
+                f"duration of {duration} s"
             )
 
     @model_validator(mode="before")
@@ -50,7 +50,9 @@ class Motion(Record):
         if isinstance(data, dict):
             for key in ("simulation", "sample_time_s", "substeps"):
                 if key in data:
-                    raise ValueError(f"{key}: all motions have the clock of the scenario")
+                    raise ValueError(
+                        f"{key}: must be set for the whole scenario; all motions share its clock"
+                    )
         return data
 
 
@@ -67,7 +69,7 @@ def started(
     axis_starts = dict(start) if len(machine.axes) > 1 else {machine.axes[0]: start}
     for axis in axis_starts:
         if axis not in machine.axes:
-            raise ValueError(f"start.{axis}: no axis; {one_of(axis, machine.axes)}")
+            raise ValueError(f"start.{axis}: unknown axis; {one_of(axis, machine.axes)}")
     states = []
     each = zip(machine.axes, machine.drives, machine.initial_state(0.0), strict=True)
     for axis, drive, zero in each:
@@ -75,7 +77,7 @@ def started(
         for name, value in axis_starts.get(axis, {}).items():
             if name not in state._fields or isinstance(value, dict):
                 known = one_of(name, state._fields)
-                raise ValueError(f"start.{name}: no state of the machine; {known}")
+                raise ValueError(f"start.{name}: unknown state of the machine; {known}")
         states.append(state._replace(**axis_starts.get(axis, {})))
     return tuple(states)
 
@@ -93,10 +95,10 @@ def way(target: Floats, rate: Floats) -> float:
     return min(whole, speed) if speed else whole
 
 
-def beside(
+def copy_started(
     axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
 ) -> tuple[State, ...]:
-    """``start`` with the whole of each axis moved by a little, see ``measures.unsettled``.
+    """``start`` with the whole of each axis moved by a little, see ``objectives.unsettled``.
 
     ``ways`` are how far each axis goes, ``finest`` the steps that its sensors
     make beside those of its own encoder, in its units.

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import tomli_w
 
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.carried import AnyFile
 from hfc_design.core.checkpoint import CONFIG
-from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.embedded_files import AnyFile
+from hfc_design.core.overrides import Changes, overridden
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.core.texts import no_such, read_toml
@@ -51,10 +51,10 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
             return source
         source = source.model_dump(mode="json", exclude_none=True)
     if isinstance(source, Mapping):
-        data = changed({"name": "scenario"} | dict(source), changes)
+        data = overridden({"name": "scenario"} | dict(source), changes)
         return scenario_of(data, "scenario", Path())
     if not isinstance(source, str | Path):
-        raise UserError(f"{a_kind(source)} is no scenario, nor the name of one")
+        raise UserError(f"argument must be a scenario or the name of one (got {a_kind(source)})")
     name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
@@ -66,11 +66,11 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     reference = data.get("reference", {})
     if built_in and "file" in reference:  # a file in a change lies where the user is
         reference["file"] = str(BUILTIN / reference["file"])
-    data = changed({"name": Path(name).stem} | data, changes)
+    data = overridden({"name": Path(name).stem} | data, changes)
     if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
         raise UserError(
-            f"{name}: the name of the file cannot be that of the scenario, which has to be "
-            f"{PATTERNS[NAME]}; give the scenario one, as in name = 'mine'"
+            f"{name}: a scenario without a name takes that of its file, which must be "
+            f"{PATTERNS[NAME]}; add one, as in name = 'mine'"
         )
     return scenario_of(data, name, Path(name).parent)
 
@@ -78,8 +78,8 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 def _folder_told(path: Path) -> str:
     """What can be done with a folder where a scenario is wanted."""
     if exists(path / CONFIG):
-        return f"is a run folder; {resuming(path)}, or begin anew from its {CONFIG}"
-    return "is a folder; give a TOML file, or the name of a built-in scenario"
+        return f"is a run folder; {resuming(path)}, or start again from its {CONFIG}"
+    return "is a folder; give a TOML file or the name of a built-in scenario"
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
@@ -89,11 +89,11 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
         UserError: its text or a value is not allowed.
     """
 
-    def beside(name: str) -> Design:
+    def load(name: str) -> Design:
         path = folder / name
         return named_design(str(path) if exists(path) else name)
 
-    return checked(Scenario, data, source, folder, keys_in(data, own_plant), named_design=beside)
+    return checked(Scenario, data, source, folder, keys_in(data, own_plant), named_design=load)
 
 
 def own_plant(name: str) -> list[Entry]:

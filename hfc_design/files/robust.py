@@ -44,44 +44,44 @@ def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | No
     known = dict.fromkeys(name for parameters in settings.values() for name in parameters._fields)
     for name in names:
         if name not in known and name not in AROUND:
-            return f"{name}: no parameter of {settings.machine.name}; {one_of(name, known)}"
+            return f"{name}: unknown parameter of {settings.machine.name}; {one_of(name, known)}"
     return None
 
 
 class RobustSettings(Record):
     """Machines within tolerances, drawn once a run from its seed, the same for every candidate."""
 
-    spread: Share = 0.2  # of every parameter, either way, as a share of it [1]
-    #: spread of single parameters, by their names, as a share; and of what stands around every
-    #: drive: load [load], delay_samples, lag_s [s], noise [1], backlash [error] of a plant without
-    #: a parameter of that name, friction_at_rest and friction_moving [1]
+    spread: Share = 0.2  # relative spread of every parameter, in both directions [1]
+    #: relative spread of single parameters, by name [1]; also of the surroundings of every drive:
+    #: load [load], delay_samples, lag_s [s], noise [1], backlash [error] of a plant without a
+    #: parameter of that name, friction_at_rest and friction_moving
     tolerances: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = {}
-    #: how machines are drawn within the spread
+    #: sampling of the machines within the spread
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
-    keep: Keep = "mean"  # what of all machines a design is ranked by
-    quantile: Share = 0.1  # that keep = 'quantile' keeps [1]
-    #: share of the machines that may break a constraint in the end [1]
+    keep: Keep = "mean"  # statistic over all machines by which designs are ranked
+    quantile: Share = 0.1  # quantile for keep = 'quantile' [1]
+    #: share of the machines that may violate a constraint at the end [1]
     forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005
-    #: factor of the search's spread beyond these [1]
+    #: factor on the spread during the search [1]
     margin: Annotated[float, Field(ge=1, le=2)] = 1.1
-    #: factor by which a search allows less than the constraints where there is no stress [1]
+    #: factor by which the search tightens the constraints where there is no stress [1]
     tighter: Annotated[float, Field(ge=1, le=10)] = 3.0
-    first: Count = 24  # machines for every candidate, the nominal one among them
-    machines: Count = 24  # for those that survive these
-    elite: Count = 24  # for the best of them
-    final: Count = 512  # for the choice in the end
-    unseen: Count = 1000  # other ones, that the result is judged on
+    first: Count = 24  # machines for every candidate, including the nominal one
+    machines: Count = 24  # machines for candidates that pass the first ones
+    elite: Count = 24  # machines for the best candidates
+    final: Count = 512  # machines for the final choice
+    unseen: Count = 1000  # unseen machines on which the result is judged
 
     @model_validator(mode="after")
     def _more_and_more(self) -> "RobustSettings":
         if not self.first <= self.machines <= self.elite <= self.final:
-            raise ValueError("first <= machines <= elite <= final does not hold")
+            raise ValueError("must satisfy first <= machines <= elite <= final")
         absolute = ("load", "delay_samples", "lag_s", "backlash")
         shares = {key: x for key, x in self.tolerances.items() if key not in absolute}
         for key, spread in {"spread": self.spread, **shares}.items():
             if self.margin * spread >= 1.0:
                 name = key if key == "spread" else f"tolerances.{key}"
                 raise ValueError(
-                    f"{name} = {spread:g}: times margin = {self.margin:g} it has to stay below 1"
+                    f"{name} = {spread:g}: times margin = {self.margin:g} must be less than 1"
                 )
         return self

@@ -14,9 +14,9 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Asked, Name, Record, UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.files.design import Limits
-from hfc_design.files.following import check_following, motion_of, reference_of
+from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
 from hfc_design.files.machine import (
     PlantSettings,
     SensorSettings,
@@ -24,9 +24,10 @@ from hfc_design.files.machine import (
     feedback_fault,
     reading_fault,
 )
-from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
+from hfc_design.files.motions import AnyReference, Motion, Start, copy_started, started, way
 from hfc_design.files.robust import AROUND, RobustSettings, unknown_parameter
 from hfc_design.files.stress import ALSO, StressSettings
+from hfc_design.motion.phases import Window, late_samples, settled_samples, slides
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
@@ -34,8 +35,7 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.measures import Units, in_units, path_fault
-from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
+from hfc_design.objectives.metric import Units, in_units, path_fault
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
@@ -51,59 +51,59 @@ DEFAULT_KIND = "pd+hierarchical-fuzzy"
 class RunSettings(Record):
     """How to compute; the same seed on the same machine gives the same bits."""
 
-    #: of the search; the same one on the same machine gives the same bits
+    #: random seed of the search; the same seed on the same computer gives identical results
     seed: int = Field(0, ge=0)
-    #: of the numbers in a search; the choice in the end is made in float64
+    #: precision of the search; the final choice is made in float64
     precision: Literal["float32", "float64"] = "float32"
-    #: times the asked budget that a search may take in all while the answer is not yes; 1: once
+    #: largest number of searches until the answer is yes; 1: a single search
     extend: int = Field(3, ge=1, le=100, exclude_if=(3).__eq__)
-    #: steps that polish the design when the search has ended; 0: none
+    #: steps of the final local optimisation; 0: none
     polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)
 
 
 class Scenario(Record, metaclass=Asked):
     """Everything that a design run needs, with the defaults of LL section 4."""
 
-    name: Name  # of the scenario; left out: that of its file
-    description: str = ""  # a line for people
-    plant: PlantSettings = PlantSettings()  # which machine
-    simulation: Simulation = Simulation()  # how long, and in which steps
-    reference: AnyReference = Ramp()  # what the machine is to follow
-    load: Load = Load()  # what pushes against it
-    #: state before the first sample by its names, of several axes a table each; else at rest at 0
-    #: [of the state]
+    name: Name  # name of the scenario; left out: that of its file
+    description: str = ""  # a description in one line
+    plant: PlantSettings = PlantSettings()  # the machine
+    simulation: Simulation = Simulation()  # duration and step sizes
+    reference: AnyReference = Ramp()  # motion that the machine must follow
+    load: Load = Load()  # load against the motion
+    #: initial state by state names, with several axes a table for each [of the state]; left out: at
+    #: rest at 0
     start: Start = Field({}, exclude_if=not_)
-    #: several motions that are judged together; what one leaves out is as above
+    #: several motions that are judged together; keys left out are those of the scenario
     motions: tuple[Motion, ...] = Field((), exclude_if=not_)
-    limits: Limits = Limits()  # what the drives make of commands
-    #: what the controller sees of the machine; ideal without any
+    limits: Limits = Limits()  # limits and delays of the drives
+    #: sensors of the machine; left out: ideal
     sensors: SensorSettings = SensorSettings()
-    fitness: FitnessSettings = Field({}, validate_default=True)  # what a good motion is
-    #: what is looked for
+    fitness: FitnessSettings = Field({}, validate_default=True)  # measure of a good motion
+    #: controller to search for
     controller: Annotated[
         SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
     ] = Field(default={}, validate_default=True)
-    search: SearchSettings = Field({}, validate_default=True)  # how it is looked for
-    run: RunSettings = RunSettings()  # how it is computed
-    windows: tuple[Window, ...] = ()  # parts of the motion over which metrics are read once more
-    #: measures by name, each with the most that is allowed: a number, or a text with a unit; band:
-    #: the width that band_time is about; of the loop, linearised, the most of sensitivity and the
-    #: least of gain_margin, phase_margin_deg and delay_margin_samples [of the measure]
+    search: SearchSettings = Field({}, validate_default=True)  # search strategy
+    run: RunSettings = RunSettings()  # computation
+    windows: tuple[Window, ...] = ()  # parts of the motion with additional metrics
+    #: metrics by name, each with its largest allowed value: a number, or a string with a unit [of
+    #: the measure]; band: the width for band_time; for the linearised loop the largest sensitivity
+    #: and the smallest gain_margin, phase_margin_deg and delay_margin_samples
     constraints: Constraints = Field({}, exclude_if=not_)
-    #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
+    #: perturbed machines on which every candidate is tested; left out: only the nominal machine
     robust: RobustSettings | None = Field(None, exclude_if=not_)
-    #: what the answer tries beside these machines; left out: the defaults
+    #: stress tests beyond these machines; left out: the defaults
     stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:
-        return line("Scenario", self._told())
+        return line("Scenario", self._summary())
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return table("Scenario", {"description": self.description} | self._told())
+        return table("Scenario", {"description": self.description} | self._summary())
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         fields = {"name": self.name, "plant": self.plant.name, "controller": self.controller.kind}
         simulation = self.simulation
         more = {"motions": ", ".join(one.name for one in self.motions)} if self.motions else {}
@@ -125,8 +125,8 @@ class Scenario(Record, metaclass=Asked):
             size = getattr(self.stress, name)
             if name in self.stress.model_fields_set and name in also:
                 raise ValueError(
-                    f"stress.{name} = {size}: robust.tolerances.{name} = {also[name]:g} has it "
-                    "already; leave one of them out"
+                    f"stress.{name} = {size}: robust.tolerances.{name} = {also[name]:g} "
+                    "is set too; leave one of them out"
                 )
         return self
 
@@ -134,10 +134,10 @@ class Scenario(Record, metaclass=Asked):
     def _consistent(self) -> "Scenario":
         names = [motion.name for motion in self.motions]
         if self.motions and all(self.nominal_only):
-            raise ValueError("motions: one at least needs machines = 'all'")
+            raise ValueError("motions: at least one must have machines = 'all'")
         for k, motion in enumerate(self.each_motion()):
             if names[k : k + 1] and names[k] in names[:k]:
-                raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
+                raise ValueError(f"motions.{k}.name = {names[k]!r}: is listed twice")
             try:
                 if self.motions:
                     self.motions[k].ends_settled(motion.simulation.duration_s)
@@ -147,14 +147,14 @@ class Scenario(Record, metaclass=Asked):
         objective, preset = objective_of(self.fitness.on(self.units)), self.search.preset
         if self.ensemble and not objective.positive:
             raise ValueError(
-                f"fitness.kind = {self.fitness.kind!r}: may be below zero, which motions, "
-                "constraints and robust cannot rank; an own objective that never is says "
-                "positive=True"
+                f"fitness.kind = {self.fitness.kind!r}: may be negative, which motions, "
+                "constraints and robust cannot rank; declare your own objective with "
+                "positive=True if it never is"
             )
         for motion in self.each_motion():
             if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):
                 raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
-            bounds = [bound.measure for bound in constraints_on(self.constraints, self.units)]
+            bounds = [bound.metric for bound in constraints_on(self.constraints, self.units)]
             if fault := path_fault(bounds, motion.follows_path):
                 raise ValueError(f"constraints.{fault}")
         if "controller" in self.model_fields_set and (fault := self.unfit):
@@ -163,8 +163,8 @@ class Scenario(Record, metaclass=Asked):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
         self._can_trade()
         if self.run.polish and self.traded:
-            reason = f"run.polish = {self.run.polish}: polishes one design; "
-            raise ValueError(f"{reason}search.preset = {preset!r} looks for a front")
+            reason = f"run.polish = {self.run.polish}: improves a single design; "
+            raise ValueError(f"{reason}search.preset = {preset!r} searches for a front")
         return self
 
     @property
@@ -179,8 +179,8 @@ class Scenario(Record, metaclass=Asked):
             raise ValueError(f"search.objectives: {error}") from None
         if UNITS in names and KINDS.get(self.controller.kind).units_that_matter is None:
             raise ValueError(
-                f"search.objectives: {UNITS}: a controller of kind {self.controller.kind!r} has no "
-                "hierarchy whose units could be counted"
+                f"search.objectives: {UNITS}: needs a hierarchical controller (got kind "
+                f"{self.controller.kind!r})"
             )
 
     def each_motion(self) -> tuple["Scenario", ...]:
@@ -191,7 +191,7 @@ class Scenario(Record, metaclass=Asked):
         """The scenario of the motion with a name, or of the first; UserError: there is none."""
         names = [motion.name for motion in self.motions]
         if name is not None and name not in names:
-            known = ", ".join(names) or "no name for its only one"
+            known = ", ".join(names) or "a single motion without a name"
             raise UserError(f"--motion {name}: scenario {self.name} has {known}")
         return self.each_motion()[names.index(name) if name is not None else 0]
 
@@ -213,17 +213,19 @@ class Scenario(Record, metaclass=Asked):
         steps = np.round(duration / every)
         if not 1 <= steps <= MAX_STEPS:
             raise ValueError(
-                f"simulation: {duration} s in samples of {every} s are {steps:.15g} samples; "
-                f"allowed are 1 to {MAX_STEPS}"
+                f"simulation: {duration} s in samples of {every} s are {steps:.15g} "
+                f"samples; must be 1 to {MAX_STEPS}"
             )
         for axis in self.plant.machine.axes:
             delay = self.limits.of(axis).delay_samples
             if delay >= steps:
-                fault = f"limits.delay_samples = {delay:g}: has to be shorter than the motion"
+                fault = (
+                    f"limits.delay_samples = {delay:g}: must be less than the length of the motion"
+                )
                 raise ValueError(f"{fault} of {steps:.0f} samples")
         self._has_windows()
         self._speaks_of_its_axes()
-        check_following(self.plant, self.reference, self.simulation)
+        check_feasible(self.plant, self.reference, self.simulation)
         started(self.plant.machine, self.start, self.places)
 
     @property
@@ -261,11 +263,12 @@ class Scenario(Record, metaclass=Asked):
         names = [window.name for window in self.windows]
         for k, window in enumerate(self.windows):
             if names.count(window.name) > 1:
-                raise ValueError(f"windows.{k}.name = {window.name!r}: stands there twice")
+                raise ValueError(f"windows.{k}.name = {window.name!r}: is listed twice")
             if len(self.simulation.time[window.part(self.simulation)]) < 2:
                 raise ValueError(
-                    f"windows.{k}: from_s = {window.from_s}, to_s = {window.to_s} hold fewer than "
-                    f"two samples of a simulation of {self.simulation.duration_s} s"
+                    f"windows.{k}: from_s = {window.from_s}, to_s = {window.to_s} must "
+                    "include at least two samples of a simulation of "
+                    f"{self.simulation.duration_s} s"
                 )
 
     def _speaks_of_its_axes(self) -> None:
@@ -337,8 +340,8 @@ class Scenario(Record, metaclass=Asked):
         fitness = objective_of(self.fitness.on(self.units))
         evaluator = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
-        weighed = [one.measure for one in self.traded if one.measure is not None]
-        return evaluator._replace(measured=(*weighed, *(bound.measure for bound in bounds)))
+        weighed = [one.metric for one in self.traded if one.metric is not None]
+        return evaluator._replace(measured=(*weighed, *(bound.metric for bound in bounds)))
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""
@@ -383,4 +386,4 @@ class Scenario(Record, metaclass=Asked):
             for axis_samples, place in begun
         ]
         finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
-        return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))
+        return Samples(tuple(axes), frame, *rest, copy_started(each, start, ways, finest))

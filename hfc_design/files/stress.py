@@ -5,8 +5,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.quantities import Quantity
-from hfc_design.core.records import NotNegative, Positive, Record
+from hfc_design.core.records import NotNegative, Positive, Quantity, Record
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Factor = Annotated[float, Field(ge=1, le=100)]
@@ -21,37 +20,40 @@ class Mode(Record):
 
     hz: Positive  # frequency [Hz]
     damping: Share = 0.02  # damping ratio [1]
-    #: what swings, as a share of what does not; -1: what is measured is what swings [1]
+    #: inertia on the spring, relative to the rest [1]; -1: the measured part is on the spring
     share: Annotated[float, Field(ge=-1, le=100)] = -1.0
 
 
 class StressSettings(Record):
     """What the answer tries beside the scenario's machines, one at a time; 0 leaves one out."""
 
-    delay_samples: Annotated[float, Field(ge=0, le=16)] = 1.0  # longer delay [samples]
-    lag_samples: NotNegative = 0.5  # slower current loop, its time constant [samples]
-    noise: Factor = 2.0  # factor on the noise of the sensors; 1 leaves it out [1]
-    #: load on every axis, one way, the other, and as a step after a third of the motion; left out:
-    #: the largest constant load of a motion, of none the largest that changes, of none what a tenth
-    #: of the largest command holds [load]
+    delay_samples: Annotated[float, Field(ge=0, le=16)] = 1.0  # additional delay [samples]
+    lag_samples: NotNegative = 0.5  # additional time constant of the current loop [samples]
+    noise: Factor = 2.0  # factor on the noise of the sensors [1]; 1: no test
+    #: load on every axis, in both directions, and as a step after a third of the motion [load];
+    #: left out: the largest constant load of a motion, else the largest varying load, else the load
+    #: that a tenth of the largest command holds
     load: Quantity | None = None
-    friction: Factor = 2.0  # factor on all friction, and its inverse; 1 leaves it out [1]
-    sticking: NotNegative = 0.25  # more friction at rest, as a share of Coulomb friction [1]
-    mode_damping: Share = 0.02  # damping ratio of a mode that the model has not [1]
-    #: what swings in it, as shares of all that moves; from twice the crossover to a quarter of the
-    #: sampling rate [1]
+    friction: Factor = 2.0  # factor on all friction, and its inverse [1]; 1: no test
+    sticking: NotNegative = 0.25  # additional friction at rest, as a share of Coulomb friction [1]
+    mode_damping: Share = 0.02  # damping ratio of a mode that the model does not have [1]
+    #: inertia on a spring, as shares of the moving inertia [1]; from twice the crossover to a
+    #: quarter of the sampling rate
     mode_inertia: tuple[Share, ...] = (0.1, 1.0 / 3.0)
-    modes: tuple[Mode, ...] = ()  # which a log has shown
-    #: a log shows that there is no other mode below; above, one may be there of every kind [Hz]
+    modes: tuple[Mode, ...] = ()  # modes found in a log
+    #: frequency below which a log shows no other mode [Hz]; above it any mode is possible
     unknown_above_hz: Positive | None = None
-    encoder_at: Literal["load", "drive"] = "load"  # at the drive no mode lies before it
-    backlash_steps: NotNegative = 3.0  # gap before the encoder that is fed back [steps]
-    start: NotNegative = 0.1  # start off the reference, of the way in the fastest second [1]
-    backwards: Annotated[float, Field(ge=0, le=1)] = 1.0  # every motion the other way, so far [1]
-    jitter: Annotated[float, Field(ge=0, le=0.9)] = 0.1  # of the sample time [1]
-    rest_s: NotNegative = 60.0  # at rest after every motion [s]
-    machines: Annotated[int, Field(ge=1, le=1000)] = 32  # on which each is tried, nominal one first
-    share: Share = 0.9  # of those that hold without it have to hold [1]
+    #: position of the encoder; at the drive there is no mode before it
+    encoder_at: Literal["load", "drive"] = "load"
+    backlash_steps: NotNegative = 3.0  # backlash before the feedback encoder [steps]
+    start: NotNegative = 0.1  # initial error, as a share of the travel in the fastest second [1]
+    #: share of every motion that is reversed [1]
+    backwards: Annotated[float, Field(ge=0, le=1)] = 1.0
+    jitter: Annotated[float, Field(ge=0, le=0.9)] = 0.1  # jitter of the sample time [1]
+    rest_s: NotNegative = 60.0  # time at rest after every motion [s]
+    #: machines for each test, the nominal one first
+    machines: Annotated[int, Field(ge=1, le=1000)] = 32
+    share: Share = 0.9  # share of the machines that pass without stress that must pass with it [1]
 
     @property
     def far_modes(self) -> bool:

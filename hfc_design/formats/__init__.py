@@ -10,7 +10,7 @@ from hfc_design.formats.writing import Format
 
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if module.name != "reading"]
 _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
-_FOUND = {found.name: found for part in _PARTS for found in getattr(part, "FORMATS", ())}
+_FOUND = {one.name: one for part in _PARTS for one in getattr(part, "FORMATS", ())}
 #: Every format by its name.
 FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
 
@@ -36,6 +36,6 @@ def check_score(design: Design, anyway: bool) -> None:
     if design.failed and not anyway:
         where = design.score.get("scenario", "its scenario")
         raise UserError(
-            f"design {design.name}: diverged on {where}, as its score says; "
-            "export it with --anyway if that is wanted"
+            f"design {design.name}: diverged on {where} when it was scored; to export it "
+            "nevertheless add --anyway"
         )

@@ -43,12 +43,12 @@ class Tabulated(NamedTuple):
         return max(self.share, self.off_share) >= COARSE
 
     @property
-    def told(self) -> list[str]:
+    def lines(self) -> list[str]:
         """It in words."""
         size = f"{self.deviation:.2g} {self.unit}".rstrip()
-        first = f"{size}, {100 * self.share:.2g} per cent of the largest that the rules give"
+        first = f"{size}, {100 * self.share:.2g} % of the largest output of the rules"
         off = f"{self.off:.2g} {self.command_unit}".rstrip()
-        second = f"{off} at most, {100 * self.off_share:.2g} per cent of the largest"
+        second = f"{off} at most, {100 * self.off_share:.2g} % of the largest"
         return [
             f"largest deviation from the exact {self.of}: {first}",
             f"on the test vectors commands are off by {second}",
@@ -59,7 +59,7 @@ def write_lookup(
     design: Design,
     path: Path,
     points: int,
-    connect: Callable[[Design], Design] = lambda own: own,
+    connect: Callable[[Design], Design] = lambda design: design,
 ) -> dict[str, Tabulated]:
     """Write the same without ``exp``, with degrees tabulated at ``points`` values.
 
@@ -70,17 +70,17 @@ def write_lookup(
         UserError: the controller has no terms with an exponential; or as ``folder``.
         RunError: the folder ``path`` cannot be written.
     """
-    found = {}
+    tables = {}
 
     def content(part: Design) -> Content:
-        files, found[part.axis], vectors = _tabulated(part, points)
-        told = "; ".join(found[part.axis].told)
+        files, tables[part.axis], vectors = _tabulated(part, points)
+        accuracy = "; ".join(tables[part.axis].lines)
         return with_check(
-            part, files, vectors, f"Its terms are tabulated at {points} values: {told}."
+            part, files, vectors, f"Its terms are tabulated at {points} values: {accuracy}."
         )
 
-    Format("c", C, content, beside=of_axes).write(design, path, connect)
-    return found
+    Format("c", C, content, companions=of_axes).write(design, path, connect)
+    return tables
 
 
 def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, Vectors]:
@@ -96,5 +96,5 @@ def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, 
     return files, Tabulated(of, unit, far, share, command_unit, off, off_share), same
 
 
-C = "a folder with the controller in C99, adaptation and all, a page on it and make check"
-FORMATS = (Format("c", C, folder, beside=of_axes, connects=True),)
+C = "a folder with the controller in C99, including adaptation, a README and make check"
+FORMATS = (Format("c", C, folder, companions=of_axes, connects=True),)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from hfc_design.codegen.c import program
 from hfc_design.codegen.recorded import PATH
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import needed
+from hfc_design.controllers.kind import require
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
@@ -49,7 +49,7 @@ def sources(
     """
     names, whole = signals(design), machine_axes(design)
     axes, numbers = [*map(identifier, whole)], checked_numbers(design)
-    name, told = c_name(design), writing.signal_meanings(design)
+    name, meanings = c_name(design), writing.signal_meanings(design)
     places = dict(zip(PATH, IN_PATH, strict=True))
     for k, axis in enumerate(axes):
         places |= {f"{axis}_{signal}": f"axes[{k}].{signal}" for signal in names}
@@ -62,7 +62,7 @@ def sources(
         "name": name,
         "head": writing.head(design, notes),
         "signals": names,
-        "meanings": dict(zip(told, writing.comment(told.values()), strict=True)),
+        "meanings": dict(zip(meanings, writing.comment(meanings.values()), strict=True)),
         "command_unit": writing.signal_units(design).get("command", "unit"),
         "only_double": only_double(numbers, widths),
         "saved": saving.learning(design),
@@ -87,7 +87,7 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
     Raises:
         UserError: the controller has no terms with an exponential; or as ``sources``.
     """
-    lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
+    lookup = require(design.kind.lookup, design, "its C code has no exp to tabulate")
     values = lookup(design.controller, points)
     of, unit = values["deviates"], writing.signal_units(design).get(values["deviates"], "")
     far = f"{values['deviation']:.2g} {unit}".rstrip()
@@ -110,11 +110,11 @@ def signals(design: Design) -> dict[str, str]:
     Raises:
         UserError: an input is called like a word of the language.
     """
-    found = writing.signals_read(design)
-    for name in found:
+    read = writing.signals_read(design)
+    for name in read:
         if name in writing.RESERVED["c"] or name.startswith("_"):
-            raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
-    return found
+            raise UserError(f"design {design.name}: the input name {name} is not allowed in C")
+    return read
 
 
 class Flat(NamedTuple):
@@ -141,9 +141,9 @@ def flat(design: Design) -> Flat:
     inputs: dict[str, str] = {}
     meanings: dict[str, str] = {}
     for axis, head in zip(axes, heads, strict=True):
-        units, told = each.get(axis) or each[""]
+        units, meanings_of = each.get(axis) or each[""]
         inputs |= {f"{head}{x}": units.get(x, "") for x in read}
-        meanings |= {f"{head}{x}": told[x] for x in (*read, "command") if x in told}
+        meanings |= {f"{head}{x}": meanings_of[x] for x in (*read, "command") if x in meanings_of}
     place = (each.get(axes[0]) or each[""])[0].get("error", "")
     of_units = dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
     inputs |= {name: of_units[name] for name in of_path(design)}
@@ -164,8 +164,8 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
     numbers = [*_numbers(whole)]
     for key, x in numbers:
         if not abs(x) <= largest:
-            told = f"{key} = {x:g}: code takes numbers up to {largest:g}"
-            raise UserError(f"design {design.name}: {told}{' where it adapts' * learns}")
+            message = f"{key} = {x:g}: must be at most {largest:g} in magnitude in code"
+            raise UserError(f"design {design.name}: {message}{' that adapts' * learns}")
     return numbers
 
 

@@ -30,8 +30,8 @@ def note() -> str:
     if compiler():
         return ""
     if sys.platform == "linux" and platform.machine() == "x86_64":
-        return "no C compiler (cc) was found: the FMUs hold their C sources, and no binary"
-    return "binaries are made on Linux on x86-64 only: the FMUs hold their C sources alone"
+        return "found no C compiler (cc): the FMUs contain only their C sources"
+    return "binaries are made only on Linux on x86-64: the FMUs contain only their C sources"
 
 
 def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:
@@ -56,6 +56,6 @@ def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:
             raise RunError(f"{tool}: cannot compile an FMU: {error}") from None
         if done.returncode:
             lines = done.stderr.splitlines() or [f"exit code {done.returncode}"]
-            told = next((line for line in lines if "error" in line), lines[0])
-            raise RunError(f"{tool}: cannot compile an FMU: {told}")
+            message = next((line for line in lines if "error" in line), lines[0])
+            raise RunError(f"{tool}: cannot compile an FMU: {message}")
         return Path(folder, f"{name}.so").read_bytes()

@@ -24,8 +24,8 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import machine, own_scenario, slower_drives, with_converter
 from hfc_design.files.machine import Axis, measured_apart
-from hfc_design.files.pairing import machine, own_scenario, slower_drives, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import laws, plant_code, writing
 from hfc_design.motion.contour import local_error
@@ -62,47 +62,47 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
         UserError: it cannot run from here or has not its axes; or one code is for all of its axes,
             and they are measured in different ways.
     """
-    begin = f"design {design.name}: it is not known what its sensors tell"
+    begin = f"design {design.name}: its sensors are not known"
     try:
         every = f"simulation.sample_time_s={design.controller.sample_time_s!r}"
         made = scenario or own_scenario(design, design.name, [every])
         plant = machine(design, made)
         scenario = with_converter(made, design)
     except UserError as error:
-        told = f"{begin}, as its scenario cannot run: {error.lines[0]}"
-        raise UserError(f"{told}; exported bare it is code of the law alone") from None
-    own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
+        message = f"{begin}, as its scenario cannot run: {error.lines[0]}"
+        raise UserError(f"{message}; with --bare only the code of the law is exported") from None
+    axes = [axis for axis in plant.each() if design.axis in ("", axis.name)]
     whole = laws.machine_axes(design)
-    if not own or (whole and tuple(axis.name for axis in own) != whole):
-        told = f"the scenario {scenario.name} has no {design.axis or ' '.join(whole)}"
-        raise UserError(f"{begin}, {told}; exported bare it is code of the law alone")
-    sensed = [_sensing_of(axis, scenario) for axis in own]
+    if not axes or (whole and tuple(axis.name for axis in axes) != whole):
+        message = f"the scenario {scenario.name} has no {design.axis or ' '.join(whole)}"
+        raise UserError(f"{begin}, {message}; with --bare only the code of the law is exported")
+    sensed = [_sensing_of(axis, scenario) for axis in axes]
     if not whole and any(one != sensed[0] for one in sensed[1:]):
-        told = "its axes are measured in different ways, and one code is for all of them"
-        raise UserError(f"design {design.name}: {told}; export it bare")
-    drives = {axis.name: _fed_back(axis, scenario) for axis in own}
-    each_told = {name: _told(drive) for name, drive in drives.items()}
-    found = design.model_copy()
-    rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in own}
+        message = "its axes have different sensors, but share one code"
+        raise UserError(f"design {design.name}: {message}; export it with --bare")
+    drives = {axis.name: _fed_back(axis, scenario) for axis in axes}
+    each_told = {name: _text(drive) for name, drive in drives.items()}
+    connected = design.model_copy()
+    rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in axes}
     read: set[str] = set()
     for _ in range(2):  # the first time it shows which velocities are read
-        found._connected = _connected(design, own, scenario, rated, each_told)
-        known = used(laws.recorded_law(found))
+        connected._connected = _connected(design, axes, scenario, rated, each_told)
+        known = used(laws.recorded_law(connected))
         heads = [f"{identifier(axis)}_" for axis in drives] if whole else [""]
         each = [{x.removeprefix(head) for x in known if x.startswith(head)} for head in heads]
         read = {*chain.from_iterable(each)}
-        for axis, its in zip(own, each, strict=False):
+        for axis, its in zip(axes, each, strict=False):
             if scenario.sensors.of(axis.name).velocity != "tachometer":
                 pairs = drives[axis.name].encoders.items()
                 rated[axis.name] = tuple(angle for angle, rate in pairs if rate in its)
         if not any(rated.values()):
             break
-    units = {name: unit for name, unit in found._connected.units.items() if name in read}
-    found._connected = found._connected._replace(units=units)
-    return found
+    units = {name: unit for name, unit in connected._connected.units.items() if name in read}
+    connected._connected = connected._connected._replace(units=units)
+    return connected
 
 
-def _told(drive: Drive) -> Known:
+def _text(drive: Drive) -> Known:
     """Unit and meaning of all that code can read of a drive, and of its command."""
     known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
     known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
@@ -121,7 +121,7 @@ def _connected(
     axes: list[Axis],
     scenario: Scenario,
     rated: dict[str, tuple[str, ...]],
-    told: dict[str, Known],
+    known_signals: dict[str, Known],
 ) -> Connected:
     """What connects a design to its axes, of which the rates of some angles are formed."""
     each = tuple(_connection(design, axis, scenario, rated[axis.name]) for axis in axes)
@@ -135,19 +135,21 @@ def _connected(
         controller = ConnectedMachine(
             inner, each, tuple(limits.values()), every, begins, local_error
         )
-    fed = {axis.name: own.sensing.position for axis, own in zip(axes, each, strict=True)}
+    fed = {axis.name: one.sensing.position for axis, one in zip(axes, each, strict=True)}
 
     def around(law: AxisLaw) -> AxisLaw:
         return connected(law._replace(sample_time=every), each[0], begins)
 
-    names = dict.fromkeys((*SWITCHES, *FOLLOWED, *chain(*(own.sensing.fields for own in each))))
+    names = dict.fromkeys((*SWITCHES, *FOLLOWED, *chain(*(one.sensing.fields for one in each))))
     units: dict[str, str] = {}
     meanings: dict[str, str] = {}
-    for known, means in told.values():  # "" where axes differ
+    for known, means in known_signals.values():  # "" where axes differ
         meanings |= means
-        own = {name: known[name] for name in names if name in known}
-        units |= {name: unit * (units.get(name, unit) == unit) for name, unit in own.items()}
-    return Connected(units, meanings, around, controller, told, fed)
+        known_of_axis = {name: known[name] for name in names if name in known}
+        units |= {
+            name: unit * (units.get(name, unit) == unit) for name, unit in known_of_axis.items()
+        }
+    return Connected(units, meanings, around, controller, known_signals, fed)
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
@@ -160,12 +162,12 @@ def _sensing_of(axis: Axis, scenario: Scenario) -> tuple[Any, ...]:
     """What of an axis decides how it is measured: also what its drive tells of odd states."""
     drive = axis.drive
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
-    told = []
+    readings = []
     for place in (0.1234567, -7.654321, 123.4567):
         here = type(state)(*(place * (1.0 + 0.37 * k) for k in range(len(state))))
         seen = drive.measured(fixed, here)
-        told += [*map(float, seen), *map(float, drive.signals(fixed, seen).values())]
-    return drive, scenario.sensors.of(axis.name), scenario.limits.of(axis.name), told
+        readings += [*map(float, seen), *map(float, drive.signals(fixed, seen).values())]
+    return drive, scenario.sensors.of(axis.name), scenario.limits.of(axis.name), readings
 
 
 def _connection(
@@ -176,8 +178,11 @@ def _connection(
     fixed, record = drive.coefficients(axis.parameters), type(drive.initial_state(0.0))
     every = design.controller.sample_time_s
     position, velocity = drive.seen
-    told = wanted.readings
-    apart = {name: told[name].resolution if name in told else 0.0 for name in measured_apart(drive)}
+    readings = wanted.readings
+    apart = {
+        name: readings[name].resolution if name in readings else 0.0
+        for name in measured_apart(drive)
+    }
 
     def of_state(read: dict[str, Scalar]) -> dict[str, Scalar]:
         return {name: read[name] for name in record._fields}
@@ -207,16 +212,16 @@ def _connection(
 def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callable[..., Any]:
     """The same of numbers, whatever a drive makes of them: JAX would make them of its own."""
 
-    def told(read: dict[str, Scalar]) -> dict[str, Scalar]:
+    def signals_of(read: dict[str, Scalar]) -> dict[str, Scalar]:
         values = read.values()
         if any(isinstance(x, jax.core.Tracer) for x in values):
             return function(read)
         with jax.enable_x64(True):
-            found = function(read)
+            signals = function(read)
         single = all(isinstance(x, float) for x in values)
-        return {name: float(x) if single else np.asarray(x) for name, x in found.items()}
+        return {name: float(x) if single else np.asarray(x) for name, x in signals.items()}
 
-    return told
+    return signals_of
 
 
 def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:

@@ -55,10 +55,10 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     to be right in proportion where no term is near: the lines are denser where the degree bends,
     counted between its bend itself, degree^(1/2), and its bend in proportion, degree^0.
     """
-    reach = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
-    if reach <= 0.0:
+    width = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
+    if width <= 0.0:
         return []
-    d = np.linspace(0.0, reach, 4001)
+    d = np.linspace(0.0, width, 4001)
     degree = np.exp(-0.5 * (d / sigma) ** 2)
     density = np.sqrt(1.0 + (d / sigma) ** 2) * degree**0.35
     share = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
@@ -68,7 +68,7 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]
 
 
-TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit"
+TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block per unit"
 DIALECT = "the same in the dialect of jFuzzyLogic"
 _standard = partial(texts, target="fcl", about=STANDARD, real=literal_of, shape=polygon)
 _dialect = partial(

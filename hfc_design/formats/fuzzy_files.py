@@ -31,7 +31,7 @@ from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name} is a word of that format, or two names are {name} there"
+CLASH = "{name} is a word of that format, or the name of two things there"
 
 
 class Input(NamedTuple):
@@ -70,7 +70,7 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
     rows = [["unit", "column_input", "row_input", "file"]]
     for unit in units:
         least = spread(unit.table)
-        lowest, highest = _kept(unit, unit.name, least) or least
+        lowest, highest = _represented(unit, unit.name, least) or least
         rules = _rules(unit)
         singletons = {rule.name: rule.value for rule in rules}  # that rules share, once
         writing.check_names(target, singletons, CLASH)
@@ -84,11 +84,11 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
     files["manifest.csv"] = writing.csv_text(rows)
     with suppress(UserError):  # no code is made of numbers that are so large
         files["controller.m"] = function(design, "controller")
-    files["controller.json"] = json.dumps(beside(design), indent=1, allow_nan=False) + "\n"
+    files["controller.json"] = json.dumps(companion_files(design), indent=1, allow_nan=False) + "\n"
     return files
 
 
-def beside(design: Design) -> Json:
+def companion_files(design: Design) -> Json:
     """What a command takes beside the units, a limit of the design too."""
     units = writing.signal_units(design)
     about = writing.rule_base(design).about(design.controller, units)
@@ -120,7 +120,7 @@ def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable
     triangles = [term[1:] for term in terms if isinstance(term, Triangle)]
     if triangles:
         centres = triangles[0][1], triangles[-1][1]
-        ends = _kept(unit, name, centres) or range_of(triangles)
+        ends = _represented(unit, name, centres) or range_of(triangles)
         return Input(name, terms, *ends, clamped=False)
     if source is None:
         return Input(name, terms, -1.0, 1.0, clamped=True)
@@ -128,7 +128,9 @@ def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable
     return Input(name, terms, min(lowest, -1.0), max(highest, 1.0), clamped=False)
 
 
-def _kept(unit: RuleUnit, name: str, least: tuple[float, float]) -> tuple[float, float] | None:
+def _represented(
+    unit: RuleUnit, name: str, least: tuple[float, float]
+) -> tuple[float, float] | None:
     """The range that came with the unit, where it still holds all that it has to."""
     lowest, highest = unit.ranges.get(name, (math.inf, -math.inf))
     return (lowest, highest) if lowest <= least[0] and least[1] <= highest else None
@@ -158,7 +160,7 @@ def fml(design: Design) -> dict[str, str]:
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
-                raise UserError(f"--to fml: two things are called {name} there; rename one of them")
+                raise UserError(f"--to fml: two things would be called {name}; rename one of them")
     return files
 
 
@@ -170,6 +172,6 @@ def _domain(place: Input) -> tuple[float, float]:
     return place.lowest - room, place.highest + room
 
 
-FLL = "a folder with FuzzyLite Language, one engine a unit"
-FML = "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit"
+FLL = "a folder with FuzzyLite Language, one engine per unit"
+FML = "a folder with Fuzzy Markup Language (IEEE 1855), one system per unit"
 FORMATS = (Format("fll", FLL, partial(texts, target="fll")), Format("fml", FML, fml))

@@ -6,10 +6,10 @@ from typing import Any
 from hfc_design.codegen.memory import by_axis, filled, in_order, numbers_of
 from hfc_design.codegen.recorded import PATH, Recorded, Source, of_axis, of_machine, recorded
 from hfc_design.controllers.controller import AxisLaw, begun, within_rate
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.core.numbers import SCALARS, Floats, Memory
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of
+from hfc_design.files.loop_setup import axes_of
 
 #: Of the last designs that were asked for: several parts of an export read the same one.
 _KEPT: dict[tuple[Any, ...], Recorded] = {}
@@ -17,7 +17,7 @@ MOST = 64
 #: By how much of themselves numbers are put aside, to see who reads them.
 ASIDE = 1e-3
 #: What a kind lacks of which no code can be made.
-NO_CODE = "what it reads is not known, so that code has no inputs; json holds its numbers"
+NO_CODE = "its inputs are not known; export its numbers with json"
 
 
 def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False) -> Recorded:
@@ -32,7 +32,7 @@ def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False)
     """
     if law is not None:
         return recorded(_source(design, law, flat), flat=flat)
-    key = _asked(design)
+    key = _key_of(design)
     key += (design.limits.command if flat or design.kind.law is None else None, flat)
     if key not in _KEPT:
         while len(_KEPT) >= MOST:
@@ -41,12 +41,12 @@ def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False)
     return _KEPT[key]
 
 
-def _asked(design: Design) -> tuple[Any, ...]:
+def _key_of(design: Design) -> tuple[Any, ...]:
     limits = None if design.kind.law else design.limits.model_dump_json()
     changes = tuple(design.changes(machine_axes(design) or (design.axis,)).values())
     # What connects a law is a function, which is the same where the design is.
-    own = design.connected and (design.connected.around, *design.connected.units)
-    return design.controller.model_dump_json(), limits, changes, machine_axes(design), own
+    connection = design.connected and (design.connected.around, *design.connected.units)
+    return design.controller.model_dump_json(), limits, changes, machine_axes(design), connection
 
 
 def machine_axes(design: Design) -> tuple[str, ...]:
@@ -67,22 +67,22 @@ def of_path(design: Design) -> tuple[str, ...]:
 def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[ControllerRecord]:
     """A controller, and all that are inside of it."""
     yield record
-    for own in record.inside(axes).values():
-        yield from inside(own, axes)
+    for inner in record.inside(axes).values():
+        yield from inside(inner, axes)
 
 
 def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
     kind, record = design.kind, design.controller
-    gains, reads = record.law_gains(), needed(kind.reads, design, NO_CODE)(record)
-    own = design.connected
-    reads = list(own.units) if own else reads
-    truths = own.truths if own and flat else ()
+    gains, reads = record.law_gains(), require(kind.reads, design, NO_CODE)(record)
+    connection = design.connected
+    reads = list(connection.units) if connection else reads
+    truths = connection.truths if connection and flat else ()
     if not (axes := machine_axes(design)):
-        made = law or needed(kind.law, design, NO_CODE)(
+        made = law or require(kind.law, design, NO_CODE)(
             record, design.limits.command if flat else None
         )
-        if own:
-            return of_axis(own.around(made), gains, reads, None, truths)
+        if connection:
+            return of_axis(connection.around(made), gains, reads, None, truths)
         return of_axis(made, gains, reads, design.changes([design.axis])[design.axis])
     return of_machine(design.commanding(axes), gains, axes, reads, of_path(design), truths)
 
@@ -92,28 +92,28 @@ def learnt(design: Design) -> list[str]:
     memory = begun_law(design)
     if (same := _adapted(design, memory)) is None:
         return []
-    found = []
+    values = []
     for name, numbers in numbers_of(memory).items():
         other = filled(memory, {name: [x + ASIDE * max(abs(x), 1.0) for x in numbers]})
         if _adapted(design, other) != same:
-            found.append(name)
-    return found
+            values.append(name)
+    return values
 
 
 def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
     """A record with what the code of a design has learnt, by the names of its state's members."""
     memory = filled(begun_law(design), {name: x.tolist() for name, x in numbers.items()})
-    found = _adapted(design, memory)
-    assert found is not None  # or it had learnt nothing
-    return found
+    adapted = _adapted(design, memory)
+    assert adapted is not None  # or it had learnt nothing
+    return adapted
 
 
 def _adapted(design: Design, memory: Memory) -> ControllerRecord | None:
     kind, record = design.kind, design.controller
-    own = memory.law if design.connected else memory
+    law_memory = memory.law if design.connected else memory
     if axes := machine_axes(design):
-        return kind.learnt(record, axes, within_rate(in_order(own))) if kind.learnt else None
-    return kind.adapted(record, own) if kind.adapted else None
+        return kind.learnt(record, axes, within_rate(in_order(law_memory))) if kind.learnt else None
+    return kind.adapted(record, law_memory) if kind.adapted else None
 
 
 def begun_law(design: Design) -> Memory:
@@ -122,6 +122,6 @@ def begun_law(design: Design) -> Memory:
     if axes := machine_axes(design):
         memory = begun(design.commanding(axes), SCALARS, 0.0, record.law_gains())
         return by_axis(memory, axes)
-    law = needed(kind.law, design, NO_CODE)(record, None)
+    law = require(kind.law, design, NO_CODE)(record, None)
     law = design.connected.around(law) if design.connected else law
     return law.begun(SCALARS, 0.0, record.law_gains())

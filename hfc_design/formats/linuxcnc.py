@@ -14,8 +14,8 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import check_drives, machine, own_scenario
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
-from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.deployment import folder as deployment
 from hfc_design.formats.deployment.signal_conditioning import scene
@@ -40,8 +40,8 @@ def components(design: Design) -> dict[str, Content]:
             may name a file that is not here.
     """
     if design.kind.controller and not design.kind.axis_records:
-        told = "commands a whole machine, a component is of one axis; --to c has its code"
-        raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
+        message = "it commands a whole machine, but a component has one axis; use --to c"
+        raise UserError(f"design {design.name} is of kind {design.kind.name}: {message}")
     values, sources = _values(design), code.sources(design)
     files: dict[str, Content] = {**sources}
     templates = {f"{values['component']}.comp": "controller.comp"}
@@ -50,17 +50,17 @@ def components(design: Design) -> dict[str, Content]:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
         if "scenario" in design.provenance:
-            raise UserError(f"{error.typed}; --to c holds the controller alone") from None
+            raise UserError(f"{error.typed}; --to c exports only the controller") from None
         reason = re.sub("[<>`]", "_", harmless(error.typed))
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:
         values |= {"machine": loop, "axes": list(loop["axes"])}
         templates |= {"loop.hal": "loop.hal", f"{values['plant']}.comp": "plant.comp"}
         files |= plant_code.sources(values["drive"], design)
-    values["deployment"] = found = deployment.values(design, sources)
+    values["deployment"] = filled = deployment.values(design, sources)
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
-    return files | deployment.checked(design, found)
+    return files | deployment.checked(design, filled)
 
 
 def component_name(design: Design) -> str:
@@ -77,19 +77,21 @@ def component_name(design: Design) -> str:
 def _values(design: Design) -> Json:
     """What every template reads."""
     if design.plant.name not in ALL_PLANTS.names():
-        raise UserError(f"design {design.name}: {design.plant.name} is no plant known here")
+        raise UserError(f"design {design.name}: unknown plant {design.plant.name}")
     plant = PlantSettings(**design.plant.model_dump())
-    own = [axis for axis in plant.each() if design.axis in ("", axis.name)]
-    axis, *others = own or plant.each()
+    axes = [axis for axis in plant.each() if design.axis in ("", axis.name)]
+    axis, *others = axes or plant.each()
     if any(other.drive is not axis.drive for other in others):
-        told = f"HAL has a component of one drive (got {design.plant.name}, which has several)"
-        raise UserError(f"design {design.name}: {told}")
+        message = f"the plant must be a drive of one axis (got {design.plant.name})"
+        raise UserError(f"design {design.name}: {message}")
     plant_code.check(axis.drive, design)
     drive = _followed(design, axis.drive)
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
-        told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
-        raise UserError(f"design {design.name}: {told}")
+        message = (
+            f"controller.sample_time_s = {every}: must be 1e-6 to 1, the period of a HAL thread"
+        )
+        raise UserError(f"design {design.name}: {message}")
     return _signals(design, drive) | {
         "component": component_name(design),
         "controller": code.c_name(design),
@@ -115,8 +117,10 @@ def _followed(design: Design, drive: Drive) -> Drive:
     """
     encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
     if len(encoders) > 1:
-        told = f"sensors.feedback must be one encoder for all axes (got {', '.join(encoders)})"
-        raise UserError(f"design {design.name}: {told}; with limits.axes each has a component")
+        message = f"sensors.feedback must be one encoder for all axes (got {', '.join(encoders)})"
+        raise UserError(
+            f"design {design.name}: {message}; with limits.axes each axis gets a component"
+        )
     return drive if encoders == [drive.position] else fed_back(drive, encoders[0])
 
 
@@ -139,19 +143,19 @@ def _plant(drive: Drive) -> Json:
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
     read, units = code.signals(design), units_of(plant.units)
-    if own := design.connected:
+    if connection := design.connected:
         switches = [name for name in read if name in SWITCHES and name != "enable"]
         return {
             "position": plant.seen[0],
             "switches": {name: read[name] for name in switches},
             "inputs": {name: f"{name}_" for name in read},
             "pins": {name: unit for name, unit in read.items() if name not in SWITCHES},
-            "meanings": own.meanings,
+            "meanings": connection.meanings,
         }
     for name in read:
         if name not in units:
-            told = f"reads {name}, which is no signal of the {plant.name}"
-            raise UserError(f"design {design.name}: {told}")
+            message = f"reads {name}, which is not a signal of the {plant.name}"
+            raise UserError(f"design {design.name}: {message}")
     position, velocity = plant.seen
     pairs = {"error": ("reference", position), "error_rate": ("reference_rate", velocity)}
     sources = {name: pairs.get(name, (name,)) for name in read}
@@ -187,16 +191,16 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         check_drives(design, scenario)
     ahead = ACCELERATION in code.signals(design)
     columns, axes = [], {}
-    for axis, told in zip(plant.each(), scenario.samples().axes, strict=True):
+    for axis, axis_samples in zip(plant.each(), scenario.samples().axes, strict=True):
         if design.axis not in ("", axis.name):
             continue  # it has a controller and a folder of its own
-        columns += [told.reference, told.reference_rate, _mean(told.loads)]
+        columns += [axis_samples.reference, axis_samples.reference_rate, _mean(axis_samples.loads)]
         if ahead:
-            columns.append(np.asarray(told.reference_acceleration))
-        own = plant_code.coefficients(axis.drive.coefficients(axis.parameters))
+            columns.append(np.asarray(axis_samples.reference_acceleration))
+        fixed = plant_code.coefficients(axis.drive.coefficients(axis.parameters))
         name = f"{identifier(axis.name)}-" if plant.axes else ""
-        axes[name] = {"set": own, "limit": scenario.limits.of(axis.name).command}
-        _check_length(axis.name, own, ahead)
+        axes[name] = {"set": fixed, "limit": scenario.limits.of(axis.name).command}
+        _check_length(axis.name, fixed, ahead)
     table = np.stack(columns, axis=1)
     loop = {
         "scenario": scenario.name,
@@ -213,7 +217,9 @@ def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
     if len(axis) > longest:
-        raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
+        raise UserError(
+            f"plant.axes.{axis}: must have at most {longest} characters for the names of HAL"
+        )
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:
@@ -229,7 +235,7 @@ FORMATS = (
         "linuxcnc",
         "a folder with a HAL component and a simulated machine",
         components,
-        beside=deployment.of_axes,
+        companions=deployment.of_axes,
         connects=True,
     ),
 )

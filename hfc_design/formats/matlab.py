@@ -34,8 +34,8 @@ def systems(design: Design) -> dict[str, str]:
         # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
         if sum(map(_faintest, pair)) > FADED:
             raise UserError(
-                f"--to fis: the terms of {name} leave gaps in which no rule fires, and the "
-                "programs that read the format have no common value for these"
+                f"--to fis: the terms of {name} leave gaps in which no rule fires; "
+                "programs that read the format disagree on the output there"
             )
     values: dict[str, object] = {"units": units, "head": unit_head(design)}
     files["controller.m"] = function(design, "controller")
@@ -119,7 +119,7 @@ def _struct(record: dict[str, object]) -> dict[str, object]:
     return {named("mat", key): _matlab(value) for key, value in parts}
 
 
-FIS = "a folder for MATLAB and Octave, one .fis a unit, and controller.m"
+FIS = "a folder for MATLAB and Octave, one .fis per unit, and controller.m"
 MAT = "a MAT file with tables, terms, gains and wiring"
 FORMATS = (
     Format("fis", FIS, systems),

@@ -50,15 +50,15 @@ def check(drive: Drive, design: Design) -> None:
     try:
         _functions(drive)
     except TraceError as error:
-        told = f"no C can be made of the drive {drive.name}: {error}"
-        raise UserError(f"design {design.name}: {told}") from None
+        message = f"cannot generate C of the drive {drive.name}: {error}"
+        raise UserError(f"design {design.name}: {message}") from None
 
 
 def state_units(drive: Drive) -> dict[str, str]:
     """Unit of every field of a drive's state, "" where it is not known."""
-    own = {drive.position: drive.units["error"], drive.velocity: drive.units["error_rate"]}
-    own |= drive.units | drive.state_units
-    return {field: own.get(field, "") for field in drive.initial_state(0.0)._fields}
+    units = {drive.position: drive.units["error"], drive.velocity: drive.units["error_rate"]}
+    units |= drive.units | drive.state_units
+    return {field: units.get(field, "") for field in drive.initial_state(0.0)._fields}
 
 
 def signals(drive: Drive) -> list[str]:
@@ -97,11 +97,11 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
 
 def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
     """The coefficients of a drive by name; those of a part have the part's name before theirs."""
-    found: dict[str, Any] = {}
+    numbers: dict[str, Any] = {}
     for name, value in record._asdict().items():
         part = hasattr(value, "_asdict")
-        found |= coefficients(value, f"{prefix}{name}_") if part else {prefix + name: value}
-    return found
+        numbers |= coefficients(value, f"{prefix}{name}_") if part else {prefix + name: value}
+    return numbers
 
 
 def coupled(machine: Machine, design: Design) -> dict[str, str]:
@@ -118,25 +118,25 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
         given |= {f"command_{k}": 0.0, f"load_{k}": 0.0}
 
     def step(*values: Any) -> Any:
-        told = dict(zip(given, values, strict=True))
+        by_name = dict(zip(given, values, strict=True))
         fixed, states, commands, loads = (
-            tuple(told[f"{name}_{k}"] for k in range(count))
+            tuple(by_name[f"{name}_{k}"] for k in range(count))
             for name in ("c", "x", "command", "load")
         )
-        return machine.step(fixed, states, commands, tuple((x, x, x) for x in loads), told["dt"])
+        return machine.step(fixed, states, commands, tuple((x, x, x) for x in loads), by_name["dt"])
 
     try:
-        found = _printed(step, given, "")
+        printed = _printed(step, given, "")
     except TraceError as error:
-        told = f"no C can be made of the machine {machine.name}: {error}"
-        raise UserError(f"design {design.name}: {told}") from None
+        message = f"cannot generate C of the machine {machine.name}: {error}"
+        raise UserError(f"design {design.name}: {message}") from None
     name = f"plant_{identifier(machine.name)}_step"
     values = {
         "name": name,
         "machine": machine.name,
         "drives": [name_of(drive) for drive in machine.drives],
-        "function": found,
-        "helpers": [C.helpers_of[one] for one in found.helpers],
+        "function": printed,
+        "helpers": [C.helpers_of[one] for one in printed.helpers],
     }
     files = {f"{name}{end}": f"plants/coupled{end}.j2" for end in (".h", ".c")}
     return {file: rendered(template, design, **values) for file, template in files.items()}
@@ -152,8 +152,8 @@ def _functions(drive: Drive) -> dict[str, Function]:
     parameters = drive.parameters()
     fixed = jax.eval_shape(drive.coefficients, parameters)  # the names of them
     state = drive.initial_state(0.0)
-    own: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
-    own |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
+    known: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
+    known |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
     made: dict[str, tuple[str, Callable[..., Any], str]] = {
         "prepare": ("p", drive.coefficients, "c->"),
         "accepted": ("c command", drive.accepted, ""),
@@ -169,7 +169,7 @@ def _functions(drive: Drive) -> dict[str, Function]:
         "commanded": ("reference", drive.commanded, ""),
     }
     return {
-        name: _printed(function, {key: own[key] for key in given.split()}, place)
+        name: _printed(function, {key: known[key] for key in given.split()}, place)
         for name, (given, function, place) in made.items()
     }
 
@@ -179,14 +179,14 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
     trace = Trace()
     places: dict[str, str] = {}
     nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
-    found = traced(trace, function, *nodes)
-    if hasattr(found, "_asdict"):
-        numbers = coefficients(found)
-    elif isinstance(found, tuple):  # states of several axes
-        each = [coefficients(one).items() for one in found]
-        numbers = {f"x_{k}->{key}": x for k, own in enumerate(each) for key, x in own}
+    results = traced(trace, function, *nodes)
+    if hasattr(results, "_asdict"):
+        numbers = coefficients(results)
+    elif isinstance(results, tuple):  # states of several axes
+        each = [coefficients(one).items() for one in results]
+        numbers = {f"x_{k}->{key}": x for k, state in enumerate(each) for key, x in state}
     else:
-        numbers = dict(found) if isinstance(found, Mapping) else {"": found}
+        numbers = dict(results) if isinstance(results, Mapping) else {"": results}
     values = {key: trace.plain(x) for key, x in numbers.items()}
     syntax = C(
         (*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads", "commands"), places

@@ -46,15 +46,15 @@ def project(design: Design) -> str:
             "localVars": [(one, what) for what, variables in sections for one in variables],
         },
         "body": block.law.body,
-        "told": f"{CALL} {'. '.join(writing.head(design))}",
+        "comment": f"{CALL} {'. '.join(writing.head(design))}",
     }
-    own = (Variable(instance, block.name), "the controller")
+    controller = (Variable(instance, block.name), "the controller")
     example = {
         "name": program,
         "kind": "program",
-        "variables": {"localVars": [own, *inputs, *outputs]},
+        "variables": {"localVars": [controller, *inputs, *outputs]},
         "body": _call(instance, block.known),
-        "told": EXAMPLE,
+        "comment": EXAMPLE,
     }
     return writing.rendered(
         "plcopen.xml.j2",
@@ -71,14 +71,14 @@ def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
     """What comes in, and commands and fault, with their units."""
     known = block.known
 
-    def told(name: str, unit: str) -> Told:
+    def described(name: str, unit: str) -> Told:
         parts = (known.meanings.get(name, ""), unit and f"[{unit}]")
         kind = "BOOL" if name in known.truths else "LREAL"
         return Variable(name, kind), ", ".join(part for part in parts if part)
 
-    inputs = [told(name, unit) for name, unit in known.inputs.items()]
+    inputs = [described(name, unit) for name, unit in known.inputs.items()]
     fault = Variable("fault", "BOOL"), "the command is 0, an input was no number"
-    return inputs, [*(told(name, known.unit) for name in known.outputs), fault]
+    return inputs, [*(described(name, known.unit) for name in known.outputs), fault]
 
 
 def _call(instance: str, known: Flat) -> str:
@@ -97,4 +97,4 @@ def folder(design: Design) -> Content:
 
 
 PLCOPEN = "a folder with the block of st as PLCopen XML (TC6 2.01), and a task that calls it"
-FORMATS = (Format("plcopen", PLCOPEN, folder, beside=page_of_axes, connects=True),)
+FORMATS = (Format("plcopen", PLCOPEN, folder, companions=page_of_axes, connects=True),)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.codegen.recorded import STARTED
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import laws
@@ -71,8 +71,8 @@ def learns(design: Design) -> bool:
 
 def learning(design: Design) -> Saved | None:
     """What is saved of what learns; None of what learns nothing."""
-    found = saved(design)
-    return found if found.learnt else None
+    numbers = saved(design)
+    return numbers if numbers.learnt else None
 
 
 def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
@@ -84,17 +84,17 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         UserError: the C code learns nothing.
         ValueError: it saves another number of them.
     """
-    nothing = "its C code saves nothing that it would have learnt"
-    own: Saved = needed(learning(design), design, nothing)
-    count, counts = len(numbers), [own.numbers]
+    nothing = "its C code has no learned state"
+    numbers_saved: Saved = require(learning(design), design, nothing)
+    count, counts = len(numbers), [numbers_saved.numbers]
     with suppress(UserError):  # it is bare code alone
         counts.insert(0, saved(connect(design)).numbers)
-    if count not in (*counts, own.learnt):
+    if count not in (*counts, numbers_saved.learnt):
         known = " or, bare, ".join(map(str, dict.fromkeys(counts)))
-        first = f"of which the first {own.learnt} are learnt"
-        told = f"the C code of design {design.name} saves {known}, {first}"
-        raise ValueError(f"holds {count} numbers, but {told}")
-    members = (member for member in own.members if member.learnt)
+        first = f"of which the first {numbers_saved.learnt} are learned"
+        message = f"the C code of design {design.name} saves {known}, {first}"
+        raise ValueError(f"has {count} numbers, but {message}")
+    members = (member for member in numbers_saved.members if member.learnt)
     return laws.taken(
         design, {x.name: np.array(numbers[x.first : x.first + x.length]) for x in members}
     )

@@ -28,7 +28,7 @@ def function(design: Design, name: str = "") -> str:
 def named(target: str, name: str) -> str:
     """``name``, which a field can have in MATLAB; UserError: it cannot."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
-        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
+        raise UserError(f"--to {target}: {name} is not a valid field name in MATLAB; rename it")
     return name
 
 
@@ -49,8 +49,8 @@ def module(design: Design) -> str:
     return rendered("javascript.mjs.j2", design, connection=design.connected, **values)
 
 
-M = "a function of MATLAB and Octave with the controller, adaptation and all"
-JS = "a module of JavaScript (ES) with the controller, adaptation and all"
+M = "a function of MATLAB and Octave with the controller, including adaptation"
+JS = "a module of JavaScript (ES) with the controller, including adaptation"
 FORMATS = (
     Format("m", M, function, ".m", called=True, connects=True),
     Format("js", JS, module, ".mjs", called=True, connects=True),

@@ -21,7 +21,7 @@ from hfc_design.formats.writing import (
 
 #: Digits of an ``EXP`` that may be another one's.
 EXP_OFF = 8.0
-CLASH = "IEC 61131-3 takes {name} for {other}"
+CLASH = "IEC 61131-3 reads {name} as {other}"
 
 
 class FunctionBlock(NamedTuple):
@@ -60,11 +60,11 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     block = block_of(design)
     program = f"{block.name}_check"
     check_names("st", [block.name, program, "controller"], CLASH)
-    found = vectors(design)
+    test_vectors = vectors(design)
     if (learns := saving.learns(design)) and "EXP(" in block.law.body:
-        far = max(found.tolerance.double, EXP_OFF * of_the_last_digit(design, found))
-        found = found._replace(tolerance=found.tolerance._replace(double=far))
-    values = readme.values(design, found) | {
+        far = max(test_vectors.tolerance.double, EXP_OFF * of_the_last_digit(design, test_vectors))
+        test_vectors = test_vectors._replace(tolerance=test_vectors.tolerance._replace(double=far))
+    values = readme.values(design, test_vectors) | {
         "name": block.name,
         "program": program,
         "files": list(files),
@@ -72,9 +72,11 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
         "outputs": block.known.outputs,
         "known": block.known,
         "truths": block.known.truths,
-        "expected": [list(map(float, column)) for column in zip(*found.commands, strict=True)],
-        "columns": [list(map(float, column)) for column in zip(*found.inputs, strict=True)],
-        "resets": [k for k, reset in enumerate(found.resets) if reset],
+        "expected": [
+            list(map(float, column)) for column in zip(*test_vectors.commands, strict=True)
+        ],
+        "columns": [list(map(float, column)) for column in zip(*test_vectors.inputs, strict=True)],
+        "resets": [k for k, reset in enumerate(test_vectors.resets) if reset],
         "learns": learns,
         "remembered": sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL"),
         "unit": block.known.unit,
@@ -82,7 +84,7 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     }
     check = {
         "check.st": rendered("deployment/check.st.j2", design, **values),
-        "vectors.csv": table(design, found),
+        "vectors.csv": table(design, test_vectors),
     }
     return {
         **files,
@@ -100,5 +102,5 @@ def folder(design: Design) -> Content:
     return with_vectors(design, {f"{code.c_name(design)}.st": text_of(design)})
 
 
-ST = "a folder with a function block in Structured Text (IEC 61131-3), a page on it and its check"
-FORMATS = (Format("st", ST, folder, beside=page_of_axes, connects=True),)
+ST = "a folder with a function block in Structured Text (IEC 61131-3), a README and a check"
+FORMATS = (Format("st", ST, folder, companions=page_of_axes, connects=True),)

@@ -22,10 +22,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from hfc_design import __version__
 from hfc_design.codegen.st import literal_of
 from hfc_design.controllers.controller import FOLLOWED, units_of
-from hfc_design.controllers.kind import needed
+from hfc_design.controllers.kind import require
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import synced, write_whole
-from hfc_design.core.lock import HALF
+from hfc_design.core.lock import TEMPORARY
 from hfc_design.core.records import RunError, UserError, harmless, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
@@ -64,13 +64,16 @@ class Format(NamedTuple):
     whole: bool = False  # it can hold several axes
     note: Callable[[], str] = str  # what is to be said of every one that is written here
     #: Of a design in parts and the names of their axes: what lies beside the parts.
-    beside: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
+    companions: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
     ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
     called: bool = False  # whether other code calls a file by its name, which is an identifier
     connects: bool = False  # whether it has code that can read what a machine's sensors tell
 
     def write(
-        self, design: Design, path: Path, connect: Callable[[Design], Design] = lambda own: own
+        self,
+        design: Design,
+        path: Path,
+        connect: Callable[[Design], Design] = lambda design: design,
     ) -> None:
         """Write ``design``; where its axes differ, a folder with a part for each.
 
@@ -82,12 +85,12 @@ class Format(NamedTuple):
         """
         parts = {"": design} if self.whole else design.by_axis()
         names = {x: identifier(part.name) if self.called else x for x, part in parts.items()}
-        own = {f"{names[axis]}{self.suffix}": connect(part) for axis, part in parts.items()}
-        contents = {name: self.content(part) for name, part in own.items()}
+        files = {f"{names[axis]}{self.suffix}": connect(part) for axis, part in parts.items()}
+        contents = {name: self.content(part) for name, part in files.items()}
         if len(contents) == 1:
             write(path, next(iter(contents.values())))
         else:
-            write(path, self.beside(design, list(parts)) | contents)
+            write(path, self.companions(design, list(parts)) | contents)
 
 
 def write(path: Path, content: Content) -> None:
@@ -102,7 +105,7 @@ def write(path: Path, content: Content) -> None:
     with writing(path):
         # So near that a disk that is full is found before the first file is in its place.
         near = next(folder for folder in path.absolute().parents if folder.is_dir())
-        begin, end = HALF
+        begin, end = TEMPORARY
         with TemporaryDirectory(end, begin, near) as name:
             _fill(whole := Path(name) / "whole", content)
             _check_room(whole, path)
@@ -126,7 +129,7 @@ def _check_room(whole: Path, path: Path) -> None:
             _check_room(inner, path / inner.name)
     elif path.is_dir() or (whole.is_dir() and os.path.lexists(path)):
         there = "folder" if path.is_dir() else "file"
-        raise RunError(f"{path}: cannot be written: a {there} lies there")
+        raise RunError(f"{path}: cannot be written: it is a {there}")
 
 
 def _move(whole: Path, path: Path) -> None:
@@ -146,7 +149,7 @@ def rule_base(design: Design) -> RuleBase:
     Raises:
         UserError: the design is of a kind without rule tables.
     """
-    rules: RuleBase = needed(design.kind.rule_base, design, design.kind.no_rules)
+    rules: RuleBase = require(design.kind.rule_base, design, design.kind.no_rules)
     return rules
 
 
@@ -158,8 +161,8 @@ def rule_units(design: Design) -> list[RuleUnit]:
 def signal_units(design: Design) -> dict[str, str]:
     """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
     drive = _drive(design)
-    found = units_of(drive.units) if drive else {}
-    return found | design.connected.units if design.connected and found else found
+    units = units_of(drive.units) if drive else {}
+    return units | design.connected.units if design.connected and units else units
 
 
 def each_axis(design: Design) -> dict[str, tuple[dict[str, str], dict[str, str]]]:
@@ -180,13 +183,13 @@ def signals_read(design: Design) -> dict[str, str]:
     if design.connected:
         return dict(design.connected.units)
     units = signal_units(design)
-    read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
+    read = require(design.kind.reads, design, "its inputs are not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
 
 
 def signal_meanings(design: Design) -> dict[str, str]:
     """What each signal that the controller reads is, and "command", as far as that is known."""
-    read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
+    read = require(design.kind.reads, design, "its inputs are not known")(design.controller)
     drive = _drive(design)
     if design.connected:
         known = (meanings_of(drive) if drive else {}) | design.connected.meanings
@@ -261,12 +264,12 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
     for name in names:
         if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
             raise UserError(
-                f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
-                "and single underscores between them; rename it in the design file"
+                f"--to {target}: {name} must be an identifier: a letter, then letters, "
+                "digits and single underscores between them; rename it in the design file"
             )
         if other := taken.get(name.casefold()):
-            told = clash.format(name=name, other=other)
-            raise UserError(f"--to {target}: {told}; rename it in the design file")
+            message = clash.format(name=name, other=other)
+            raise UserError(f"--to {target}: {message}; rename it in the design file")
         taken[name.casefold()] = name
 
 
@@ -289,7 +292,7 @@ def rendered(template: str, design: Design, /, **values: object) -> str:
 @cache
 def _templates() -> Environment:
     """What reads the templates, each of them once."""
-    found = Environment(
+    environment = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -297,20 +300,25 @@ def _templates() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,  # no markup, and nothing that a user wrote freely
     )
-    found.filters |= {"literal": literal_of, "plain": plain, "harmless": harmless, "xml": escape}
-    found.filters["number"] = lambda value: repr(float(value))
-    found.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
-    found.filters["hyphens"] = lambda name: name.replace("_", "-")
-    return found
+    environment.filters |= {
+        "literal": literal_of,
+        "plain": plain,
+        "harmless": harmless,
+        "xml": escape,
+    }
+    environment.filters["number"] = lambda value: repr(float(value))
+    environment.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
+    environment.filters["hyphens"] = lambda name: name.replace("_", "-")
+    return environment
 
 
 def _tables(design: Design) -> dict[str, str]:
     """A rule table a file for a spreadsheet, and ``manifest.csv``, which tells the wiring."""
-    found = rule_base(design).tables(design.controller)
-    return {name: csv_text(rows) for name, rows in found.items()}
+    tables = rule_base(design).tables(design.controller)
+    return {name: csv_text(rows) for name, rows in tables.items()}
 
 
-TABLES = "a folder with one labelled rule table a unit, and manifest.csv"
+TABLES = "a folder with one labelled rule table per unit, and manifest.csv"
 FORMATS = (
     Format("json", "the design file itself", lambda design: design_json(design) + "\n", whole=True),
     Format("csv", TABLES, _tables),

@@ -29,25 +29,25 @@ class Comment(NamedTuple):
 def said(text: str) -> Comment:
     """A comment apart: the last brackets before its end or before a remark hold the unit."""
     text = " ".join(text.split()).replace("``", "")
-    found = [*UNIT.finditer(text)]
-    if not found:
+    brackets = [*UNIT.finditer(text)]
+    if not brackets:
         return Comment(text)
-    last = found[-1]
+    last = brackets[-1]
     meaning = (text[: last.start()] + text[last.end() :]).strip(" ;,")
     return Comment(meaning, last[1])
 
 
 def comments_of(record: type[Any]) -> dict[str, Comment]:
     """Field -> comment of a record or a NamedTuple, those of its bases where it has none itself."""
-    found: dict[str, Comment] = {}
+    comments: dict[str, Comment] = {}
     for base in reversed(record.__mro__):
         if base.__module__.partition(".")[0] not in ("builtins", "pydantic"):
-            found |= _in_source(base)
+            comments |= _in_source(base)
     for name in getattr(record, "_fields", ()):  # of one that was made by a function
         text = getattr(record, name).__doc__ or ""
         if not text.startswith(SAYS_NOTHING):
-            found.setdefault(name, said(text))
-    return found
+            comments.setdefault(name, said(text))
+    return comments
 
 
 @cache
@@ -59,7 +59,7 @@ def _in_source(record: type[Any]) -> dict[str, Comment]:
         return {}
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
     comments = {token.start[0]: token.string for token in tokens if token.type == tokenize.COMMENT}
-    lines, found = text.splitlines(), dict[str, Comment]()
+    lines, by_field = text.splitlines(), dict[str, Comment]()
     whole: Any = ast.parse(text).body[0]
     for field in whole.body:
         if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
@@ -70,8 +70,8 @@ def _in_source(record: type[Any]) -> dict[str, Comment]:
             above.insert(0, comments[k].lstrip("#: "))
             k -= 1
         if comment := comments.get(field.end_lineno or 0, "").lstrip("# ") or " ".join(above):
-            found[field.target.id] = said(comment)
-    return found
+            by_field[field.target.id] = said(comment)
+    return by_field
 
 
 #: Papers by what they are cited as.
@@ -102,9 +102,9 @@ def described(text: str) -> str:
 def source_in(text: str) -> str:
     """The paper that a text names, in full, with the equation if it does; "" for none."""
     text = re.sub(r"cited as (\w+), eq", r"\1 eq", " ".join(text.split()))
-    found = [re.sub(r"(?<=[\d)])[., ]+$", "", one[0]) for one in _SOURCE.finditer(text)]
-    placed = [one for one in found if re.search(_PLACE, one)]
-    first = next(iter(placed or found), "").replace("(", "").replace(")", "")
+    sources = [re.sub(r"(?<=[\d)])[., ]+$", "", one[0]) for one in _SOURCE.finditer(text)]
+    placed = [one for one in sources if re.search(_PLACE, one)]
+    first = next(iter(placed or sources), "").replace("(", "").replace(")", "")
     for short, paper in PAPERS.items():
         if first == short or first.startswith((f"{short} ", f"{short},")):
             first = ", ".join(filter(None, (paper, first.removeprefix(short).strip(", "))))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, TypeAdapter
 
-from hfc_design.core.carried import Carried
+from hfc_design.core.embedded_files import EmbeddedFile
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.gather.comments import Comment, comments_of, source_in
 from hfc_design.reference.entries import Entry
@@ -22,7 +22,7 @@ TYPES = {
 }
 #: Bounds of a JSON schema in words.
 BOUNDS = {
-    "exclusiveMinimum": "more than",
+    "exclusiveMinimum": "greater than",
     "minimum": "at least",
     "exclusiveMaximum": "less than",
     "maximum": "at most",
@@ -59,7 +59,7 @@ def fields_of(
             source=source_in(comment.meaning),
         )
         for one in inside:
-            if not issubclass(one, (*passed, record, Carried)):
+            if not issubclass(one, (*passed, record, EmbeddedFile)):
                 place = key + _placeholder(name, schema)
                 yield from fields_of(one, f"{place}.", head, (*passed, record))
 
@@ -102,20 +102,20 @@ def _resolved(schema: Json, known: Json) -> Json:
     """One level deep: what stands in the place of a reference keeps those that it has."""
     if "$ref" in schema:
         return known[schema["$ref"].rpartition("/")[2]]
-    found = dict(schema)
-    for key in {"anyOf", "oneOf"} & found.keys():
-        found[key] = [_resolved(one, known) for one in found[key]]
+    resolved = dict(schema)
+    for key in {"anyOf", "oneOf"} & resolved.keys():
+        resolved[key] = [_resolved(one, known) for one in resolved[key]]
     for key in ("items", "additionalProperties"):
-        if isinstance(found.get(key), dict):
-            found[key] = _resolved(found[key], known)
-    if patterns := found.get("patternProperties"):
-        found["patternProperties"] = {key: _resolved(x, known) for key, x in patterns.items()}
-    return found
+        if isinstance(resolved.get(key), dict):
+            resolved[key] = _resolved(resolved[key], known)
+    if patterns := resolved.get("patternProperties"):
+        resolved["patternProperties"] = {key: _resolved(x, known) for key, x in patterns.items()}
+    return resolved
 
 
 def _branches(schema: Json) -> list[Json]:
-    found = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
-    return [one for one in found if one.get("type") != "null"]
+    branches = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
+    return [one for one in branches if one.get("type") != "null"]
 
 
 def _of_any_name(schema: Json) -> Json | None:

@@ -27,13 +27,12 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.writing import MEANINGS, meanings_of
 from hfc_design.gather.comments import Comment, comments_of, described, first_line, said, source_in
 from hfc_design.gather.fields import fields_of, records_in
-from hfc_design.motion.contour import contour_meanings
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
-from hfc_design.objectives.measures import MEASURES, band_time
-from hfc_design.objectives.metrics import meanings
+from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM
+from hfc_design.objectives.metrics import RUNNING, band_time
 from hfc_design.objectives.objective import Objective, ObjectiveSettings
-from hfc_design.objectives.program_metrics import program_meanings
+from hfc_design.objectives.tables import columns
 from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
 from hfc_design.search.loop import STRATEGIES
@@ -42,8 +41,8 @@ from plants import Drive, Machine, machine_of
 
 #: What no format has to tell of the signals of every drive.
 COMMON = {
-    "command": "what the controller gives",
-    "load": "what pushes against the drive, positive against forward motion",
+    "command": "output of the controller",
+    "load": "force or torque against the drive, positive against forward motion",
 }
 
 
@@ -56,7 +55,7 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
     several = len(machine.axes) > 1
     meaning = described(text) or "a drive of one axis"
     if isinstance(plant, Machine):
-        coupled = "; they push one another" if machine.forces else ""
+        coupled = "; they are coupled" if machine.forces else ""
         meaning = f"axes {', '.join(machine.axes)} with the drives {', '.join(drives)}{coupled}"
     yield head._replace(meaning=meaning, source=source_in(text))
     axes = ", ".join(machine.axes) if several else "one"
@@ -84,7 +83,7 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
     for name, value in drive.parameters()._asdict().items():
         comment, allowed = comments.get(name, Comment()), ""
         with suppress(Exception):  # a user's own code says what is wrong with a value that none has
-            allowed = (drive.fault({name: nan}) or "").partition("has to be ")[2]
+            allowed = (drive.fault({name: nan}) or "").partition("must be ")[2]
         yield head._replace(
             part="parameter",
             key=f"plant.{table}.{name}",
@@ -100,13 +99,14 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
 def _metrics(machine: Machine) -> dict[str, str]:
     """What is read off a motion: of one axis; of two on a path in X-Y; of a program."""
     drive = machine.drives[0]
-    if len(machine.axes) > 1:
-        return program_meanings(machine)
-    found = dict(meanings(drive))
-    if drive.millimetres is not None:
-        path = contour_meanings([drive, drive])
-        found |= {name: f"in X-Y: {text}" for name, text in path.items() if name not in found}
-    return found
+    tables = {"": columns(machine, PROGRAM if len(machine.axes) > 1 else ALONE)}
+    if len(machine.axes) == 1 and drive.millimetres is not None:
+        tables["in X-Y: "] = columns(Machine("", ("x", "y"), (drive, drive)), PLANE)
+    texts: dict[str, str] = {}
+    for where, table in tables.items():
+        for key, column in table.items():
+            texts.setdefault(key, where + column.meaning)
+    return texts
 
 
 def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
@@ -192,24 +192,24 @@ CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
 def gather() -> list[Entry]:
     """Every entry of what is built in."""
     references = records_in(AnyReference)
-    found = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
+    entries = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
         for name in _built_in(group):
-            found += entries_of(group.get(name))
+            entries += entries_of(group.get(name))
     for record in references:
-        found += reference_entries(record, (*references, Load))
-    for one in (*MEASURES.values(), band_time(0.0)):
-        meaning = one.meaning.replace("within 0", "within the band that is told beside it")
+        entries += reference_entries(record, (*references, Load))
+    for one in (*RUNNING.values(), band_time(0.0)):
+        meaning = one.meaning.replace("within 0", "within the band given with it")
         metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
-        found.append(metric._replace(meaning=meaning))
-    found += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
+        entries.append(metric._replace(meaning=meaning))
+    entries += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
         meaning = read_toml(BUILTIN / f"{name}.toml").get("description", "")
-        found.append(Entry(reference.SCENARIO, name, meaning=meaning))
+        entries.append(Entry(reference.SCENARIO, name, meaning=meaning))
     for name in builtin_designs():
         meaning = str(named_design(name).provenance["source"])
-        found.append(Entry(reference.DESIGN, name, meaning=meaning))
-    return [one._replace(name=one.name or one.key) for one in found]
+        entries.append(Entry(reference.DESIGN, name, meaning=meaning))
+    return [one._replace(name=one.name or one.key) for one in entries]
 
 
 def live(kind: str, name: str) -> list[Entry]:

@@ -57,7 +57,7 @@ class Advice(NamedTuple):
 
 def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice | None:
     """The sine that tells most of what the log does not tell; None: none tells much more."""
-    if log.command is None or (known.told.all() and known.error.max() < ENOUGH):
+    if log.command is None or (known.identifiable.all() and known.error.max() < ENOUGH):
         return None
     every, names = log.sample_time, fit.free.names
     steps = min(round(LASTS / every), SAMPLES)
@@ -77,7 +77,7 @@ def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice 
     far, fast = _travel_and_speed(log.place, every)
     allowed = (travel <= FURTHER * far) & (speed <= FURTHER * fast)
     least = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
-    wanted = least if known.told.all() else np.flatnonzero(~known.told)
+    wanted = least if known.identifiable.all() else np.flatnonzero(~known.identifiable)
     gains = np.log(known.error[wanted] / after[:, wanted])
     total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
     k = int(total.argmax())

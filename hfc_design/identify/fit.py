@@ -269,7 +269,7 @@ def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
 
 def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = silent) -> Fit:
     """The fit that ``numbers`` end at, each output in the scale of its residual."""
-    tell(f"{problem.observer}: the best one refined")
+    tell(f"{problem.observer}: refining the best")
     scale = problem.scale
     for k in range(ROUNDS):
         now = np.maximum(rms(residuals(problem, numbers)), 1e-9 * problem.scale)
@@ -345,7 +345,7 @@ def by_starts(
     problem, numbers = with_load_scale(Problem(free, residual, size, moves, bandwidth), log.command)
     if near:
         return settled(problem, numbers, 0, tell)
-    tell(f"{problem.observer}: a hundred starts side by side, the best ten refined")
+    tell(f"{problem.observer}: a hundred starts, refining the best ten")
     return settled(problem, *multistart(problem, numbers, seed), tell)
 
 
@@ -414,15 +414,15 @@ def bandwidths(log: Recording, wanted: float | None) -> list[float]:
     if wanted is not None:
         if wanted and not within(low, wanted, high):
             raise ValueError(
-                f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
-                "how long it lasts and how it is sampled"
+                f"the observer must have {low:.3g} to {high:.3g} Hz for the length and "
+                f"sample time of the log (got {wanted:g})"
             )
         return [wanted]
     if not within(0.0, low, high):
         fewest = int(np.ceil(PERIODS / SHARE))
         raise ValueError(
-            f"has {len(log.place)} samples, an observer needs {fewest}: record more, or replay "
-            "it with --open-loop"
+            f"must have at least {fewest} samples for an observer (got {len(log.place)}): "
+            "record more, or replay with --open-loop"
         )
     slowest = min(high, max(low, BANDWIDTHS[-1]))
     return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [slowest]

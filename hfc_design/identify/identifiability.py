@@ -72,7 +72,10 @@ TOLD, NOT_TOLD = "yes", "no"
 BOUND, HELD, GIVEN = "at its bound", "held", "given"
 #: A parameter that only shows where flanks change, for longer than this share of a log on either.
 GAP, RARE = "backlash", 0.01
-HIDDEN = "the backlash is not seen in this log: a weight keeps one flank; taken as 0, measure it"
+HIDDEN = (
+    "the backlash is not visible in this log, as a weight keeps one flank in contact; "
+    "set to 0, measure it"
+)
 #: Of so many others it is said how they change with one.
 OTHERS = 3
 
@@ -88,7 +91,7 @@ class Combination(NamedTuple):
         change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
         (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
         if not others:
-            return f"{first} is only known to {change}"
+            return f"{first} is known only within {change}"
         rest = f" and {len(others) - OTHERS} more" if len(others) > OTHERS else ""
         shown = (f"{name} ({100 * self.change * x:+.3g} %)" for name, x in others[:OTHERS])
         return f"{first} may change by {change} if others do too: {', '.join(shown)}{rest}"
@@ -108,7 +111,7 @@ class Certainty(NamedTuple):
     inflated: Floats  # (names + 2,) variance of each number over that under white noise
 
     @property
-    def told(self) -> Mask:
+    def identifiable(self) -> Mask:
         """(names,) whether the log tells it."""
         return np.isin(self.state, (TOLD, GIVEN))
 
@@ -134,8 +137,8 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     return Certainty(fit.values, low, high, relative, state, untold, late, covariance, inflated)
 
 
-def _yes_or_no(told: Mask) -> tuple[str, ...]:
-    return tuple(np.where(told, TOLD, NOT_TOLD).tolist())
+def _yes_or_no(identifiable: Mask) -> tuple[str, ...]:
+    return tuple(np.where(identifiable, TOLD, NOT_TOLD).tolist())
 
 
 def combined(one: Certainty, other: Certainty) -> Certainty:
@@ -147,7 +150,7 @@ def combined(one: Certainty, other: Certainty) -> Certainty:
         low=np.minimum(low, other.value),
         high=np.maximum(high, other.value),
         error=np.maximum(one.error, other.error),
-        state=_yes_or_no(one.told & other.told & inside),
+        state=_yes_or_no(one.identifiable & other.identifiable & inside),
     )
 
 
@@ -198,22 +201,22 @@ def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
     fit, zero = at_zero(fit, known)
     if (bound := edge | zero).any():
         known = certainty(fit, ~bound)
-    if known.told.all():
+    if known.identifiable.all():
         return fit, known, ""
     nowhere = unseen(fit) & ~bound
     fits = dict[bytes, Fit]()  # by what moved: several ways meet
     for limit, back in TRIED:
         free = _one_of_each(fit, ~bound & ~nowhere, limit)
         again, sure = _again(fit, known, free, bound, back, fits)
-        untold = int((free & ~sure.told).sum()) if back else 0
+        untold = int((free & ~sure.identifiable).sum()) if back else 0
         if same := _same(fit, again, known, untold):
             break
     else:
         again, sure, free = fit, known, np.ones(len(bound), bool)
-    where = [bound, ~(free | nowhere), ~sure.told, known.told]
+    where = [bound, ~(free | nowhere), ~sure.identifiable, known.identifiable]
     states = tuple(np.select(where, [BOUND, HELD, NOT_TOLD, TOLD], GIVEN).tolist())
     ends = {
-        name: np.where(sure.told | free, getattr(sure, name), getattr(known, name))
+        name: np.where(sure.identifiable | free, getattr(sure, name), getattr(known, name))
         for name in ("low", "high", "error")
     }
     for name in ("low", "high"):
@@ -240,8 +243,8 @@ def _again(
         return again, certainty(fitted(again.problem._replace(moves=moves), again.numbers), free)
 
     again, sure = only(free)  # intervals if those that are held are right
-    while back and not sure.told[free].all() and _same(fit, again, known, int(free.sum())):
-        again, there = only(free & sure.told)
+    while back and not sure.identifiable[free].all() and _same(fit, again, known, int(free.sum())):
+        again, there = only(free & sure.identifiable)
         sure, before = combined(sure, there), sure
         if sure.state == before.state:
             break
@@ -272,11 +275,11 @@ def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
 
 
 def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
-    where = "left where it began" if back else "as it was found, for where it began fits worse"
+    where = "left at its start value" if back else "as found, since its start value fits worse"
     lines = {
-        HELD: "held where it began: {}; the log tells others only beside it",
-        NOT_TOLD: f"the log does not tell {{}}: {where}",
-        BOUND: "{}: at the least or most that a machine can have, no interval is told",
+        HELD: "fixed at its start value: {}; the log determines others only relative to it",
+        NOT_TOLD: f"the log does not determine {{}}: {where}",
+        BOUND: "{}: at its lowest or highest possible value, without an interval",
     }
     names_of = {
         line: ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
@@ -321,7 +324,7 @@ def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
     So near that the logarithm tells no more: it would run away for ever.
     """
     free, numbers = fit.free, fit.numbers.copy()
-    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.told
+    near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.identifiable
     may = [name != LOAD and not fault(free, numbers, **{name: 0.0}) for name in free.names]
     if (zero := near & np.array(may)).any():
         numbers[:-2][zero] = GONE
@@ -341,30 +344,30 @@ def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
 
     A half that does not tell a parameter says nothing of it.
     """
-    replay, told = fit.problem.residual, known.told
-    if not isinstance(replay, Replay) or not told.any():
+    replay, identifiable = fit.problem.residual, known.identifiable
+    if not isinstance(replay, Replay) or not identifiable.any():
         return known, ""
     counted = np.flatnonzero(replay.rows.usable)
     first = np.arange(len(replay.rows.usable)) < counted[len(counted) // 2]
-    moves = np.append(told, fit.problem.moves[-2:]).astype(float)
+    moves = np.append(identifiable, fit.problem.moves[-2:]).astype(float)
 
     def half(part: Mask) -> Certainty:
         rows = replay.rows._replace(usable=replay.rows.usable * part)
         problem = fit.problem._replace(residual=replace(replay, rows=rows), moves=moves)
         numbers, _ = levenberg_marquardt(problem, fit.numbers, TIGHT, FEW)
-        return certainty(fitted(problem, numbers), told)
+        return certainty(fitted(problem, numbers), identifiable)
 
     low, high, late = known.low.copy(), known.high.copy(), known.late
     for part in side_by_side(half, (first, ~first)):
-        tells = told & (part.error < KNOWN) & np.isfinite(part.value)
+        tells = identifiable & (part.error < KNOWN) & np.isfinite(part.value)
         low[tells] = np.minimum(low, part.value)[tells]
         high[tells] = np.maximum(high, part.value)[tells]
         middle = 0.5 * (part.late[0] + part.late[1])
         late = min(late[0], middle), max(late[1], middle)
     least = np.maximum(known.high - known.low, SEEN * np.abs(known.value))
     grown = (high - low) > (1.0 + WIDER) * least
-    names = ", ".join(np.array(fit.free.names)[grown & told])
-    note = f"the halves of the log differ in {names} by more than chance: their intervals hold both"
+    names = ", ".join(np.array(fit.free.names)[grown & identifiable])
+    note = f"the halves of the log differ significantly in {names}: their intervals include both"
     return known._replace(low=low, high=high, late=late), note if names else ""
 
 

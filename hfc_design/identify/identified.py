@@ -7,7 +7,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.fit import (
     Fit,
@@ -53,27 +53,27 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     wanted, substeps = parameters_of(task), task.scenario.simulation.substeps
     for other, recorded in logs.items():
         if recorded.command is None and (task.design is None or recorded.reference is None):
-            why = "has no command; with the reference and --controller DESIGN its loop is replayed"
+            why = "has no command; to replay its loop give the reference and --controller DESIGN"
             raise UserError(f"{other}: {why}")
     own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
         fit = _fit(task, wanted, name, log, tell)
-    with about(name):
+    with as_user_error(name):
         check_slopes(fit)
     known = certainty(fit)
-    tell("how the fit grows worse beside the best values")
+    tell("likelihood profiles")
     worst = profiles(fit, known)
     tell("what to record next")
     record_next = advice(fit, known, log, substeps)
-    tell("fitted again without what the log does not tell")
+    tell("fitted again without the parameters that the log does not determine")
     fit, known, note = hold_untold(fit, known)
-    tell("what the parameters do on each log")
+    tell("parameters tested on each log")
     answer = response(fit)
     known, apart = widened_by_halves(fit, known)
     known, hidden = unseen_backlash(fit, known, log, substeps)
     if fault_found := fault(fit.free, fit.numbers):
-        why = f"is only replayed with what no machine has: {fault_found}"
-        raise UserError(f"{name}: {why}; look for fewer with --free")
+        why = f"can be replayed only with impossible values: {fault_found}"
+        raise UserError(f"{name}: {why}; identify fewer with --free")
     checks = checked(task, fit, logs)
     pushed = task.scenario.machine.forces is not None
     notes = [note, apart, hidden, *(answer.lines() if answer else [])]
@@ -84,7 +84,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
 
 
 def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Tell) -> Fit:
-    with about(name):
+    with as_user_error(name):
         tried = [] if log.command is None else bandwidths(log, task.bandwidth)
     for line in filter(None, [wanted.wanted(), wanted.rest()]):
         tell(line)
@@ -99,13 +99,13 @@ def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Te
 def check_slopes(fit: Fit) -> None:
     """ValueError: what was found tells nothing, for it is not finite."""
     if not np.isfinite(fit.rms).all():
-        raise ValueError("no parameters were found with which a replay stays finite")
+        raise ValueError("found no parameters with which the replay stays finite")
     lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
     if lost.size:
         bad = [(*fit.free.names, *LATE)[k] for k in lost]
         raise ValueError(
-            f"its replay has no slope by {', '.join(bad)}: look for others with --free, or mend "
-            "the plant's step there"
+            f"its replay is not differentiable with respect to {', '.join(bad)}: identify "
+            "others with --free, or correct the plant's step there"
         )
 
 
@@ -137,33 +137,33 @@ def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: b
     share = float(fit.rms[0] / max(np.std(log.place), 1e-300))
     if share > LOST:
         notes.append(
-            f"NOT USABLE: the best replay is {100 * share:.3g} % of the motion off (rms); is it "
-            "this machine, and are the columns and units right?"
+            f"NOT USABLE: the best replay deviates by {100 * share:.3g} % of the motion "
+            "(rms); is it this machine, and are the columns and units right?"
         )
     if log.command is not None:
         notes += saturation_warning(fit, log.command)
     if pushed:
         notes.append(
-            "DOUBTFUL: the axes of this machine push one another, and one is replayed alone: what "
-            "the others do to it has to be in the load"
+            "DOUBTFUL: the axes of this machine are coupled, and only one is replayed: "
+            "the forces of the others must be in the load"
         )
-    if not known.told.any():
+    if not known.identifiable.any():
         gone, unit = float(np.ptp(log.place)), fit.free.drive.units["error"]
         notes.append(
-            f"NOT USABLE: {name} tells none of the parameters: does the axis move in it, and is "
-            f"its unit right? it goes {gone:.5g} {unit} in {log.duration:.3g} s"
+            f"NOT USABLE: {name} determines none of the parameters: does the axis move, "
+            f"and is its unit right? It moves {gone:.5g} {unit} in {log.duration:.3g} s"
         )
     for parameter, factor in fit.free.away(fit.numbers).items():
-        if known.told[fit.free.names.index(parameter)]:
+        if known.identifiable[fit.free.names.index(parameter)]:
             notes.append(
-                f"DOUBTFUL: {name} is only replayed with {factor:.3g} times the {parameter} that "
-                "it began with; are the units of its columns right, mm or m, say?"
+                f"DOUBTFUL: {name} needs {factor:.3g} times the start value of "
+                f"{parameter}; are the units of its columns right, for example mm or m?"
             )
     low, high = known.late
     if low > 0.0 or high < 0.0:
         ms, word = 1e3 * abs(fit.late) * log.sample_time, "later" if fit.late > 0 else "earlier"
         notes.append(
-            f"the command acts {ms:.2g} ms {word} than its samples say ({fit.late:+.2f} samples)"
+            f"the command acts {ms:.2g} ms {word} than its samples ({fit.late:+.2f} samples)"
         )
     return notes
 
@@ -175,11 +175,11 @@ def saturation_warning(fit: Fit, command: Floats) -> list[str]:
     share = float(np.mean((command < low) | (command > high)))
     if not share:
         return []
-    why = "NOT USABLE: the model cannot drive its own log: " * (share > CLIPPED)
+    why = "NOT USABLE: the model cannot reproduce its own log: " * (share > CLIPPED)
     return [
-        f"{why}{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
-        f"{drive.units['command']} that the drive takes, and act as those: is that limit, and is "
-        "the unit of the command right?"
+        f"{why}{100 * share:.2g} % of the commands are outside {low:.4g} to {high:.4g} "
+        f"{drive.units['command']}, where the drive saturates: are that limit and the "
+        "unit of the command right?"
     ]
 
 
@@ -193,7 +193,7 @@ def mismatched_logs(checks: Sequence[Check], logs: dict[str, Recording]) -> list
         if mine is not check and not check.after <= STRANGE * least:
             times = check.after / max(mine.after, 1e-300)
             notes.append(
-                f"DOUBTFUL: {check.log} is replayed {times:.3g} times worse than {mine.log} "
-                f"({check.how}): another machine, another load or another unit?"
+                f"DOUBTFUL: {check.log} is replayed {times:.3g} times worse than "
+                f"{mine.log} ({check.how}): is it another machine, load or unit?"
             )
     return notes

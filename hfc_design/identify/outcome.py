@@ -15,19 +15,20 @@ from hfc_design.identify.response import Response
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
 
-HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
+HEADS = ["parameter", "unit", "start", "found", "from", "to", "known?"]
 CHECKED = ["log", "replayed in", "rms before", "rms after"]
 #: The end of an interval is shown if the standard error is a smaller share than this.
 WIDEST = 2.0
 #: So many combinations are told that the log does not tell.
 COMBINATIONS = 4
 ALIKE = (
-    "changed together like this the machine does the same under a command, if not under an outer "
-    "force: what is given is known beside what is held, and a design needs no wider tolerance"
+    "changed together in this way, the machine responds the same to a command, though "
+    "not to an external force: the given parameters are known relative to the fixed "
+    "ones, and a design needs no wider tolerance"
 )
 NOTHING = (
-    "no sine of the command would tell much more; measure other signals too, as the current, or "
-    "look for fewer parameters"
+    "no sine command would add much; measure other signals too, such as the current, or "
+    "identify fewer parameters"
 )
 
 
@@ -89,10 +90,14 @@ class Outcome(NamedTuple):
     def interval_line(self) -> str:
         """What the ends of the intervals mean."""
         share = f"{100 * CONFIDENCE:g} %"
-        line = f"from and to are the ends of the {share} interval, if the model is right"
+        line = f"from and to are the ends of the {share} interval, if the model is correct"
         states = zip(self.free.names, self.known.state, strict=True)
-        held = ", ".join(name for name, state in states if state == HELD)
-        return f"{line}; where 'given', if what is held ({held}) is right" if held else line
+        fixed = ", ".join(name for name, state in states if state == HELD)
+        return (
+            f"{line}; where 'given', if the fixed parameters ({fixed}) are correct"
+            if fixed
+            else line
+        )
 
     def check_rows(self) -> Rows:
         """Of each replay what it is off, before and after."""
@@ -104,7 +109,7 @@ class Outcome(NamedTuple):
         """What the log does not tell, in words."""
         lines = [one.line() for one in self.known.untold[:COMBINATIONS]]
         if (more := len(self.known.untold) - COMBINATIONS) > 0:
-            lines.append(f"and {more} more such combinations: look for fewer parameters")
+            lines.append(f"and {more} more such combinations: identify fewer parameters")
         if lines and GIVEN in self.known.state:
             lines.append(ALIKE)
         return lines
@@ -113,29 +118,29 @@ class Outcome(NamedTuple):
         """What to record next; "" if there is nothing to say."""
         one, units = self.advice, self.free.drive.units
         if one is None:
-            return "" if self.known.told.all() else NOTHING
+            return "" if self.known.identifiable.all() else NOTHING
         gains = ", ".join(
             f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
         )
         return (
             f"{one.duration:g} s of a sine of the command of {one.amplitude:.3g} "
-            f"{units['command']} at {one.frequency:g} Hz (the axis goes "
-            f"{self.readable(one.travel)} to and fro, at up to {one.speed:.3g} "
-            f"{units['error_rate']}) would tell {gains} (standard errors)"
+            f"{units['command']} at {one.frequency:g} Hz (the axis moves "
+            f"{self.readable(one.travel)} back and forth, at up to {one.speed:.3g} "
+            f"{units['error_rate']}) would improve {gains} (standard errors)"
         )
 
     def verdict(self) -> str:
         """What came out, in a sentence."""
-        told, check = self.known.told, self.checks[0]
+        identifiable, check = self.known.identifiable, self.checks[0]
         return (
-            f"the log tells {sum(told) or 'none'} of {len(told)} parameters that were looked for, "
-            f"and the replay is {self.readable(check.after)} off (rms); it was "
-            f"{self.readable(check.before)} with the values that it began with"
+            f"the log determines {sum(identifiable) or 'none'} of {len(identifiable)} parameters; "
+            f"the replay deviates by {self.readable(check.after)} (rms), "
+            f"{self.readable(check.before)} with the start values"
         )
 
     def agreeing_line(self) -> str:
         """How far the starts agree."""
         return (
-            f"{self.fit.agreeing} of the ten best of a hundred starts end at the same residual; "
-            f"replayed under: {self.fit.how}"
+            f"{self.fit.agreeing} of the ten best of a hundred starts reach the same "
+            f"residual; replayed with: {self.fit.how}"
         )

@@ -32,7 +32,7 @@ NEAR, FEW = 0.01, 25
 SEEN = 1e-5
 
 
-def write(found: Identified, path: Path, command: str) -> None:
+def write(result: Identified, path: Path, command: str) -> None:
     """Write the folder: page, numbers, and the scenario for a search.
 
     ``command`` is how the page says that it was made.
@@ -41,9 +41,9 @@ def write(found: Identified, path: Path, command: str) -> None:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
     texts = {
-        "scenario.toml": scenario_text(found).encode(),
-        "identified.json": (json.dumps(found.numbers(), indent=1) + "\n").encode(),
-        REPORT: page(found, command).html,
+        "scenario.toml": scenario_text(result).encode(),
+        "identified.json": (json.dumps(result.numbers(), indent=1) + "\n").encode(),
+        REPORT: page(result, command).html,
     }
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)
@@ -51,29 +51,29 @@ def write(found: Identified, path: Path, command: str) -> None:
         write_whole(path / name, content)
 
 
-def page(found: Identified, command: str) -> Page:
+def page(result: Identified, command: str) -> Page:
     """One file that needs nothing else."""
-    doubts = [note for note in found.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
+    doubts = [note for note in result.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
     return rendered(
         "identified.html.j2",
-        f"{found.free.drive.name} from {found.log}",
+        f"{result.free.drive.name} from {result.log}",
         small_address,
-        found=found,
-        plant=found.free.drive.name,
+        found=result,
+        plant=result.free.drive.name,
         heads=HEADS,
         confidence=100 * CONFIDENCE,
         doubts=doubts,
-        notes=[note for note in found.notes if note not in doubts],
-        given=GIVEN in found.known.state,
-        profiles={x.name: profiled(x, found.free.unit(x.name)) for x in found.profiles},
+        notes=[note for note in result.notes if note not in doubts],
+        given=GIVEN in result.known.state,
+        profiles={x.name: profiled(x, result.free.unit(x.name)) for x in result.profiles},
         limit=LIMIT,
         command=command,
         use=options(text for _, text in given()),
-        replayed=replayed(found),
-        closely=closely(found),
-        checked=checked(found),
-        spectrum=spectrum(found),
-        response=response(found),
+        replayed=replayed(result),
+        closely=closely(result),
+        checked=checked(result),
+        spectrum=spectrum(result),
+        response=response(result),
     )
 
 
@@ -82,33 +82,33 @@ def counted(residual: Floats) -> Floats:
     return np.where(np.cumsum(residual != 0) > 0, residual, np.nan)
 
 
-def replayed(found: Identified) -> Figure:
+def replayed(result: Identified) -> Figure:
     """The recorded motion beside the replayed one, its command, and what the replay is off."""
-    log, unit = found.recording, found.position_unit
-    time, panels = _time(found), 2 + (log.command is not None)
+    log, unit = result.recording, result.position_unit
+    time, panels = _time(result), 2 + (log.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
     first, *others = figure.subplots(panels, sharex=True)
     first.plot(*thinned(time, log.place), color="0.65", lw=2.5, label="recorded")
-    simulated = log.place - counted(found.checks[0].residual)
+    simulated = log.place - counted(result.checks[0].residual)
     first.plot(*thinned(time, simulated), color=OWN, lw=1.0, label="replayed")
     if log.reference is not None:
         first.plot(*thinned(time, log.reference), ":", color="black", lw=1.0, label="reference")
     finish(first, f"position [{unit}]")
     if log.command is not None:
         others[0].plot(*thinned(time, log.command), color="0.3", lw=0.8)
-        finish(others[0], f"command [{found.free.drive.units['command']}]")
-    _draw_off(others[-1], found, found.checks[0].residual, "time [s]")
+        finish(others[0], f"command [{result.free.drive.units['command']}]")
+    _draw_off(others[-1], result, result.checks[0].residual, "time [s]")
     above(figure, first, columns=3)
     return figure
 
 
-def closely(found: Identified) -> Figure:
+def closely(result: Identified) -> Figure:
     """The same around the sample where the replay is off most, every sample of it."""
-    off, unit = found.checks[0].residual, found.position_unit
+    off, unit = result.checks[0].residual, result.position_unit
     worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
     near = slice(max(worst - width, 0), worst + width + 1)
-    time = _time(found)[near]
-    place, replay = found.recording.place[near], (found.recording.place - off)[near]
+    time = _time(result)[near]
+    place, replay = result.recording.place[near], (result.recording.place - off)[near]
     middle = time - time.mean()
     cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
     factor, small = readable(unit, float(np.abs(place - cubic).max()))
@@ -117,32 +117,32 @@ def closely(found: Identified) -> Figure:
     upper.plot(time, factor * (place - cubic), "o", color="0.6", ms=4, label="recorded")
     upper.plot(time, factor * (replay - cubic), color=OWN, lw=1.0, label="replayed")
     finish(upper, f"position less cubic [{small}]")
-    factor = _draw_off(lower, found, off, "time [s]", near)
+    factor = _draw_off(lower, result, off, "time [s]", near)
     lower.plot(time[worst - near.start], factor * off[worst], "o", color=OTHER, ms=5)
     above(figure, upper)
     return figure
 
 
-def checked(found: Identified) -> Figure | None:
+def checked(result: Identified) -> Figure | None:
     """What each other log and each other way of replay leaves; None where there is none."""
-    _, *checks = found.checks
+    _, *checks = result.checks
     if not checks:
         return None
     figure = framed(0.9 + 1.5 * len(checks), top=0.3)
     for axes, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
-        _draw_off(axes, found, check.residual, "time [s]" if check is checks[-1] else "")
+        _draw_off(axes, result, check.residual, "time [s]" if check is checks[-1] else "")
         axes.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
     figure.subplots_adjust(hspace=0.6)
     return figure
 
 
-def spectrum(found: Identified) -> Figure:
+def spectrum(result: Identified) -> Figure:
     """At which frequencies the replay is off."""
-    figure = framed(2.8 + 0.2 * len(found.checks), top=0.2 + 0.2 * len(found.checks))
+    figure = framed(2.8 + 0.2 * len(result.checks), top=0.2 + 0.2 * len(result.checks))
     axes = figure.subplots()
-    unit, every = found.position_unit, found.recording.sample_time
+    unit, every = result.position_unit, result.recording.sample_time
     styles = ((OWN, "-"), (OTHER, "-"), (OWN, "--"), (OTHER, "--"))
-    for check, (colour, style) in zip(found.checks, styles, strict=False):
+    for check, (colour, style) in zip(result.checks, styles, strict=False):
         length = min(SEGMENT, -(-len(check.residual) // PARTS))
         frequency, power = welch(check.residual, 1.0 / every, nperseg=length)
         label = plain(f"{check.log}: {check.how}", 60)
@@ -153,9 +153,9 @@ def spectrum(found: Identified) -> Figure:
     return figure
 
 
-def response(found: Identified) -> Figure | None:
+def response(result: Identified) -> Figure | None:
     """How the log and the model answer the command, and how much of that is the command's."""
-    answer = found.response
+    answer = result.response
     if answer is None:
         return None
     figure = framed(4.4, top=0.35)
@@ -168,7 +168,7 @@ def response(found: Identified) -> Figure | None:
         if answer.mode:
             axes.axvline(answer.mode.hz, color=OTHER, lw=1.0)
     upper.set_xlim(answer.frequency[0], answer.frequency[-1])
-    gridded(upper, "", f"[{found.position_unit}/{found.free.drive.units['command']}]")
+    gridded(upper, "", f"[{result.position_unit}/{result.free.drive.units['command']}]")
     gridded(lower, "frequency [Hz]", "coherence [1]")
     above(figure, upper)
     return figure
@@ -200,17 +200,17 @@ def profiled(profile: Profile, unit: str) -> Figure | None:
 
 
 def _draw_off(
-    axes: Axes, found: Identified, residual: Floats, x: str, part: slice = slice(None)
+    axes: Axes, result: Identified, residual: Floats, x: str, part: slice = slice(None)
 ) -> float:
     """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
-    factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
-    time = found.recording.sample_time * np.arange(len(residual), dtype=float)
+    factor, unit = readable(result.position_unit, float(np.abs(residual).max()))
+    time = result.recording.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
     axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
     finish(axes, f"off by [{unit}]", x)
     return factor
 
 
-def _time(found: Identified) -> Floats:
+def _time(result: Identified) -> Floats:
     """(steps,) of the log [s]."""
-    return found.recording.sample_time * np.arange(len(found.recording.place), dtype=float)
+    return result.recording.sample_time * np.arange(len(result.recording.place), dtype=float)

@@ -82,12 +82,12 @@ class FreeParameters:
         usual = {LOAD, *self.drive.exact}  # not worth a word where they are as they always are
         left = {k: x for k, x in self.starts.items() if k not in self.names}
         left = {k: x for k, x in left.items() if k not in usual or x != nominal[k]}
-        hint = "; set plant.parameters.NAME if you know better"
-        return f"not looked for: {self._listed(left)}{hint}" if left else ""
+        hint = "; set plant.parameters.NAME if you know the value"
+        return f"not identified: {self._listed(left)}{hint}" if left else ""
 
     def wanted(self) -> str:
         """What is looked for, with where it begins, in a line."""
-        line = f"looked for, from: {self._listed({x: self.starts[x] for x in self.names})}"
+        line = f"identified, starting from: {self._listed({x: self.starts[x] for x in self.names})}"
         for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
             if open_ or samples:
                 line += f"; {name} {'from ' if open_ else 'known to be '}{samples:.4g} samples"
@@ -131,7 +131,7 @@ def free_parameters(
     parameters = drive.parameters._fields
     if unknown := [x for x in (*changes, *(names or ())) if x not in (*parameters, LOAD)]:
         there = one_of(unknown[0], (*parameters, LOAD))
-        raise ValueError(f"{unknown[0][:60]}: {drive.name} has no such parameter; {there}")
+        raise ValueError(f"{unknown[0][:60]}: unknown parameter of {drive.name}; {there}")
     start = drive.parameters(**changes)
     values = {LOAD: around[0]} | start._asdict()
     if names is None:
@@ -140,14 +140,14 @@ def free_parameters(
         if LOAD not in (*known, *parameters) and OFFSETS.isdisjoint((*names, *known)):
             names.append(LOAD)
     if not names:
-        raise ValueError(f"names no parameter; {drive.name} has {', '.join(parameters)}")
+        raise ValueError(f"must name parameters; available: {', '.join(parameters)}")
     sizes, positive, begun = [], [], []
     for name in (names := [*dict.fromkeys(names)]):
         value = float(values[name])
         negative = {**changes, name: -(value or SMALL)}
         signed = name not in parameters or drive.fault(negative) is None
         if value == 0.0 and not signed:
-            raise ValueError(f"{name}: is 0; give it a value to start from: --free {name}=0.1")
+            raise ValueError(f"{name}: is 0; give a start value: --free {name}=0.1")
         sizes.append(abs(value) or SMALL)
         positive.append(float(not signed))
         begun.append(value / sizes[-1] if signed else 0.0)

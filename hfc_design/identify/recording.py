@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.identify.request import Task
 from hfc_design.logs.columns import Column, parse_columns, rates_of
 from hfc_design.logs.reading import read_log
@@ -100,10 +100,10 @@ def sources(
     drive = task.drive_axis.drive
     if others and check_log is None:
         raise UserError("--check-column: needs --check-log")
-    with about(log):
+    with as_user_error(log):
         logs = {log_name(log): Source(log, parse_columns(columns, drive))}
     if check_log is not None:
-        with about(check_log):
+        with as_user_error(check_log):
             both = {
                 x.name: x for x in (*parse_columns(columns, drive), *parse_columns(others, drive))
             }
@@ -124,13 +124,15 @@ def recordings(
     recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():
         columns = read_log(source.path)
-        with about(source.path):
+        with as_user_error(source.path):
             even = signals(columns, axis.drive, source.columns, sample_time)
             recorded[name] = recording(even, axis.drive)
     every = next(iter(recorded.values())).sample_time
     for name, log in recorded.items():
         if abs(log.sample_time / every - 1.0) > 1e-3:
-            raise UserError(f"{name}: is sampled every {log.sample_time:g} s, not {every:g} s")
+            raise UserError(
+                f"{name}: must be sampled every {every:g} s (got {log.sample_time:g} s)"
+            )
     # The largest speed over ten samples: noise is none.
     moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
     speed, substeps = float(max(moves)) / (10 * every), simulation.substeps

@@ -22,14 +22,14 @@ import numpy as np
 from hfc_design.controllers.controller import Stepped, View
 from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Scalar, State, Xp
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import controller_of
+from hfc_design.files.loop_setup import controller_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.parameters import FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.columns import rates_of
 from hfc_design.motion.samples import AxisSamples, Samples
-from hfc_design.simulation.closed_loop import Moving, closed_loop, moved, start
-from hfc_design.simulation.repeats import Louder
+from hfc_design.simulation.closed_loop import LoopState, closed_loop, next_state, start
+from hfc_design.simulation.repeats import ScaledCommand
 from plants import Drive
 
 #: Of a lag [samples]; a shorter one is none.
@@ -209,7 +209,7 @@ def rigid_body(drive: Drive, parameters: Parameters) -> Body:
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
 
 
-class Pushed(Louder):
+class Pushed(ScaledCommand):
     """A controller to whose command something is added; its gains are that and its own."""
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
@@ -239,13 +239,13 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
         put = shifted(body, drive.initial_state(zero), log.place[0], log.rate)
 
         def sample(
-            before: Moving, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
-        ) -> tuple[Moving, Scalar]:
+            before: LoopState, row: tuple[AxisSamples, Scalar, Scalar, Scalar]
+        ) -> tuple[LoopState, Scalar]:
             happens, shown, counts, added = row
             happens = happens._replace(loads=tuple(x + load for x in happens.loads))
             missing = shown - read(drive, fixed[0], before.states[0], log.outputs)
             sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
-            after = moved(smooth, nominal, fixed, every, (added, gains), before, sampled)
+            after = next_state(smooth, nominal, fixed, every, (added, gains), before, sampled)
             return after, missing * counts
 
         rows = samples, outputs, log.usable, log.added

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import NUMBER
+from hfc_design.core.overrides import Changes, overridden
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.machine import ALL_PLANTS, Axis
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_parameters
 
@@ -35,7 +35,7 @@ class Task(NamedTuple):
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
     """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
-    tables = changed({}, changes)
+    tables = overridden({}, changes)
     plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
     axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
     names = {*plant.get("parameters", {}), *axes[0], *({*limits, *axes[2]} & {*LATE})}
@@ -58,7 +58,7 @@ def parameters_of(task: Task) -> FreeParameters:
     try:
         begun = {name: _number(name, text) for name, equals, text in named if equals}
         if both := [name for name in names if name in task.known]:
-            raise ValueError(f"{both[0]}: is known by --set; leave out one of them")
+            raise ValueError(f"{both[0]}: is given by --set too; leave one of them out")
         around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
         if begun.keys() <= nominal.keys() and (fault := drive.fault(changes | begun)):
             raise ValueError(fault.removeprefix("parameters."))
@@ -69,7 +69,9 @@ def parameters_of(task: Task) -> FreeParameters:
 
 def _number(name: str, text: str) -> float:
     if not NUMBER.fullmatch(text):
-        raise ValueError(f"{name}: has to begin at a number, as in {name}=0.1 (got {text[:40]!r})")
+        raise ValueError(
+            f"{name}: must have a number as start value, as in {name}=0.1 (got {text[:40]!r})"
+        )
     return float(text)
 
 
@@ -102,9 +104,9 @@ def task_of(
             {"name": "log", "plant": {"name": name}, "reference": still}, changes
         )
     else:
-        raise UserError("which machine is it? say --plant, --scenario or --controller")
+        raise UserError("the machine is missing; give --plant, --scenario or --controller")
     if name is not None and loaded.plant.name != name:
-        raise UserError(f"--plant {plant}: the scenario is for the plant {loaded.plant.name}")
+        raise UserError(f"--plant {plant}: must be {loaded.plant.name}, the plant of the scenario")
     made = scenario is None and design is None
     number = _axis(loaded, axis, made)
     fixed = known(changes, loaded.plant.machine.axes[number])
@@ -120,6 +122,6 @@ def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
         raise UserError(f"--axis {axis}: {plant} has only one")
     if len(axes) > 1 and (axis not in axes or made):
         there = f"{plant} has the axes {', '.join(axes)}"
-        why = "; say --scenario too" if axis in axes else ""
-        raise UserError(f"--axis {axis}: {there}{why}" if axis else f"--axis: which one? {there}")
+        why = "; give --scenario too" if axis in axes else ""
+        raise UserError(f"--axis {axis}: {there}{why}" if axis else f"--axis: is missing; {there}")
     return axes.index(axis) if axis else 0

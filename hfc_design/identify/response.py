@@ -31,8 +31,8 @@ CLEAR, CHANGES = 30.0, 0.15
 LAGS, FAR = 40, 1.96
 
 UNEXCITED = (
-    "DOUBTFUL: the log has no excitation: at no frequency the position answers the command above "
-    "its noise; record reversals and faster motions"
+    "DOUBTFUL: the log has no excitation: the response to the command is below the noise "
+    "at all frequencies; record reversals and faster motions"
 )
 #: Above this share of the highest frequency of a log there is nothing; of white noise so many
 #: autocorrelations may be off.
@@ -62,14 +62,15 @@ class Response(NamedTuple):
         lines = []
         if self.top <= ALL * self.frequency[-1]:
             lines.append(
-                f"nothing above {self.unknown_above:g} Hz was excited; a mode there cannot be "
-                "excluded: design for one, or record faster motions"
+                f"nothing above {self.unknown_above:g} Hz was excited, so a mode there "
+                "cannot be excluded: design for one, or record faster motions"
             )
         if self.mode:
-            lines.append(f"there is a mode near {self.mode.hz:g} Hz that this model has not")
-        white = "is white" if self.coloured <= WHITE * LAGS else "is not white, the model lacks it"
-        count = f"{self.coloured} of {LAGS} autocorrelations are none of white noise"
-        return [*lines, f"what is left {white}: {count}"]
+            lines.append(f"there is a mode near {self.mode.hz:g} Hz that the model does not have")
+        incomplete = "is not white (the model is incomplete)"
+        white = "is white" if self.coloured <= WHITE * LAGS else incomplete
+        count = f"{self.coloured} of {LAGS} autocorrelations differ from white noise"
+        return [*lines, f"the residual {white}: {count}"]
 
 
 def response(fit: Fit) -> Response | None:
@@ -143,8 +144,8 @@ def _mode(
     def left(*columns: Any) -> tuple[float, Floats]:
         weighted = [(x * np.ones(len(s)))[counts] / error[counts] for x in (*columns, ratio)]
         *rows, wanted = (np.append(x.real, x.imag) for x in weighted)
-        found = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
-        return float(np.sum((np.stack(rows, axis=1) @ found - wanted) ** 2)), found
+        solution = np.linalg.lstsq(np.stack(rows, axis=1), wanted)[0]
+        return float(np.sum((np.stack(rows, axis=1) @ solution - wanted) ** 2)), solution
 
     least, best = np.inf, None
     for hz, damping in product(np.geomspace(seen[0], highest, MODES), DAMPINGS):
@@ -152,8 +153,8 @@ def _mode(
         swing = s**2 / (s**2 + 2.0 * damping * w * s + w**2)
         tried = [(left(1.0 - swing, s * (1.0 - swing))[0], -1.0)]
         if hz <= seen[-1]:
-            squares, found = left(1.0 + 0.0 * s, s, swing)
-            tried.append((squares, found[2] / found[0]))
+            squares, solution = left(1.0 + 0.0 * s, s, swing)
+            tried.append((squares, solution[2] / solution[0]))
         for squares, share in tried:
             if squares < least and abs(share) * np.abs(swing[counts]).max() > CHANGES:
                 least, best = squares, (hz, damping, share)

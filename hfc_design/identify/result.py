@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.texts import toml_of
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
@@ -29,8 +29,8 @@ class Identified(Outcome):
             how = f"{low} to {high}" if state in (TOLD, GIVEN) else state
             rows[f"{name} [{unit or 1}]"] = f"{value} ({how})"
         for log, how, before, after in self.check_rows():
-            rows[f"{log}, {how}"] = f"{after} off (rms), {before} before"
-        return table(f"{self.free.drive.name} by {self.log}", rows)
+            rows[f"{log}, {how}"] = f"{after} (rms), {before} before"
+        return table(f"{self.free.drive.name} identified from {self.log}", rows)
 
     def numbers(self) -> Json:
         """What ``identified.json`` holds: each parameter with its interval, what is left.

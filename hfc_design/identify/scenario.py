@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Json, rms
+from hfc_design.core.overrides import overridden
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import unmoved
 from hfc_design.files.motions import LEAST_STEPS
@@ -39,13 +39,13 @@ DIGITS, FEW = 6, 4
 STEP = 3.0
 
 
-def tolerances(found: Outcome) -> dict[str, float]:
+def tolerances(outcome: Outcome) -> dict[str, float]:
     """Of each parameter half its interval as a share of its value, within bounds."""
-    known = found.known
+    known = outcome.known
     with np.errstate(divide="ignore", invalid="ignore"):
         half = 0.5 * (known.high - known.low) / np.abs(known.value)
     shares = np.clip(np.where(np.isfinite(half), half, MOST), LEAST, MOST)
-    return {name: _rounded(x, 2) for name, x in zip(found.free.names, shares, strict=True)}
+    return {name: _rounded(x, 2) for name, x in zip(outcome.free.names, shares, strict=True)}
 
 
 def _rounded(value: float, digits: int) -> float:
@@ -53,41 +53,41 @@ def _rounded(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def delay(found: Outcome) -> tuple[float, float] | None:
+def delay(outcome: Outcome) -> tuple[float, float] | None:
     """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
 
     A command that acts earlier than its samples say has none.
     """
-    fit, (low, high) = found.fit, found.known.late
+    fit, (low, high) = outcome.fit, outcome.known.late
     if low == high:
         return None
     if low <= 0.0:
         return 0.0, 0.0
     lag = min(fit.lag, fit.late)
-    return _rounded(fit.late - lag, FEW), _rounded(lag * found.recording.sample_time, FEW)
+    return _rounded(fit.late - lag, FEW), _rounded(lag * outcome.recording.sample_time, FEW)
 
 
-def machine(found: Outcome) -> Json:
+def machine(outcome: Outcome) -> Json:
     """The drive and what stands around it as they were identified, by dotted keys of a scenario."""
-    free, axis = found.free, found.axis
-    scenario, made, known = found.task.scenario, found.task.made, found.task.known
+    free, axis = outcome.free, outcome.axis
+    scenario, made, known = outcome.task.scenario, outcome.task.made, outcome.task.known
     several = f".axes.{axis.name}" if len(scenario.plant.machine.axes) > 1 else ""
     drive = f"plant{several or '.parameters'}"
     load, limits = scenario.load.of(axis.name), scenario.limits.of(axis.name)
-    pairs = zip(free.names, found.known.value, strict=True)
+    pairs = zip(free.names, outcome.known.value, strict=True)
     values, constant = {name: _rounded(x, DIGITS) for name, x in pairs}, load.constant
     if LOAD in values.keys() - {*free.start._fields}:
         k, constant = free.names.index(LOAD), values.pop(LOAD)
-        if found.known.low[k] <= 0.0 <= found.known.high[k]:
+        if outcome.known.low[k] <= 0.0 <= outcome.known.high[k]:
             constant = 0.0  # the log does not tell it from none
     step = axis.drive.resolutions.get(free.drive.seen[0])
-    if made and found.recording.step and axis.resolution and step and step not in known:
-        values[step] = found.recording.step  # of the scale, where the log shows another one
+    if made and outcome.recording.step and axis.resolution and step and step not in known:
+        values[step] = outcome.recording.step  # of the scale, where the log shows another one
     changes: Json = {f"{drive}.{name}": x for name, x in values.items()}
     if constant != load.constant or (made and constant):
         other = load.model_dump(mode="json", exclude_defaults=True)
         changes[f"load{several}"] = {**other, "constant": constant}
-    late = dict(zip(LATE, delay(found) or (), strict=False))
+    late = dict(zip(LATE, delay(outcome) or (), strict=False))
     for name in LATE:
         now = getattr(limits, name)
         value = now if name in known else late.get(name, now)
@@ -96,26 +96,31 @@ def machine(found: Outcome) -> Json:
     return changes
 
 
-def scenario_text(found: Outcome) -> str:
+def scenario_text(outcome: Outcome) -> str:
     """The scenario as TOML; motions and fitness are made unless there was a scenario.
 
     Raises:
         UserError: it is no scenario with these parameters.
     """
-    scenario, made = found.task.scenario, found.task.made
+    scenario, made = outcome.task.scenario, outcome.task.made
     given: Json = scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
     if made:
-        given = {x: given[x] for x in ("plant", "stress") if x in given} | _like_the_log(found)
-    data = changed(given, machine(found))
-    if response := found.response:
+        given = {x: given[x] for x in ("plant", "stress") if x in given} | _like_the_log(outcome)
+    data = overridden(given, machine(outcome))
+    if response := outcome.response:
         modes = {"modes": [response.mode.model_dump()]} if response.mode else {}
         above = {"unknown_above_hz": response.unknown_above}
         data["stress"] = {**data.get("stress", {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, **FEW_MACHINES})
     # Of load, delay and lag what stress tries is wider than what a log leaves open.
-    within = {x: share for x, share in tolerances(found).items() if x in found.free.start._fields}
+    within = {
+        x: share for x, share in tolerances(outcome).items() if x in outcome.free.start._fields
+    }
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
-    names = {"name": scenario_name(found.log), "description": f"{scenario.plant.name} by its log"}
+    names = {
+        "name": scenario_name(outcome.log),
+        "description": f"{scenario.plant.name} identified from its log",
+    }
     data = names | data | names  # they stand first, and those of another scenario do not stay
     notes = []
     try:
@@ -126,14 +131,14 @@ def scenario_text(found: Outcome) -> str:
         del data["robust"]  # its fitness ranks one machine alone
         notes = [f"# Without [robust]: {error.lines[0]}"]
         load_scenario(data)
-    head = ["# What the machine is by its log; tolerances are halves of the 95 % intervals,"]
+    head = ["# The machine as identified from its log; tolerances are half of the 95 % intervals,"]
     head += [f"# at least {100 * LEAST:g} % and at most {100 * MOST:g} %.", *notes]
     return "\n".join(head) + "\n" + tomli_w.dumps(data)
 
 
-def _like_the_log(found: Outcome) -> Json:
+def _like_the_log(outcome: Outcome) -> Json:
     """Everything but the plant, with motions like those of the log."""
-    log, scenario, axis = found.recording, found.task.scenario, found.axis
+    log, scenario, axis = outcome.recording, outcome.task.scenario, outcome.axis
     speed, acceleration = fastest(log)
     distance = float(np.ptp(log.place))
     low, high = axis.drive.largest_commands(axis.parameters, scenario.limits.command)
@@ -154,7 +159,7 @@ def _like_the_log(found: Outcome) -> Json:
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
         "sensors": {
             "velocity": "encoder",
-            **differences(log, found.free.drive.seen[1]),
+            **differences(log, outcome.free.drive.seen[1]),
             **scenario.sensors.of(axis.name).model_dump(include={"feedback"}, exclude_none=True),
         },
         "motions": motions_like(log, speed, acceleration, duration, error),
@@ -173,14 +178,14 @@ def _like_the_log(found: Outcome) -> Json:
                 {"name": "reference_rate", "scale": _rounded(40.0 / speed, 2)},
                 {"name": "error", "scale": _rounded(1.0 / error, 2)},
             ],
-            "linear": linear_part(found.free.drive, log),
+            "linear": linear_part(outcome.free.drive, log),
         },
         "constraints": ASKED,
         "search": {"preset": "cma", "generations": 700, "hardened": 0.85},
     }
     if log.step and not axis.resolution:
         data["sensors"]["encoder_resolution"] = log.step
-    off = found.fit.residual[:, 0]
+    off = outcome.fit.residual[:, 0]
     if noise := noise_level(off, log.place, log.step or axis.resolution):
         data["sensors"]["noise"] = noise
     return data

@@ -45,18 +45,18 @@ class Log(NamedTuple):
 def check_log(log: Log) -> Log:
     """The same log; ValueError: it is too short, ragged, or has what is no number."""
     if not log.columns:
-        raise ValueError("has no column of numbers")
+        raise ValueError("must have a column of numbers")
     lengths = {name: len(column) for name, column in log.columns.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise ValueError(f"its columns differ in length: {listed[:200]}")
+        raise ValueError(f"its columns must have one length (got {listed[:200]})")
     if log.rows < FEWEST:
-        raise ValueError(f"has {log.rows} samples; {FEWEST} are the fewest that tell something")
+        raise ValueError(f"must have at least {FEWEST} samples (got {log.rows})")
     for name, column in log.columns.items():
         if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST_NUMBER))).size:
             raise ValueError(
-                f"column {name}: {bad.size} of {log.rows} samples are no numbers up to "
-                f"{LARGEST_NUMBER:g}, the first is sample {bad[0] + 1}"
+                f"column {name}: must have numbers up to {LARGEST_NUMBER:g} "
+                f"(not in {bad.size} of {log.rows} samples, the first is sample {bad[0] + 1})"
             )
     return log
 
@@ -79,14 +79,14 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     columns, units = dict[str, Column](), units_of(drive)
     for text in texts:
         if not (said := MAPPED.fullmatch(text)):
-            raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
+            raise ValueError(f"{text[:60]!r}: must be NAME=COLUMN, as in 'position=qm [m]'")
         one = Column(said["name"], said["column"], said["unit"])
         if other := columns.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
-            raise ValueError(f"{one.name}: is said of two columns, {both}; one is allowed")
+            raise ValueError(f"{one.name}: must be one column (got {both})")
         if one.name not in units:
             known = ", ".join(units)
-            raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
+            raise ValueError(f"{one.name}: unknown signal of {drive.name}; available: {known}")
         scale(one, drive)
         columns[one.name] = one
     return [*columns.values()]
@@ -100,8 +100,8 @@ def scale(one: Column, drive: Drive) -> float:
         return converted(count if count[0] in "+-.0123456789" else f"1 {count}", unit, drive)
     except ValueError:
         raise ValueError(
-            f"column {one.column[:60]} for the {one.name}: {count!r} cannot be counted in {unit}; "
-            f"allowed are [{unit}], others of its kind, and counts as in [0.05 {unit}]"
+            f"column {one.column[:60]} for the {one.name}: {count!r} must be "
+            f"a unit like [{unit}], or a count as in [0.05 {unit}]"
         ) from None
 
 
@@ -113,7 +113,7 @@ def converted(quantity: str, unit: str, drive: Drive) -> float:
 
 def column_hint(name: str) -> str:
     """How a user says which column a signal is."""
-    return f"say {name}=COLUMN [UNIT] by --column"
+    return f"give {name}=COLUMN [UNIT] with --column"
 
 
 #: Words in the names of columns that may be a signal, those of a reference first.
@@ -145,7 +145,7 @@ def missing_columns(
     which = several if missing[1:] else f" is the {missing[0]}"
     other = ", or --sample-time" if "time" in missing else ""
     rest = "" if "COLUMN" not in " ".join(options) and not log.texts else f"; {listed_columns(log)}"
-    return f"which column{which}? say {' '.join(options)}{other}{rest}"
+    return f"which column{which}? Give {' '.join(options)}{other}{rest}"
 
 
 def _with_unit(name: str, column: str, drive: Drive) -> str:
@@ -161,8 +161,8 @@ def _with_unit(name: str, column: str, drive: Drive) -> str:
 
 def listed_columns(log: Log) -> str:
     """The columns that a log has."""
-    texts = f"; no numbers are in {', '.join(log.texts)[:80]}" if log.texts else ""
-    return f"there is {', '.join(log.columns)[:120]}{texts}"
+    texts = f"; without numbers: {', '.join(log.texts)[:80]}" if log.texts else ""
+    return f"available: {', '.join(log.columns)[:120]}{texts}"
 
 
 def parts_of(column: str) -> list[tuple[str, str]]:
@@ -186,14 +186,15 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
             x for x, parts in named.items() if parts and parts["name"].casefold() == wanted
         ]
         if len(whole) != 1:
-            raise ValueError(f"has no column {one.column[:60]!r}; {listed_columns(log)}")
+            raise ValueError(f"unknown column {one.column[:60]!r}; {listed_columns(log)}")
         one = one._replace(column=whole[0])
     if one.unit is not None:
         return one
     units = [end for _, end in parts_of(one.column)]
     if units == ["%"] and TOLD.fullmatch(one.column):
         raise ValueError(
-            f"column {one.column[:60]}: 100 % of what? {column_hint(one.name)}, as [0.1 {unit}]"
+            f"column {one.column[:60]}: needs the unit of a per cent; "
+            f"{column_hint(one.name)}, as [0.1 {unit}]"
         )
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
@@ -243,7 +244,7 @@ def rates_of(drive: Drive) -> dict[str, str]:
 
 def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     """Columns that are called like a signal, with or without a unit; not of those ``said``."""
-    found = dict[str, Column]()
+    by_name = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
         if name in said:
@@ -253,10 +254,10 @@ def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, 
         columns = [Column(name, x, end) for x, end in units.items() if end]
         if len(columns) > 1:
             both = " and ".join(one.column for one in columns[:2])
-            raise ValueError(f"{both} may be the {name}: which one? {column_hint(name)}")
+            raise ValueError(f"{both} may both be the {name}; {column_hint(name)}")
         if columns:
-            found[name] = columns[0]
-    return found
+            by_name[name] = columns[0]
+    return by_name
 
 
 def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) -> str | None:

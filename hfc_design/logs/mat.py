@@ -45,19 +45,19 @@ class Numbers(NamedTuple):
         return 1 < prod(self.shape) == max(self.shape)
 
 
-def mat_log(found: bytes) -> Log:
+def mat_log(data: bytes) -> Log:
     """The vectors of a MAT file, also in structs: of the longest length.
 
     Raises:
         ValueError: it is none, or of another version, or has no vectors.
     """
-    if found.startswith(NEWER):
+    if data.startswith(NEWER):
         raise ValueError("is of MATLAB 7.3; save it with -v7")
-    if len(found) >= 20 and 0 in found[:4]:  # others begin with a text
-        raise ValueError("is of MATLAB 4, or no MAT file; save it with -v7")
+    if len(data) >= 20 and 0 in data[:4]:  # others begin with a text
+        raise ValueError("is of MATLAB 4, or not a MAT file; save it with -v7")
     values, others = dict[str, Numbers](), dict[str, str]()
     try:
-        for variable, value in _Reader(found).variables():
+        for variable, value in _Reader(data).variables():
             if isinstance(value, str):
                 others[variable] = "a text" if isinstance(value, Text) else value
             for name, matrix in _signals(variable, value).items():
@@ -66,13 +66,15 @@ def mat_log(found: bytes) -> Log:
                 values[f"{variable}.{name}" if other else name] = matrix
     except Exception as error:  # zlib, NumPy, codecs: each has its own
         why = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no MAT file that can be read: {why}") from None
+        raise ValueError(f"is not a readable MAT file: {why}") from None
     columns = longest({name: matrix.values for name, matrix in values.items()})
     if not columns:
         has = ", ".join(f"{name} is {what}" for name, what in others.items())[:120]
         made = next((name[:20] for name, what in others.items() if what.startswith("an obj")), "")
         how = f"save vectors: {made and f't = {made}.Time; y = {made}.Data; '}save('log.mat', "
-        raise ValueError(f"has no vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')")
+        raise ValueError(
+            f"must have a vector of numbers{has and f'; {has}'}; {how}'t', 'y', '-v7')"
+        )
     return Log(columns, format="MAT", texts=tuple(others))
 
 
@@ -82,24 +84,24 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
         return {name: value} if value.is_vector else {}
     if not isinstance(value, list):
         return {}
-    found = dict[str, Numbers]()
+    by_name = dict[str, Numbers]()
     for k, record in enumerate(value):
-        own = name if len(value) == 1 else f"{name}({k + 1})"
+        full_name = name if len(value) == 1 else f"{name}({k + 1})"
         if len(value) == 1 and {"time", "signals"} <= record.keys():  # structure with time
-            found |= _signals("time", record["time"])
+            by_name |= _signals("time", record["time"])
             signals = record["signals"] if isinstance(record["signals"], list) else []
             for j, signal in enumerate(signals):
                 label = signal.get("label")
-                labelled = isinstance(label, Text) and label.strip() and label not in found
-                found |= _split(
+                labelled = isinstance(label, Text) and label.strip() and label not in by_name
+                by_name |= _split(
                     str(label) if labelled else f"{name}.signals({j + 1})", signal["values"]
                 )
         elif len(value) == 1 and {"Time", "Data"} <= record.keys():  # a timeseries as a struct
-            found |= _signals("time", record["Time"]) | _split(name, record["Data"])
+            by_name |= _signals("time", record["Time"]) | _split(name, record["Data"])
         else:
             for field, inside in record.items():
-                found |= _signals(f"{own}.{field}", inside)
-    return found
+                by_name |= _signals(f"{full_name}.{field}", inside)
+    return by_name
 
 
 def _split(name: str, value: Any) -> dict[str, Numbers]:
@@ -124,11 +126,11 @@ def _next(parts: Iterator[Element]) -> Element:
 class _Reader:
     """Elements of a file, within limits of what all of them may take."""
 
-    def __init__(self, found: bytes):
-        order = {LITTLE: "<", BIG: ">"}.get(found[HEAD - 4 : HEAD])
+    def __init__(self, data: bytes):
+        order = {LITTLE: "<", BIG: ">"}.get(data[HEAD - 4 : HEAD])
         if order is None:
             raise ValueError("its header is damaged, or of another format")
-        self.order, self.data = order, memoryview(found)[HEAD:]
+        self.order, self.data = order, memoryview(data)[HEAD:]
         self.parts, self.bytes, self.count = MOST_PARTS, MOST_BYTES, MOST_NUMBERS
 
     def variables(self) -> Iterator[tuple[str, Any]]:
@@ -136,7 +138,7 @@ class _Reader:
         for element in self._elements(self.data):
             kind, data = self._inflated(*element) if element[0] == COMPRESSED else element
             if kind != MATRIX:
-                raise ValueError(f"an element has to be a matrix (got kind {kind})")
+                raise ValueError(f"an element must be a matrix (got kind {kind})")
             name, value = self._matrix(data, DEEPEST)
             if name:
                 yield name, value
@@ -149,7 +151,7 @@ class _Reader:
         if self.bytes < 0:
             raise ValueError(f"unpacks to more than {MOST_BYTES // 10**6} MB")
         if not inflater.eof:
-            raise ValueError("a compressed element breaks off")
+            raise ValueError("a compressed element is truncated")
         return _next(self._elements(memoryview(inside)))
 
     def _elements(self, data: memoryview) -> Iterator[Element]:
@@ -158,13 +160,13 @@ class _Reader:
         while place < len(data):
             self._counted(1)
             if len(data) - place < 8:
-                raise ValueError("breaks off in an element")
+                raise ValueError("is truncated in an element")
             kind, size = struct.unpack(f"{self.order}II", data[place : place + 8])
             begin, end = place + 8, place + 8 + size
             if kind >> 16:  # of a small one the first word has the size too, the second the content
                 kind, size, begin, end = kind & 0xFFFF, kind >> 16, place + 4, place + 8
             if begin + size > min(end, len(data)):
-                raise ValueError("an element is longer than what it is in")
+                raise ValueError("an element is longer than its container")
             yield kind, data[begin : begin + size]
             place = end if kind == COMPRESSED or begin < place + 8 else end + -size % 8
 
@@ -176,12 +178,12 @@ class _Reader:
     def _numbers(self, element: Element) -> np.ndarray:
         kind, data = element
         if kind not in TYPES:
-            raise ValueError(f"an element has to be numbers (got kind {kind})")
-        found = np.frombuffer(data, self.order + TYPES[kind])
-        self.count -= len(found)
+            raise ValueError(f"an element must be numbers (got kind {kind})")
+        numbers = np.frombuffer(data, self.order + TYPES[kind])
+        self.count -= len(numbers)
         if self.count < 0:
             raise ValueError(f"unpacks to more than {MOST_NUMBERS} numbers")
-        return found
+        return numbers
 
     def _text(self, element: Element) -> str:
         kind, data = element
@@ -191,23 +193,23 @@ class _Reader:
     def _matrix(self, data: memoryview, deepest: int) -> tuple[str, Any]:
         """Name and value: numbers, a struct as a list of dicts, or the text of what else it is."""
         if not deepest:
-            raise ValueError(f"structs lie in each other more than {DEEPEST} times")
+            raise ValueError(f"structs are nested more than {DEEPEST} deep")
         if not data:
             return "", Numbers((0, 0), np.zeros(0))
         parts = self._elements(data)
         flags = int(self._numbers(_next(parts))[0])
         kind = flags & 0xFF
         if kind == OPAQUE:
-            name, _, own = (self._text(_next(parts)) for _ in range(3))
-            return name, f"an object of class {own[:40]}"
+            name, _, text = (self._text(_next(parts)) for _ in range(3))
+            return name, f"an object of class {text[:40]}"
         shape = tuple(self._numbers(_next(parts)).tolist())
         if len(shape) < 2 or min(shape) < 0:
-            raise ValueError(f"a matrix has to have two sizes or more (got {shape[:4]})")
+            raise ValueError(f"a matrix must have two sizes or more (got {shape[:4]})")
         name = self._text(_next(parts))
         if 6 <= kind <= 15 and not flags & COMPLEX:
             values = self._numbers(_next(parts))
             if len(values) != prod(shape):
-                raise ValueError(f"{name[:40]} has not as many numbers as it says")
+                raise ValueError(f"{name[:40]} must have as many numbers as declared")
             return name, Numbers(shape, values)
         if kind == TEXT:
             return name, Text(self._text(_next(parts)))
@@ -220,7 +222,7 @@ class _Reader:
         length, joined = int(self._numbers(_next(parts))[0]), bytes(_next(parts)[1])
         self._counted(count)
         if length < 1:
-            raise ValueError("a struct has to have fields with names")
+            raise ValueError("a struct must have fields with names")
         names = [joined[k : k + length] for k in range(0, len(joined), length)]
         fields = [name.split(b"\0")[0].decode() for name in names]
         each = (

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.texts import about, content, decoded
+from hfc_design.core.texts import as_user_error, content, decoded
 from hfc_design.logs.columns import (
     LARGEST_LOG,
     MOST_BYTES,
@@ -24,28 +24,28 @@ def read_log(path: str | Path) -> Log:
     Raises:
         UserError: it cannot be read, or is no log; the line says why and where.
     """
-    with about(path):
-        found = content(path, LARGEST_LOG)
+    with as_user_error(path):
+        data = content(path, LARGEST_LOG)
         if reader := ARRAYS.get(Path(path).suffix.lower()):
-            return check_log(reader(found))
-        return check_log(text_log(decoded(found, "utf-8-sig")))
+            return check_log(reader(data))
+        return check_log(text_log(decoded(data, "utf-8-sig")))
 
 
-def numpy_log(found: bytes) -> Log:
+def numpy_log(data: bytes) -> Log:
     """The log in a ``.npy`` (rows, columns; a record array has names) or ``.npz`` file.
 
     Raises:
         ValueError: it is none, holds objects, or unpacks to too much.
     """
     try:
-        if found.startswith(b"PK"):
-            arrays = archive.arrays(found, MOST_BYTES, archive.DEFLATED)
+        if data.startswith(b"PK"):
+            arrays = archive.arrays(data, MOST_BYTES, archive.DEFLATED)
         else:
-            arrays = _parts(archive.array_of(found))
+            arrays = _parts(archive.array_of(data))
         return Log(longest({str(x): y for x, y in arrays.items() if _is_signal(y)}), format="NumPy")
     except Exception as error:  # of a damaged file zipfile raises whatever it stumbles over
         why = str(error)[:200] or "it is damaged"
-        raise ValueError(f"is no file of NumPy that can be read: {why}") from None
+        raise ValueError(f"is not a readable NumPy file: {why}") from None
 
 
 def _is_signal(array: np.ndarray) -> bool:
@@ -60,7 +60,7 @@ def _parts(array: np.ndarray) -> archive.Arrays:
     table = array[:, None] if array.ndim == 1 else array
     if table.ndim != 2 or table.shape[1] > MOST_COLUMNS:
         got = f"(got {array.shape[:4]})"
-        raise ValueError(f"its array has to have rows and at most {MOST_COLUMNS} columns {got}")
+        raise ValueError(f"its array must have rows and at most {MOST_COLUMNS} columns {got}")
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
 

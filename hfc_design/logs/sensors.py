@@ -36,9 +36,9 @@ def encoder_step(values: Floats) -> float | None:
     least = np.quantile(gaps, 1.0 - MOST, method="lower")
     step = float(gaps[gaps <= SINGLE * least].mean())
     # Shorter gaps first, so that no long one is miscounted; then what a wrong value has divided.
-    for reach, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
+    for width, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
         some = np.diff(places[::every])
-        some = some[some <= reach * step]
+        some = some[some <= width * step]
         step = float(some.sum() / np.round(some / step).sum()) if some.size else step
     counts = np.round(places / step)
     step, start = np.polyfit(counts, places, 1).tolist()
@@ -112,13 +112,13 @@ def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive)
                 continue
             first = int(round_.argmax())
             raise ValueError(
-                f"the {name} jumps by {jumps[first]:.3g} {unit} after sample {first + 1}: does it "
-                "go round, or is a sample wrong?"
+                f"the {name} jumps by {jumps[first]:.3g} {unit} after sample {first + 1}: "
+                "is it a rotation beyond one turn, or a wrong sample?"
             )
         if name != "reference" or notes:
             values[name] = values[name] + turn * np.append([0.0], np.cumsum(turns))
             jumped = f"{round_.sum()} jumps of a whole turn"
-            notes.append(f"{name} goes round ({jumped}), and is taken to go on")
+            notes.append(f"{name} wraps around ({jumped}), and is unwrapped")
     if notes and "reference" in values:
         values["reference"] -= turn * np.round((values["reference"][0] - begun) / turn)
     return notes
@@ -142,7 +142,7 @@ def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> 
         gone, most = size * float(np.ptp(values)), fastest * duration
         if gone > most or (one.name == drive.seen[0] and gone < least):
             raise ValueError(
-                f"column {one.column} in {one.unit}: the {one.name} goes {gone:.3g} {base} in "
-                f"{duration:.3g} s; plausible are {least:g} to {most:.3g} {base}: in which unit "
-                f"is it? {column_hint(one.name)}"
+                f"column {one.column} in {one.unit}: the {one.name} moves {gone:.3g} "
+                f"{base} in {duration:.3g} s; plausible are {least:g} to {most:.3g} "
+                f"{base}: check its unit and {column_hint(one.name)}"
             )

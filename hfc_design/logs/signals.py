@@ -72,10 +72,10 @@ def signals(
     if missing := [name for name in needed if name not in known.keys() | timed]:
         raise ValueError(missing_columns(log, drive, missing, known))
     taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
-    for name, asked in known.items():
-        column = find_column(asked, log, drive)
+    for name, wanted in known.items():
+        column = find_column(wanted, log, drive)
         unit = column.unit or units[name]
-        if asked.unit is None or (name in named and unit != units[name]):
+        if wanted.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {column.column} in {unit}")
         values[name] = scale(column, drive) * log.columns[column.column]
         if units[name] == drive.units["error"]:
@@ -83,17 +83,25 @@ def signals(
     turned = unwrap_turns(values, [*places], drive)
     _check(values, drive)
     step = encoder_step(values[drive.seen[0]])
-    found = resampled(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
-    if not FASTEST <= found.sample_time <= SLOWEST:
+    resampled_log = resampled(
+        values.pop("time", None), log.sample_time or sample_time, values, log.breaks
+    )
+    if not FASTEST <= resampled_log.sample_time <= SLOWEST:
         raise ValueError(
-            f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
-            f"{SLOWEST:g} s: which unit has its time? {column_hint('time')}"
+            f"is sampled every {resampled_log.sample_time:.3g} s; must be {FASTEST:g} to "
+            f"{SLOWEST:g} s for the log of a drive: check the unit of its time and "
+            f"{column_hint('time')}"
         )
     for name, column in places.items():
-        check_travel(column, found.values[name], drive, found.sample_time * len(found.usable))
+        check_travel(
+            column,
+            resampled_log.values[name],
+            drive,
+            resampled_log.sample_time * len(resampled_log.usable),
+        )
     notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
-    found = found._replace(notes=[*notes, *found.notes, *turned], step=step)
-    return _trusted(found, drive)
+    resampled_log = resampled_log._replace(notes=[*notes, *resampled_log.notes, *turned], step=step)
+    return _trusted(resampled_log, drive)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -101,13 +109,13 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     position = drive.seen[0]
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
-            raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
+            raise ValueError(f"the {name} is {values[name][0]:.6g} throughout; the axis must move")
     place, _ = without_outliers(values[position])
     size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
         raise ValueError(
-            f"the {position} only trembles by {size:.2g} {drive.units['error']} (rms), from sample "
-            "to sample: nothing moves"
+            f"the {position} only varies by {size:.2g} {drive.units['error']} (rms) from "
+            "sample to sample; the axis must move"
         )
 
 
@@ -129,8 +137,8 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     clipped = saturated(right)
     if clipped.any():
         notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {name} stay at its largest "
-            "or smallest value, as if its sensor showed no more, and are left out"
+            f"{100 * clipped.mean():.2g} % of the samples of {name} are at its largest or "
+            "smallest value, as if the sensor saturates, and are left out"
         )
     usable = usable & ~wrong & ~clipped
     return log._replace(values=values | {name: right}, usable=usable, notes=notes)
@@ -147,7 +155,7 @@ def saturated(values: Floats) -> Mask:
 
     One that comes to rest there slows down before; one that is cut off does not.
     """
-    found = np.zeros(len(values), bool)
+    mask = np.zeros(len(values), bool)
     change = np.abs(np.diff(values))
     moves = change[change > 0] if (change > 0).any() else np.zeros(1)
     least = max(ARRIVES * np.median(moves), STEPS * moves.min())
@@ -157,8 +165,8 @@ def saturated(values: Floats) -> Mask:
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
             # In whole steps of an encoder one of them may be just that share of four.
             if end - begin >= STAYS and arrives > least * (1.0 + SAME_SINGLE):
-                found[begin:end] = True
-    return found
+                mask[begin:end] = True
+    return mask
 
 
 def resampled(
@@ -180,24 +188,24 @@ def resampled(
     notes: list[str] = []
     if time is None:
         if sample_time is None:
-            raise ValueError("has no time")
+            raise ValueError("must have a time")
         part = _longest(sample_time * np.arange(rows, dtype=float), np.flatnonzero(broken), notes)
         values = {name: value[part] for name, value in values.items()}
         return EvenLog(sample_time, values, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
-        raise ValueError(f"its time falls after sample {falls[0] + 1}")
+        raise ValueError(f"its time must not fall (does after sample {falls[0] + 1})")
     if not (distance > 0).any():
-        raise ValueError("its time stands still: which column is it, and in which unit?")
+        raise ValueError("its time does not advance: check the column and its unit")
     twice = np.append([False], distance == 0)
     usual = float(np.median(distance[distance > 0]))
     if twice.mean() > SHARED and any(np.diff(x)[twice[1:]].any() for x in values.values()):
         mean = _shared(time[~twice], np.flatnonzero(~twice), usual)
         log = resampled(None, sample_time or mean, values, broken)
         of = f"{rows / (rows - twice.sum()):.3g} samples share a time stamp each"
-        told = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
-        return log._replace(notes=[told, *log.notes])
+        message = f"{of}; the sample time is {log.sample_time:g} s, that of their mean"
+        return log._replace(notes=[message, *log.notes])
     if twice.any():
         notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
     time, broken = time[~twice], broken[~twice]
@@ -217,12 +225,14 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
     """
     stamps, first = stamps[1:], rows[1:].astype(float)  # the first one may have begun before
     if len(first) < FEWEST:
-        raise ValueError(f"has {len(first) + 1} different time stamps; {FEWEST + 1} are the fewest")
+        raise ValueError(
+            f"must have at least {FEWEST + 1} different time stamps (got {len(first) + 1})"
+        )
     period, start = np.polyfit(first, stamps, 1)
     off = np.abs(stamps - start - period * first)
     if off.max() > usual:
         raise ValueError(
-            f"its time stamps are those of several samples each, and not evenly so after "
+            "its time stamps are each shared by several samples, unevenly after "
             f"{stamps[off.argmax()]:.6g} s: samples are missing there"
         )
     return _period(first, stamps)
@@ -234,13 +244,13 @@ def _places(time: Floats, period: float) -> Floats:
     The clock follows the stamps by a share, so that neither their trembling nor a ``period`` that
     is a little off miscounts them; a gap is a whole number of periods.
     """
-    found, now, clock = [0.0], 0.0, float(time[0])
+    places, now, clock = [0.0], 0.0, float(time[0])
     for stamp in time[1:].tolist():
         steps = max(round((stamp - clock) / period), 1)
         now, clock = now + steps, clock + steps * period
         clock += FOLLOWS * (stamp - clock)
-        found.append(now)
-    return np.array(found)
+        places.append(now)
+    return np.array(places)
 
 
 def _period(place: Floats, time: Floats) -> float:
@@ -266,21 +276,21 @@ def _filled(
     tremble = float(np.sqrt(np.mean(off**2)))
     if tremble > TREMBLE:
         notes.append(
-            f"time stamps tremble by {100 * tremble:.2g} % of the sample time (rms); the signals "
-            "are taken at even times between"
+            f"time stamps jitter by {100 * tremble:.2g} % of the sample time (rms); the "
+            "signals are interpolated to even times"
         )
     where = (time - start) / period if tremble > TREMBLE else place
     steps = np.arange(int(place[-1]) + 1)
     recorded = np.zeros(len(steps), bool)
     recorded[place.astype(int)] = True
     before = np.searchsorted(place, steps, side="right") - 1
-    found = {
+    filled = {
         name: value[before] if name in HELD else np.interp(steps, where, value)
         for name, value in values.items()
     }
     if missing := int((~recorded).sum()):
         notes.append(f"{missing} of {len(steps)} samples are missing")
-    return EvenLog(period, found, recorded, notes)
+    return EvenLog(period, filled, recorded, notes)
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
@@ -295,5 +305,5 @@ def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
             f"used, {begin:.4g} to {end:.4g} s"
         )
     if part.stop - part.start < FEWEST:
-        raise ValueError(f"no part without a gap has {FEWEST} samples")
+        raise ValueError(f"a part without a gap must have at least {FEWEST} samples")
     return part

@@ -47,7 +47,7 @@ class Form(NamedTuple):
         try:
             (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
         except csv.Error as error:
-            raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
+            raise ValueError(f"{line[:40]!r} is not a line of a table: {error}") from None
         return [cell.strip() for cell in cells]
 
     @property
@@ -78,23 +78,23 @@ def text_log(text: str) -> Log:
     """
     lines = text.splitlines()
     first = lines[0] if lines else ""
-    if found := SCOPE.fullmatch(first):
-        return _scope(lines[1:], 1e-9 * int(found[1]))
-    if found := OLD_SCOPE.fullmatch(first):
-        return _old_scope(_rows(lines[1:], 2), 1e-9 * int(found[1]))
-    if found := SAID.fullmatch(first):
-        return _table(_rows(lines[1:], 2), found[1])
+    if match := SCOPE.fullmatch(first):
+        return _scope(lines[1:], 1e-9 * int(match[1]))
+    if match := OLD_SCOPE.fullmatch(first):
+        return _old_scope(_rows(lines[1:], 2), 1e-9 * int(match[1]))
+    if match := SAID.fullmatch(first):
+        return _table(_rows(lines[1:], 2), match[1])
     return _table(_rows(lines, 1), None)
 
 
 def _scope(lines: list[str], sample_time: float) -> Log:
     """halscope: names and numbers between semicolons, settings behind ``#``."""
     if not lines:
-        raise ValueError("line 2: has no names of the channels")
+        raise ValueError("line 2: must have the names of the channels")
     names = lines[0].split(";")
     form = Form(";", len(names), [*range(len(names))])
-    found = _numbers(_rows(lines[1:], 3), form, names)
-    return Log(_named(names, found), sample_time, format="halscope")
+    numbers = _numbers(_rows(lines[1:], 3), form, names)
+    return Log(_named(names, numbers), sample_time, format="halscope")
 
 
 def _old_scope(rows: Rows, sample_time: float) -> Log:
@@ -103,23 +103,23 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
     for place, line in rows:
         words = line.split()
         if len(words) % 2:
-            raise ValueError(f"line {place}: has to be names of channels, each with its value")
+            raise ValueError(f"line {place}: must be names of channels, each with its value")
         for name, value in zip(words[::2], words[1::2], strict=True):
             pairs.append((name, _at(place, value), place))
     counts = Counter(name for name, _, _ in pairs)
     if not counts:
-        raise ValueError("has no samples")
+        raise ValueError("must have samples")
     names, by_sample = [*counts], len(pairs) > 1 and pairs[1][0] != pairs[0][0]
     if by_sample and len(pairs) % len(names) == 1 and pairs[-1][0] == names[0]:
         counts[pairs.pop()[0]] -= 1  # it writes the first channel once more at the end
     steps, count = counts[names[0]], len(names)
     for k, (name, _, place) in enumerate(pairs if by_sample else []):
         if name != (wanted := names[k % count]):
-            raise ValueError(f"line {place}: {name[:40]} has to be {wanted[:40]}: a value is lost")
+            raise ValueError(f"line {place}: {name[:40]} must be {wanted[:40]}: a value is missing")
     for name in names:
         if counts[name] != steps:
             counted = f"{name[:40]} has {counts[name]} values, {names[0][:40]} {steps}"
-            raise ValueError(f"{counted}: one is lost")
+            raise ValueError(f"{counted}: one is missing")
     table = np.array([value for _, value, _ in pairs])
     table = table.reshape(steps, count) if by_sample else table.reshape(count, steps).T
     return Log(_named(names, table), sample_time, format="halscope (older)")
@@ -161,7 +161,7 @@ def _rows(lines: Sequence[str], first: int) -> Rows:
 def _form(lines: Sequence[str], separator: str | None) -> Form:
     """What most of the lines in the middle of a file are like."""
     if not lines:
-        raise ValueError("has no samples")
+        raise ValueError("must have samples")
     some = lines[len(lines) // 2 :][:LOOKED_AT]
     if separator is None:
         most = (x for x in SEPARATORS if 2 * sum(x in line for line in some) > len(some))
@@ -170,12 +170,12 @@ def _form(lines: Sequence[str], separator: str | None) -> Form:
     cells = [form.cells(line) for line in some]
     columns, _ = Counter(map(len, cells)).most_common(1)[0]
     if columns > MOST_COLUMNS:
-        raise ValueError(f"has {columns} columns; {MOST_COLUMNS} are the most")
+        raise ValueError(f"must have at most {MOST_COLUMNS} columns (got {columns})")
     whole = [row for row in cells if len(row) == columns]
     has = [sum(form.number(row[k]) is not None for row in whole) for k in range(columns)]
     numeric = [k for k in range(columns) if 2 * has[k] >= len(whole)]
     if not numeric:
-        raise ValueError("has no samples")
+        raise ValueError("must have samples")
     return Form(separator, columns, numeric)
 
 
@@ -199,7 +199,7 @@ def _names(head: Rows, form: Form) -> list[str]:
     said = [cell for cell in above[0] if form.number(cell) is not None]
     if said and (len(above) > 1 or said[0] == above[0][0]):  # a row of numbers, one is damaged
         wrong = next(x for x in above[0] if form.number(x) is None)
-        raise ValueError(f"line {place}: {wrong[:40]!r} is no finite number")
+        raise ValueError(f"line {place}: {wrong[:40]!r} must be a finite number")
     units = [x.strip("[]()") for x in above[0] if x not in NO_UNIT]
     if len(above) > 1 and 2 * sum(map(is_unit, units)) >= max(len(units), 1):
         return [*map(_with_unit, above[1], above[0])]
@@ -218,10 +218,10 @@ def _scope_names(head: Rows, form: Form) -> list[str]:
     every = [form.cells(line) for _, line in head]
     keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
     if "Name" not in keys:
-        raise ValueError(f"line {head[0][0]}: Scope's file has to have a line Name of channels")
+        raise ValueError(f"line {head[0][0]}: Scope's file must have a line Name of channels")
     units = keys.get("Unit", [""] * form.columns)
     if "Name" not in keys["Name"][: form.columns]:
-        raise ValueError("has no time: export it from Scope with timelines")
+        raise ValueError("must have a time: export it from Scope with timelines")
     return [
         "" if name == "Name" else _with_unit(name, unit if is_unit(unit) else "")
         for name, unit in zip(keys["Name"][: form.columns], units, strict=False)
@@ -232,10 +232,10 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
     """The first time of TwinCAT's Scope alone, named in ``names``; all have to be the same."""
     times = [place for place, k in enumerate(form.numeric) if not names[k]]
     if not times:
-        raise ValueError("has no time: export it from Scope with timelines")
+        raise ValueError("must have a time: export it from Scope with timelines")
     for other in times[1:]:
         if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
-            why = f"its channels have different times from sample {off[0] + 1} on"
+            why = f"its channels must have the same times (they differ from sample {off[0] + 1} on)"
             raise ValueError(f"{why}; export those of one sample time from Scope")
     full = abs(table[0, times[0]]) > 1e15  # since 1601
     names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
@@ -254,7 +254,7 @@ def _at(place: int, text: str) -> float:
 def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
     """(rows, columns with numbers)."""
     if not rows:
-        raise ValueError("has no samples")
+        raise ValueError("must have samples")
     lines = [line for _, line in rows]
     pointed = [form.pointed(line) for line in lines]
     every = len(form.numeric) == form.columns
@@ -270,7 +270,7 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
     if damaged or mixed or not every:
         _check(rows, form, names, damaged)
     if damaged:
-        raise ValueError("is no table of numbers")
+        raise ValueError("is not a table of numbers")
     return np.asarray(table, float)
 
 
@@ -288,14 +288,14 @@ def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
             raise ValueError(f"line {place}: has {len(cells)} columns, the others {form.columns}")
         for k in texts:
             if form.number(cells[k]) is not None:
-                told = f"column {names[k][:60] or k + 1} has a number here"
-                raise ValueError(f"line {place}: {told}, and none in other lines")
+                message = f"column {names[k][:60] or k + 1} has a number here"
+                raise ValueError(f"line {place}: {message}, and none in other lines")
         for sign in ",." if form.commas else "":
             if any(sign in cells[k] for k in form.numeric):
                 signs.setdefault(sign, place)
         if len(signs) == 2:
             both = f"line {signs[',']}: has a comma in a number, line {signs['.']} a point"
-            raise ValueError(f"{both}; one of them has to be the decimal sign of all")
+            raise ValueError(f"{both}; all numbers must have the same decimal sign")
         for k in form.numeric if damaged else ():
             _at(place, form.pointed(cells[k]))
 
@@ -308,9 +308,10 @@ def _named(
     cleaned = [x.strip() or UNNAMED.format(k + 1) for x, k in zip(names, where, strict=True)]
     for name, count in Counter(cleaned).items():
         if count > 1:
-            raise ValueError(f"two columns are called {name[:60]!r}")
+            raise ValueError(f"columns must have different names (got {name[:60]!r} twice)")
         if not name.isprintable() or len(name) > 200:
             raise ValueError(
-                f"{name[:40]!r} is no name of a column: printable, 200 letters at most"
+                "the name of a column must have at most 200 printable characters (got "
+                f"{name[:40]!r})"
             )
     return dict(zip(cleaned, table.T, strict=True))

@@ -159,9 +159,7 @@ def other_axis_fault(blocks: Sequence[Block], axes: Sequence[str]) -> str | None
             moves = a != b or (block.centre is not None and axis in "XY")
             if moves and axis.lower() not in axes:
                 known = ", ".join(axes)
-                return (
-                    f"line {block.line}: moves {axis}; the machine has no such axis, only {known}"
-                )
+                return f"line {block.line}: moves {axis}; the machine has only the axes {known}"
     return None
 
 
@@ -212,7 +210,7 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     entry, leave = speed[:-1], speed[1:]
     peak = np.minimum(most[block], np.sqrt(rate * length + 0.5 * (entry**2 + leave**2)))
     if not peak.all():  # rounded away, of what no machine is
-        raise ValueError("a block of its program never gets going; see its limits")
+        raise ValueError("a block of its program cannot start; check its limits")
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
     motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
     first = np.flatnonzero(np.diff(block, prepend=-1))

@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask, Scalar, rms
+from hfc_design.core.numbers import Floats, Indices, Mask, Scalar
 from hfc_design.motion.paths import Path
 from hfc_design.motion.program import Program
-from hfc_design.motion.reversals import GLITCH_TIME, Glitch, glitches, undisturbed
+from hfc_design.motion.reversals import Glitch, glitches, undisturbed
 from hfc_design.motion.samples import PathFrame, PathSamples
 from hfc_design.motion.trajectories import Circle, Line, Trajectory
-from plants import Drive, in_a_name
 
 #: The nearest point is looked for this many tracking errors before and after the commanded place:
 #: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.
@@ -161,34 +160,6 @@ def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest:
     return np.where(bent, on_arc, np.clip(ahead, lowest, highest))
 
 
-def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:
-    """Meaning and unit of each metric of an X-Y machine of these, in the order of every table."""
-    unit, command = (drives[0].units[name] for name in ("error", "command"))
-    tail, known = unit.replace(" ", ""), {}
-    called, counted = drives[0].command_name, in_a_name(command)
-    if any(drive.off_its_position for drive in drives):
-        known = {
-            f"known_rms_contour_error_{tail}": "root mean square of the contour error by the "
-            f"encoders that are fed back [{unit}]",
-            f"known_max_contour_error_{tail}": f"largest of these [{unit}]",
-        }
-    return {
-        f"rms_contour_error_{tail}": f"root mean square of the contour error [{unit}]",
-        f"max_contour_error_{tail}": f"largest contour error [{unit}]",
-        f"worst_glitch_{tail}": f"largest contour error after an axis reverses [{unit}]",
-        f"path_error_{tail}": f"largest contour error but for the {GLITCH_TIME:g} s after an axis "
-        f"starts or reverses [{unit}]",
-        **known,
-        f"x_rms_error_{tail}": f"root mean square of the tracking error of X [{unit}]",
-        f"y_rms_error_{tail}": f"root mean square of the tracking error of Y [{unit}]",
-        f"x_max_error_{tail}": f"largest tracking error of X [{unit}]",
-        f"y_max_error_{tail}": f"largest tracking error of Y [{unit}]",
-        f"peak_{called}_{counted}": f"largest {called} of an axis [{command}]",
-        f"rms_{called}_change_{counted}": f"root mean square of the change of the {called} from "
-        f"sample to sample, of the axis that chatters more [{command}]",
-    }
-
-
 class Contour(NamedTuple):
     """The path of a machine and how far off it was."""
 
@@ -257,31 +228,3 @@ def during(contour: Contour, time: Floats, part: slice) -> Contour:
         turned=None if contour.turned is None else contour.turned[part],
         turned_glitches=inside(contour.turned_glitches),
     )
-
-
-def contour_metrics(
-    drives: Sequence[Drive], contour: Contour, errors: Floats, commands: Floats
-) -> dict[str, float | None]:
-    """``contour_meanings`` in numbers; all None where the motion diverged.
-
-    Args:
-        drives: of the axes.
-        found: the path and its contour error.
-        errors: (2, steps) tracking errors of both axes [unit].
-        commands: (2, steps).
-    """
-    if not all(np.isfinite(part).all() for part in (contour.error, errors, commands)):
-        return dict.fromkeys(contour_meanings(drives))
-    values = (
-        rms(contour.error),
-        np.abs(contour.error).max(),
-        max((abs(glitch.error) for glitch in contour.glitches), default=None),
-        np.abs(contour.error[contour.undisturbed]).max() if contour.undisturbed.any() else None,
-        *(() if contour.known is None else (rms(contour.known), np.abs(contour.known).max())),
-        *(rms(error) for error in errors),
-        *(np.abs(error).max() for error in errors),
-        np.abs(commands).max(),
-        max(rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
-    )
-    numbers = (None if value is None else float(value) for value in values)
-    return dict(zip(contour_meanings(drives), numbers, strict=True))

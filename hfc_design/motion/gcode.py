@@ -16,8 +16,8 @@ from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.core.carried import AnyFile, content_of
-from hfc_design.core.texts import about, decoded
+from hfc_design.core.embedded_files import AnyFile, content_of
+from hfc_design.core.texts import as_user_error, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 #: A comment, blanks, or a letter with the number that belongs to it.
@@ -184,7 +184,9 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines up to the ``%`` that ends a program."""
     lines = text.split("\n")
     if len(lines) > MOST_LINES:
-        raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
+        raise ValueError(
+            f"must have at most {MOST_LINES} lines (got {len(lines)}); simulate a part of it"
+        )
     begun = False
     for number, code in enumerate(lines, 1):
         if code.lstrip().startswith("%"):
@@ -201,7 +203,7 @@ def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
     Raises:
         UserError: the file cannot be read or used; the line says file, line number and why.
     """
-    with about(file):
+    with as_user_error(file):
         return segments(text_of(file), rapid)
 
 
@@ -248,13 +250,13 @@ def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[flo
             if ("G", 5.1) in block_words and value != 1.0:
                 raise ValueError(f"G5.1 Q{value:g}: look-ahead is always on here (Q1)")
         elif letter not in IDLE_LETTERS | set(LETTERS):
-            raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
+            raise ValueError(f"{letter}{value:g}: unknown word; available: {', '.join(LETTERS)}")
         elif abs(value) > LARGEST:
-            raise ValueError(f"{letter}{value:g}: more than {LARGEST:g} is no machine's")
+            raise ValueError(f"{letter}{value:g}: must be at most {LARGEST:g} in magnitude")
         elif letter in codes:
             codes[letter].append(value)
         elif letter in words:
-            raise ValueError(f"{letter} stands there twice")
+            raise ValueError(f"{letter} is given twice")
         elif letter not in IDLE_LETTERS:
             words[letter] = value
     return codes["G"], codes["M"], words
@@ -286,7 +288,7 @@ class _Machine:
         if "F" in words:
             if words["F"] <= 0:
                 unit = "per minute" if self.inverse else "mm/min"
-                raise ValueError(f"F{words['F']:g}: a feed has to be more than 0 {unit}")
+                raise ValueError(f"F{words['F']:g}: a feed must be greater than 0 {unit}")
             self.feed = words["F"]
         if words.keys() & {*AXES, *"IJKR"}:
             in_millimetres = {k: self.unit * x if k in LENGTHS else x for k, x in words.items()}
@@ -322,7 +324,7 @@ class _Machine:
             for axis, at in zip(AXES, self.place, strict=True)
         )
         if self.mode > 0 and self.inverse and "F" not in words:
-            raise ValueError(f"G{self.mode} without an F of its own, which G93 asks for")
+            raise ValueError(f"G{self.mode} needs an F in the same block under G93")
         if self.mode > 0 and self.feed is None:
             raise ValueError(f"G{self.mode} before any F")
         if self.mode < 2 or words.keys() <= set("ZF"):
@@ -340,7 +342,7 @@ class _Machine:
         """An arc to there, and straight on in Z, A, B, C."""
         if self.plane != 17:
             raise ValueError(
-                f"an arc in {PLANES[self.plane]} (G{self.plane}); read are those in X-Y"
+                f"an arc in {PLANES[self.plane]} (G{self.plane}); only arcs in X-Y are read"
             )
         if words.get("K"):
             raise ValueError(f"K{words['K']:g}: arcs are read in X-Y (G17), where K must be 0")
@@ -376,7 +378,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
         if words.keys() & {"I", "J"}:
             raise ValueError("an arc with R as well as I or J")
         if chord < SAME_PLACE:
-            raise ValueError("an arc with R has to end elsewhere; a full circle needs I or J")
+            raise ValueError("an arc with R must end at another point; a full circle needs I or J")
         radius = abs(words["R"])
         if radius < chord / 2 - ROUNDING - SAME_PLACE:
             raise ValueError(f"R{words['R']:g} is too small for ends {chord:.6g} mm apart")
@@ -386,7 +388,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
     centre = start[0] + words.get("I", 0.0), start[1] + words.get("J", 0.0)
     first, last = dist(start, centre), dist(end, centre)
     if min(first, last) < SAME_PLACE:
-        raise ValueError("an arc without a centre: neither I, J nor R, or all are 0")
+        raise ValueError("an arc needs a centre: I, J or R other than 0")
     if abs(first - last) > ROUNDING + SAME_PLACE:
         raise ValueError(
             f"the arc's radii differ: {first:.6g} mm at its start, {last:.6g} mm at its end"

@@ -22,13 +22,13 @@ class MovedAxis(NamedTuple):
 class AxisLimits(Record):
     """Limits of an axis of a program, in mm or deg."""
 
-    #: largest velocity; left out: what the drive reaches [(mm or deg)/min]
+    #: largest velocity [(mm or deg)/min]; left out: that of the drive
     velocity_per_min: Positive | None = None
-    rapid_per_min: Positive | None = None  # of G0; left out: the same [(mm or deg)/min]
+    rapid_per_min: Positive | None = None  # velocity of G0 [(mm or deg)/min]; left out: the same
     #: largest acceleration; this, or acceleration_time_s [(mm or deg)/s2]
     acceleration_per_s2: Positive | None = None
-    acceleration_time_s: Positive | None = None  # to the velocity of G0 [s]
-    #: from and to where it may move; left out: anywhere [mm or deg]
+    acceleration_time_s: Positive | None = None  # time to reach the velocity of G0 [s]
+    #: travel from and to [mm or deg]; left out: unlimited
     travel: Annotated[tuple[Finite, Finite], ordered] | None = None
 
     @model_validator(mode="after")

@@ -107,7 +107,7 @@ def top_speed_fault(program: Program) -> str | None:
     k, block = map(int, np.unravel_index(int((wanted / reached).argmax()), wanted.shape))
     axis, unit = program.axes[k], "deg" if program.axes[k].rotary else "mm"
     return (
-        f"line {program.path.lines[block]}: asks the {axis.name.upper()} axis for "
+        f"line {program.path.lines[block]}: needs {axis.name.upper()} at "
         f"{60.0 * wanted[k, block]:.5g} {unit}/min, but its drive reaches "
         f"{60.0 * axis.top_speed:.5g} {unit}/min; set limits.{axis.name}.velocity_per_min"
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.carried import WRITTEN, AnyFile, content_of, readable_by
+from hfc_design.core.embedded_files import WRITTEN, AnyFile, content_of, readable_by
 from hfc_design.core.numbers import LARGEST_NUMBER, Floats, passed
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.texts import LARGEST_TABLE, decoded
@@ -29,13 +29,13 @@ def table_of(file: AnyFile) -> tuple[Floats, Floats]:
             warnings.simplefilter("ignore")  # an empty file is refused below
             data = np.loadtxt(lines, delimiter=",", skiprows=header, ndmin=2)
     except ValueError as error:
-        raise ValueError(f"is no table of numbers: {error}") from None
+        raise ValueError(f"is not a table of numbers: {error}") from None
     if data.shape[1] != 2 or len(data) < 2:
-        raise ValueError(f"needs two columns and at least two rows, not {data.shape[::-1]}")
+        raise ValueError(f"must have two columns and at least two rows (got {data.shape[::-1]})")
     if not (np.abs(data) <= LARGEST_NUMBER).all():
-        raise ValueError(f"has a number that is not finite, or larger than {LARGEST_NUMBER:g}")
+        raise ValueError(f"must have finite numbers up to {LARGEST_NUMBER:g}")
     if not (np.diff(data[:, 0]) > 0).all():
-        raise ValueError("needs a first column (time in s) that rises from row to row")
+        raise ValueError("must have a first column (time in s) that rises from row to row")
     return data[:, 0], data[:, 1]
 
 
@@ -63,7 +63,8 @@ class Table(Profile):
 
     kind: Literal["csv"] = "csv"
     file: CsvFile  # CSV of two columns: time [s], reference [error]
-    #: between rows: linear, or a cubic spline, which has an acceleration to feed forward
+    #: interpolation between rows: linear, or a cubic spline, which gives an acceleration for
+    #: feed-forward
     interpolation: Literal["linear", "cubic"] = Field("linear", exclude_if="linear".__eq__)
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -86,7 +87,7 @@ class Ramp(Profile):
     """Constant velocity from rest at zero."""
 
     kind: Literal["ramp"] = "ramp"
-    velocity: Finite = 0.02  # from rest at zero [error/s]
+    velocity: Finite = 0.02  # velocity, from rest at zero [error/s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         return self.velocity * time, np.full_like(time, self.velocity), np.zeros_like(time)
@@ -96,7 +97,7 @@ class Sine(Profile):
     """``amplitude sin(frequency t)``."""
 
     kind: Literal["sine"] = "sine"
-    amplitude: Finite  # largest deflection from zero [error]
+    amplitude: Finite  # amplitude [error]
     frequency_rad_s: Positive  # angular frequency [rad/s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -110,8 +111,8 @@ class Step(Profile):
     """A jump, then hold."""
 
     kind: Literal["step"] = "step"
-    height: Finite  # where it jumps to [error]
-    time_s: NotNegative = 0.0  # when it jumps [s]
+    height: Finite  # height of the step [error]
+    time_s: NotNegative = 0.0  # time of the step [s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         still = np.zeros_like(time)
@@ -123,9 +124,9 @@ class Trapezoidal(Profile):
     """A move from rest to rest with limited velocity and acceleration, then hold."""
 
     kind: Literal["trapezoidal"] = "trapezoidal"
-    distance: Finite  # to where it moves [error]
+    distance: Finite  # distance of the move [error]
     velocity: Positive  # largest velocity [error/s]
-    acceleration: Positive  # of rise and fall [error/s2]
+    acceleration: Positive  # acceleration and deceleration [error/s2]
 
     @property
     def takes(self) -> float:
@@ -169,17 +170,18 @@ class EachAxis(Record):
 class LoadSine(Record):
     """``amplitude sin(frequency t + phase)``."""
 
-    amplitude: Finite  # largest load of this sine [load]
+    amplitude: Finite  # amplitude of this sine [load]
     frequency_rad_s: Positive  # angular frequency [rad/s]
-    phase_rad: Finite = 0.0  # at the start [rad]
+    phase_rad: Finite = 0.0  # phase at the start [rad]
 
 
 class AxisLoad(Record):
     """Load of an axis: a constant, any number of sines and a table, added up (LL eq. 7)."""
 
-    constant: Finite = 0.0  # that is always there [load]
-    sines: tuple[LoadSine, ...] = ()  # that are added
-    file: CsvFile | None = None  # CSV of two columns that is added: time [s], load [load]
+    constant: Finite = 0.0  # constant load [load]
+    sines: tuple[LoadSine, ...] = ()  # sinusoidal loads, which are added
+    #: CSV file of a load that is added, with two columns: time [s], load [load]
+    file: CsvFile | None = None
 
     def at(self, time: Floats) -> Floats:
         """Load."""
@@ -194,7 +196,7 @@ class AxisLoad(Record):
 class Load(AxisLoad):
     """Load of every axis; ``axes`` has those that have a load of their own instead."""
 
-    #: load of an axis instead, by its name, with the same keys
+    #: load of a single axis, by its name, with the same keys
     axes: dict[Label, AxisLoad] = Field({}, exclude_if=not_)
 
     def of(self, axis: str) -> AxisLoad:

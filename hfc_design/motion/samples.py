@@ -70,7 +70,7 @@ class Samples(NamedTuple):
     time: Series  # (steps,) [s]
     late: Series  # (steps,) 1 and 2 in the halves of the last quarter, before that 0
     start: tuple[State, ...]  # of each axis before the first sample, numbers
-    beside: tuple[State, ...]  # start of a copy of the machine, a little off, see ``unsettled``
+    copy_start: tuple[State, ...]  # start of a copy of the machine, a little off, see ``unsettled``
 
 
 class Simulation(Record):
@@ -81,9 +81,9 @@ class Simulation(Record):
     decides as much as a last bit does, up to 2e-3 rad, and only a range of the fitness means much.
     """
 
-    duration_s: Positive = 10.0  # how long a motion is simulated [s]
-    sample_time_s: Positive = 0.001  # from one command of the control to the next [s]
-    substeps: int = Field(1, ge=1, le=MAX_SUBSTEPS)  # steps of the integration in a control sample
+    duration_s: Positive = 10.0  # duration of a motion [s]
+    sample_time_s: Positive = 0.001  # sample time of the control [s]
+    substeps: int = Field(1, ge=1, le=MAX_SUBSTEPS)  # integration steps in a control sample
 
     @property
     def steps(self) -> int:

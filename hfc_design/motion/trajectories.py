@@ -21,10 +21,10 @@ from pydantic import (
     model_validator,
 )
 
-from hfc_design.core.carried import WRITTEN, readable_by
+from hfc_design.core.embedded_files import WRITTEN, readable_by
 from hfc_design.core.numbers import SAME, Floats, floored
 from hfc_design.core.records import Finite, Label, Positive, Record
-from hfc_design.core.texts import about
+from hfc_design.core.texts import as_user_error
 from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, Limits, MovedAxis
 from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
@@ -38,8 +38,8 @@ class Trajectory(Record):
 
     if TYPE_CHECKING:  # each one's own field, which stands where it always has in a file
         kind: str
-    #: largest along the path; left out: full feed at once, corners included, as in the papers'
-    #: simulations [mm/s2]
+    #: largest acceleration along the path [mm/s2]; left out: unlimited, also at corners, as in the
+    #: simulations of the papers
     acceleration_mm_s2: Positive | None = None
 
     @abstractmethod
@@ -98,10 +98,10 @@ class Circle(Trajectory):
     """About the origin from (radius, 0), any number of cycles or part of one."""
 
     kind: Literal["circle"] = "circle"
-    radius_mm: Positive  # about the origin, from (radius, 0) on [mm]
-    feed_mm_min: Positive  # along the path [mm/min]
-    direction: Literal["ccw", "cw"] = "ccw"  # ccw: against the clock; cw: with it
-    cycles: Positive = 1.0  # any number of them or part of one [1]
+    radius_mm: Positive  # radius about the origin, starting at (radius, 0) [mm]
+    feed_mm_min: Positive  # feed along the path [mm/min]
+    direction: Literal["ccw", "cw"] = "ccw"  # ccw: counter-clockwise; cw: clockwise
+    cycles: Positive = 1.0  # number of cycles, also fractions [1]
 
     def _segments(self) -> Iterable[Segment]:
         turns = self.cycles if self.direction == "ccw" else -self.cycles
@@ -113,9 +113,9 @@ class Line(Trajectory):
     """From the origin straight on, at an angle to the X axis."""
 
     kind: Literal["line"] = "line"
-    length_mm: Positive  # from the origin on [mm]
-    angle_deg: Finite  # to the X axis [deg]
-    feed_mm_min: Positive  # along the path [mm/min]
+    length_mm: Positive  # length from the origin [mm]
+    angle_deg: Finite  # angle to the X axis [deg]
+    feed_mm_min: Positive  # feed along the path [mm/min]
 
     def _segments(self) -> Iterable[Segment]:
         angle = radians(self.angle_deg)
@@ -138,10 +138,10 @@ class Polyline(Trajectory):
     """Straight from point to point, with a stop at each corner."""
 
     kind: Literal["polyline"] = "polyline"
-    #: [X, Y] of each point; it stops at each [mm]
+    #: [X, Y] of each point, with a stop at each [mm]
     points_mm: Annotated[tuple[Vertex, ...], Field(min_length=2), AfterValidator(_distinct)]
-    feed_mm_min: Positive  # along the path [mm/min]
-    acceleration_mm_s2: Positive = 100.0  # largest along the path [mm/s2]
+    feed_mm_min: Positive  # feed along the path [mm/min]
+    acceleration_mm_s2: Positive = 100.0  # largest acceleration along the path [mm/s2]
 
     def _segments(self) -> Iterable[Segment]:
         return (line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
@@ -157,18 +157,20 @@ class GCode(Trajectory):
 
     kind: Literal["gcode"] = "gcode"
     file: Annotated[WRITTEN, PROGRAM]  # program in G-code
-    rapid_mm_min: Positive = 1500.0  # speed of G0, of a program in X-Y [mm/min]
-    acceleration_mm_s2: Positive = 100.0  # largest along the path, of a program in X-Y [mm/s2]
-    start: dict[Label, Finite] = {}  # where each axis stands, else 0; needs limits [mm or deg]
-    limits: Limits = {}  # of each axis by its name; with them a program moves any axes
+    rapid_mm_min: Positive = 1500.0  # speed of G0, for a program in X-Y [mm/min]
+    #: largest acceleration along the path, for a program in X-Y [mm/s2]
+    acceleration_mm_s2: Positive = 100.0
+    #: initial position of each axis [mm or deg]; left out: 0; needs limits
+    start: dict[Label, Finite] = {}
+    limits: Limits = {}  # limits of each axis by its name; with them a program may move any axes
 
     @model_validator(mode="after")
     def _planar_or_not(self) -> Self:
         if self.limits:
             for key in sorted(self.model_fields_set & {*PLANAR}):
-                raise ValueError(f"{key}: has no meaning beside limits, which each axis has there")
+                raise ValueError(f"{key}: must be left out with limits, which set it for each axis")
         elif self.start:
-            raise ValueError("start: needs limits; without, a program starts at X0 Y0")
+            raise ValueError("start: needs limits; without them a program starts at X0 Y0")
         return self
 
     @model_serializer(mode="wrap")
@@ -190,7 +192,7 @@ class GCode(Trajectory):
         if fault := self._fault(axes):
             raise ValueError(fault)
         start = tuple(self.start.get(letter.lower(), 0.0) for letter in gcode.AXES)
-        with about(self.file):
+        with as_user_error(self.file):
             return _planned(
                 gcode.text_of(self.file), start, axes, tuple(self.limits.items()), cycle
             )
@@ -200,17 +202,17 @@ class GCode(Trajectory):
         names, letters = [axis.name for axis in axes], [*gcode.AXES.lower()]
         for key, named in (("limits", self.limits), ("start", self.start)):
             if unknown := next((name for name in named if name not in names), None):
-                return f"{key}.{unknown}: the machine has no such axis; it has {', '.join(names)}"
+                return f"{key}.{unknown}: unknown axis; the machine has {', '.join(names)}"
         for name, unit, rotary, _ in axes:
             if name not in letters:
-                return f"kind = 'gcode': moves axes {', '.join(letters)}, and none called {name!r}"
+                return f"kind = 'gcode': moves the axes {', '.join(letters)} (got {name!r})"
             if not unit or rotary != (name in letters[3:]):
                 kind = "lengths" if name in letters[:3] else "angles"
                 return f"kind = 'gcode': the drive of axis {name} does not count {kind}"
             if name not in self.limits:
-                return f"limits.{name}: is missing; a program of any axes needs those of each"
+                return f"limits.{name}: is missing; such a program needs the limits of every axis"
         if len({unit for _, unit, rotary, _ in axes if not rotary}) > 1:
-            return "kind = 'gcode': the axes of a path have to count in the same length"
+            return "kind = 'gcode': the axes of a path must count in the same length"
         return None
 
 
@@ -246,7 +248,7 @@ def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | 
     axis, k = map(int, np.unravel_index(int(excess.argmax()), excess.shape))
     allowed = floored(60.0 * drive_speeds[axis] / share[axis, k])
     return (
-        f"a feed of {path.feed[k]:g} mm/min asks the {'XY'[axis]} axis for "
-        f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speeds[axis]:.4g} mm/s; "
-        f"the largest feed here is {allowed:g} mm/min"
+        f"a feed of {path.feed[k]:g} mm/min needs {'XY'[axis]} at "
+        f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speeds[axis]:.4g} "
+        f"mm/s; the largest feed here is {allowed:g} mm/min"
     )

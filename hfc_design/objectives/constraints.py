@@ -4,8 +4,9 @@ from typing import Annotated, NamedTuple, TypeAlias
 
 from pydantic import AfterValidator
 
-from hfc_design.core.quantities import Quantity
-from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure, named
+from hfc_design.core.records import Quantity
+from hfc_design.objectives.metric import Metric, Units, in_units
+from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.stability.margins import ASKED
 
 #: In a table of constraints the width that ``band_time`` is about.
@@ -15,7 +16,7 @@ BAND = "band"
 class Constraint(NamedTuple):
     """A measure and the most of it that is allowed, in the units of the machine."""
 
-    measure: Measure
+    metric: Metric
     most: float
 
 
@@ -24,10 +25,10 @@ def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
         if name in ASKED:
             low, high = ASKED[name][2]
             if isinstance(quantity, str) or not low < quantity < high:
-                reason = f"has to be a number greater than {low:g} and less than {high:g}"
+                reason = f"must be a number greater than {low:g} and less than {high:g}"
                 raise ValueError(f"{name} = {quantity!r}: {reason}")
         elif name != BAND:
-            measure(named(name))
+            metric(named(name))
     return {x if x in ASKED else named(x): quantity for x, quantity in most.items()}
 
 
@@ -49,9 +50,9 @@ def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
     for name, quantity in most.items():
         if name == BAND or name in ASKED:
             continue
-        metric = measure(name, width)
-        number = in_units(f"constraints.{name}", quantity, metric.unit, units)
+        limited = metric(name, width)
+        number = in_units(f"constraints.{name}", quantity, limited.unit, units)
         if not number >= 0.0:
-            raise ValueError(f"constraints.{name} = {quantity!r}: has to be zero or more")
-        constraints.append(Constraint(metric, number))
+            raise ValueError(f"constraints.{name} = {quantity!r}: must be at least 0")
+        constraints.append(Constraint(limited, number))
     return tuple(constraints)

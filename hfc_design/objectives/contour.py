@@ -12,8 +12,8 @@ from hfc_design.core.records import NotNegative
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
-from hfc_design.objectives.measures import Units
-from hfc_design.objectives.objective import Left, Moment, Objective, Sums
+from hfc_design.objectives.metric import Units
+from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
 
 
 class ContourSettings(objective.ObjectiveSettings):
@@ -69,7 +69,9 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
     return squares + error * error, largest, lags + behind * behind, count + 1.0
 
 
-def _best(worst: Scalar, lag: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT) -> Scalar:
+def _best(
+    worst: Scalar, lag: Scalar, sums: Sums, left: Remaining = objective.NONE_REMAINING
+) -> Scalar:
     squares, largest, lags, count = sums
     count = count + left.samples
     return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
@@ -78,7 +80,10 @@ def _best(worst: Scalar, lag: Scalar, sums: Sums, left: Left = objective.NOTHING
 def _fault(axes: int, path: bool) -> str | None:
     if path:
         return None
-    return f"a machine of {'one axis' if axes == 1 else 'axes that follow no path'} has no contour"
+    return (
+        f"a machine of {'one axis' if axes == 1 else 'axes that do not follow a path'} has no "
+        "contour"
+    )
 
 
 OBJECTIVE = contour()

@@ -1,6 +1,6 @@
 """How closed loops are judged: by one object in searches, final choices, scores and reports."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from operator import itemgetter
 from typing import Annotated, NamedTuple, TypeAlias
@@ -15,8 +15,8 @@ from hfc_design import objectives
 from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.measures import Measure
-from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.metric import Metric
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Remaining, Sums
 from hfc_design.objectives.stick_share import stick_share
 
 #: Every objective by its name: the files here, and what users add.
@@ -38,6 +38,16 @@ class Judged(NamedTuple):
     failed: Bool[Array | np.ndarray, " individuals"]  # axis or objective ended as no finite number
 
     @property
+    def rows(self) -> list["Judged"]:
+        """One for each place along the first axis."""
+        return [Judged(*row) for row in zip(*self, strict=True)]
+
+    @classmethod
+    def stacked(cls, rows: Sequence["Judged"]) -> "Judged":
+        """The same again of ``rows``."""
+        return cls(*(np.stack(parts) for parts in zip(*rows, strict=True)))
+
+    @property
     def rank(self) -> Floats:
         """(individuals,) the merit, -inf where one failed: below every other."""
         return np.where(self.failed, -np.inf, self.merit)
@@ -49,7 +59,7 @@ class Judge(NamedTuple):
     objectives: tuple[Objective, ...]  # the fitness comes first
     merit: Callable[[list[Scalar]], Scalar]  # of a value of each objective
     title: str  # of the merit, as people read it
-    measured: tuple[Measure, ...] = ()  # what is told beside the objectives
+    measured: tuple[Metric, ...] = ()  # what is told beside the objectives
 
     @property
     def titles(self) -> dict[str, str]:
@@ -65,7 +75,7 @@ class Judge(NamedTuple):
         return Judge(objectives, self.merit, "", measured)
 
     @property
-    def _parts(self) -> list[Objective | Measure]:
+    def _parts(self) -> list[Objective | Metric]:
         return [*self.objectives, *self.measured]
 
     def initial(self, zero: Scalar) -> tuple[Sums, ...]:
@@ -83,7 +93,7 @@ class Judge(NamedTuple):
         """Of each objective, of whose sums these are."""
         return [one.score(totals) for one, totals in zip(self.objectives, sums, strict=True)]
 
-    def best(self, sums: tuple[Sums, ...], left: Left) -> Individuals:
+    def best(self, sums: tuple[Sums, ...], left: Remaining) -> Individuals:
         """The merit that each of a population can still reach, infinite where nobody knows.
 
         A merit grows with every objective.
@@ -110,7 +120,7 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
     """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
     if not stick_penalty:
         return Judge((fitness,), itemgetter(0), fitness.label())
-    worse = " /" if fitness.positive else ", worse by the factor"
+    worse = " /" if fitness.positive else ", divided by"
     title = fitness.label(f"{worse} (1 + {stick_penalty:g} stick share)")
     return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
 

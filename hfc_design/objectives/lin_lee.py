@@ -11,7 +11,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
-from hfc_design.objectives.objective import Left, Moment, Objective, Sums
+from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
 
 
 class LinLeeSettings(objective.ObjectiveSettings):
@@ -24,7 +24,7 @@ class LinLeeSettings(objective.ObjectiveSettings):
     @model_validator(mode="after")
     def _weighs_something(self) -> "LinLeeSettings":
         if not self.error and not self.error_rate:
-            raise ValueError("one of the two weights has to be positive")
+            raise ValueError("at least one of the two weights must be positive")
         return self
 
 
@@ -58,7 +58,7 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
 
 
 def _score(
-    error: Scalar, error_rate: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT
+    error: Scalar, error_rate: Scalar, sums: Sums, left: Remaining = objective.NONE_REMAINING
 ) -> Scalar:
     return 1000.0 * (error / sums[0] + error_rate / sums[1])  # both sums only grow
 

@@ -1,103 +1,353 @@
-"""What is read off the recorded motion of one axis."""
+"""Every metric, one entry each: what scenarios can name and what tables have, in their order.
 
-from typing import Annotated, Any
+A new one is an entry of ``METRICS`` and nothing else.
+"""
 
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
+from operator import attrgetter
+from typing import Any
+
+import jax.numpy as jnp
 import numpy as np
-from pydantic import Field
+from jax.tree_util import Partial
 
-from hfc_design.core.numbers import SAME, Floats, Mask, first_at
-from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.motion.samples import Simulation
+from hfc_design.core import numbers
+from hfc_design.core.numbers import Floats, Scalar, Truth
+from hfc_design.core.wording import one_of
+from hfc_design.motion.contour import Contour, off_path
+from hfc_design.motion.reversals import GLITCH_TIME
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives import recorded
+from hfc_design.objectives.metric import (
+    ALONE,
+    MACHINE,
+    PLANE,
+    PROGRAM,
+    WORST,
+    Metric,
+    Moments,
+    MotionRecord,
+    Reduction,
+    integral,
+    largest,
+    rms,
+    sample_time,
+    share,
+)
+from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.objectives.stick_share import is_stuck
-from plants import Drive, in_a_name
+from hfc_design.objectives.unsettled import unsettled
+from plants import Drive
 
-#: The loop has settled once its error stays below this share of its maximum.
-SETTLED = 0.1
+#: The metric that needs a band of the error.
+BAND_TIME = "band_time"
+#: Before the names of the metrics of the contour error that a loop can add up: it is known there
+#: from where the machine should be; tables find the nearest point of the path.
+ESTIMATED = "estimated_"
+AXIS, PATH, EVERY = (ALONE,), (PLANE, PROGRAM), (ALONE, PLANE, PROGRAM)
 
-
-class Window(Record):
-    """A part of the motion over which every metric is read once more, a cycle for example."""
-
-    #: stands before the names of its metrics
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
-    from_s: NotNegative = 0.0  # where it begins [s]
-    to_s: Positive | None = None  # where it ends; left out: with the motion [s]
-
-    def part(self, simulation: Simulation) -> slice:
-        """Its samples."""
-        time = simulation.time
-        end = None if self.to_s is None else first_at(time, self.to_s)
-        return slice(first_at(time, self.from_s), end)
+_error, _rate, _command = attrgetter("error"), attrgetter("error_rate"), attrgetter("command")
+_change, _settled = attrgetter("command_change"), attrgetter("settled")
+_beyond, _limited, _sliding = attrgetter("beyond"), attrgetter("limited"), attrgetter("sliding")
 
 
-def meanings(drive: Drive) -> dict[str, str]:
-    """Name -> meaning and unit of each metric of one axis, in the order of every table."""
-    error, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
-    called, squared = drive.command_name, f"{in_a_name(command)}2s"
-    return {
-        f"rms_error_{in_a_name(error)}": f"root mean square of the tracking error [{error}]",
-        f"max_error_{in_a_name(error)}": f"largest tracking error [{error}]",
-        f"iae_{in_a_name(error)}_s": f"integral of the tracking error's magnitude [{error} s]",
-        f"final_error_{in_a_name(error)}": f"tracking error at the last sample [{error}]",
-        "settling_time_s": "from then on the error stays below a tenth of its maximum [s]",
-        f"velocity_ripple_{in_a_name(rate)}": f"rms of the velocity error once settled [{rate}]",
-        "stick_share": "share of the time, once settled, below a tenth of the commanded speed [1]",
-        "stick_events": "how often the axis stuck, once settled [1]",
-        f"peak_{called}_{in_a_name(command)}": f"largest {called} [{command}]",
-        f"control_effort_{squared}": f"integral of the squared {called} [{command}2 s]",
-        f"rms_{called}_change_{in_a_name(command)}": f"root mean square of the change of the "
-        f"{called} from sample to sample [{command}]",
-    }
+def _late(moment: Moment) -> Scalar:
+    return jnp.where(moment.late > 0, 1.0, 0.0)
 
 
-def settled_samples(time: Floats, settled_after: float) -> Mask:
-    """The samples at which the loop should have settled; all, if the motion ends before that."""
-    goes_on = time[-1] > settled_after * (1.0 + SAME)
-    return np.arange(len(time)) >= (first_at(time, settled_after) if goes_on else 0)
+def _stuck(moment: Moment) -> Truth:
+    """Whether an axis stands that should move, and does not only tremble."""
+    return is_stuck(moment.velocity, moment.reference_rate)
 
 
-def late_samples(time: Floats) -> Floats:
-    """1 and 2 in the two halves of the last quarter of a motion, before that 0."""
-    left = len(time) - np.arange(len(time))  # samples from here to the end
-    return np.where(8 * left <= len(time), 2.0, np.where(4 * left <= len(time), 1.0, 0.0))
+def _linear(drives: Sequence[Drive]) -> bool:
+    return any(drive.millimetres is not None for drive in drives)
 
 
-def slides(rate: Floats) -> Mask:
-    """Where an axis is to move at half its largest speed at least: not at rest or a reversal."""
-    speed = np.abs(rate)
-    return (speed > 0.0) & (speed * (1.0 + SAME) >= 0.5 * speed.max(initial=0.0))
+def _rotary(drives: Sequence[Drive]) -> bool:
+    return any(drive.millimetres is None for drive in drives)
 
 
-def metrics(
-    drive: Drive, motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
-) -> dict[str, float | None]:
-    """``meanings`` of one recorded motion, in numbers; all None where it diverged.
+def _two_encoders(drives: Sequence[Drive]) -> bool:
+    return any(drive.off_its_position for drive in drives)
 
-    ``motion`` has ``error``, ``error_rate`` and ``command``, each (steps,); ``speed`` and
-    ``commanded`` are the velocity that the axis has and the one it should have. "Once settled"
-    means after ``settled_after`` [s], the same for every design; a loop that ends earlier is
-    looked at as a whole. A loop that never settles has no settling time.
-    """
-    if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
-        return dict.fromkeys(meanings(drive))
-    error = np.abs(motion.error)
-    late = settled_samples(time, settled_after)
-    stuck = is_stuck(speed, commanded)[late]
-    large = np.flatnonzero(error > SETTLED * error.max())
-    settled = 0 if len(large) == 0 else large[-1] + 1
-    sample_time = time[1] - time[0] if len(time) > 1 else 0.0
-    numbers = (
-        np.sqrt(np.mean(error**2)),
-        error.max(),
-        np.sum(error) * sample_time,
-        motion.error[-1],
-        time[settled] if settled < len(time) else None,
-        np.sqrt(np.mean(motion.error_rate[late] ** 2)),
-        stuck.mean(),
-        np.count_nonzero(stuck & ~np.concatenate([[False], stuck[:-1]])),
-        np.abs(motion.command).max(),
-        np.sum(motion.command**2) * sample_time,
-        np.sqrt(np.mean(np.diff(motion.command) ** 2)) if len(time) > 1 else None,
-    )
-    values = (None if value is None else float(value) for value in numbers)
-    return dict(zip(meanings(drive), values, strict=True))
+
+def _estimated(
+    name: str,
+    meaning: str,
+    reduction: Reduction,
+    rank: int,
+    where: Callable[[PathFrame], Scalar] | None = None,
+) -> Metric:
+    """A metric of the contour error as the control can know it; ``where`` else than 1, of 0."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        assert path is not None  # it is measured on paths only
+        off = off_path(path, [moment.deviation for moment in moments]).contour
+        off = off if where is None else where(path) * off
+        return reduction.update(sums, (moments[0]._replace(error=off),), None)
+
+    running = reduction._replace(update=update, recorded=None)
+    text = meaning.format("estimated contour error")
+    return Metric(ESTIMATED + name, "error", text, *running, path=True, rank=rank)
+
+
+def _contour(
+    name: str,
+    meaning: str,
+    rank: int,
+    error: Callable[[Contour], Floats | None],
+    reduced: Callable[[Floats], float] = recorded.largest,
+    tables: tuple[str, ...] = PATH,
+    exists: Callable[[Sequence[Drive]], bool] = _linear,
+    unit: str = "length",
+) -> Metric:
+    """A metric of the contour error of a whole machine, or of an error that is like it."""
+
+    def read(motion: MotionRecord) -> float | None:
+        assert motion.contour is not None
+        errors = error(motion.contour)
+        return None if errors is None or not len(errors) else float(reduced(errors))
+
+    parts: Any = {"recorded": read, "tables": tables, "rank": rank, "scope": MACHINE}
+    return Metric(name, unit, meaning, **parts, exists=exists)
+
+
+def _orientation(name: str, meaning: str, *of: Any) -> Metric:
+    parts: Any = {"tables": (PROGRAM,), "exists": _rotary, "unit": "deg"}
+    return _contour(name, meaning, 5, *of, **parts)
+
+
+def _axis(
+    name: str, unit: str, meaning: str, read: Callable[[Any], float | None], rank: int = 0
+) -> Metric:
+    """A metric of the recorded motion of one axis that follows no path."""
+    return Metric(name, unit, meaning, recorded=read, tables=AXIS, rank=rank)
+
+
+METRICS: tuple[Metric, ...] = (
+    _contour(
+        "rms_contour_error",
+        "root mean square of the contour error",
+        1,
+        attrgetter("error"),
+        numbers.rms,
+    ),
+    _contour("max_contour_error", "largest contour error", 2, attrgetter("error")),
+    _contour(
+        "cutting_max_contour_error",
+        "the same without rapids, G0",
+        2,
+        recorded.cutting,
+        tables=(PROGRAM,),
+    ),
+    _contour(
+        "worst_glitch",
+        "largest contour error after a linear axis reverses",
+        3,
+        lambda off: recorded.after(off.glitches),
+    ),
+    _contour(
+        "path_error",
+        f"largest contour error except within {GLITCH_TIME:g} s after an axis starts or reverses",
+        4,
+        lambda off: off.error[off.undisturbed],
+    ),
+    _contour(
+        "known_rms_contour_error",
+        "root mean square of the contour error, by the feedback encoders",
+        1,
+        attrgetter("known"),
+        numbers.rms,
+        (PLANE,),
+        _two_encoders,
+    ),
+    _contour(
+        "known_max_contour_error",
+        "largest of these",
+        2,
+        attrgetter("known"),
+        tables=(PLANE,),
+        exists=_two_encoders,
+    ),
+    _orientation(
+        "rms_orientation_error",
+        "root mean square of the error of the orientation",
+        attrgetter("turned"),
+        numbers.rms,
+    ),
+    _orientation("max_orientation_error", "largest error of the orientation", attrgetter("turned")),
+    _orientation(
+        "worst_orientation_glitch",
+        "the same after a rotary axis reverses",
+        lambda off: recorded.after(off.turned_glitches),
+    ),
+    Metric("rms_error", "error", "root mean square of the tracking error", *rms(_error), EVERY, 6),
+    Metric("max_error", "error", "largest tracking error", *largest(_error), EVERY, 7),
+    Metric(
+        "settled_rms_error",
+        "error",
+        "rms of the tracking error once settled",
+        *rms(_error, _settled),
+        rank=6,
+    ),
+    Metric(
+        "settled_max_error",
+        "error",
+        "largest tracking error once settled",
+        *largest(_error, _settled),
+        rank=7,
+    ),
+    Metric(
+        "iae",
+        "error s",
+        "integral of the tracking error's magnitude",
+        *integral(_error),
+        AXIS,
+        key="iae_{error}_s",
+    ),
+    _axis(
+        "final_error", "error", "tracking error at the last sample", lambda x: float(x.error[-1])
+    ),
+    _axis(
+        "settling_time",
+        "s",
+        "from then on the error stays below a tenth of its maximum",
+        recorded.settling_time,
+        9,
+    ),
+    _estimated("rms_contour_error", "root mean square of the {}", rms(_error), 1),
+    _estimated("max_contour_error", "largest {}", largest(_error), 2),
+    _estimated(
+        "path_error",
+        "largest {} away from starts and reversals",
+        largest(_error),
+        4,
+        lambda path: path.undisturbed,
+    ),
+    _estimated(
+        "worst_glitch",
+        "largest {} after an axis reverses",
+        largest(_error),
+        3,
+        lambda path: path.reversing,
+    ),
+    Metric(
+        "overshoot", "error", "how far the axis goes beyond its goal", *largest(_beyond), rank=8
+    ),
+    Metric(
+        "overshoot",
+        "error",
+        "how far beyond a reversal or the end of the program",
+        recorded=lambda axis: recorded.overshoot(axis.reference, axis.position),
+        tables=(PROGRAM,),
+        rank=8,
+    ),
+    Metric(
+        "velocity_ripple",
+        "error_rate",
+        "rms of the velocity error once settled",
+        *rms(_rate, _settled),
+        AXIS,
+    ),
+    _axis(
+        "stick_share",
+        "1",
+        "share of the time, once settled, below a tenth of the commanded speed",
+        lambda axis: float(recorded.stands(axis).mean()),
+        12,
+    ),
+    _axis("stick_events", "1", "how often the axis stuck, once settled", recorded.stick_events),
+    Metric(
+        "peak_command", "command", "largest command", *largest(_command), EVERY, 11, scope=WORST
+    ),
+    _axis(
+        "control_effort",
+        "command2 s",
+        "integral of the squared command",
+        lambda axis: float(np.sum(axis.command**2) * sample_time(axis)),
+    ),
+    Metric(
+        "chatter",
+        "command",
+        "root mean square of the change of the command from sample to sample",
+        *rms(_change),
+        EVERY,
+        10,
+        scope=WORST,
+        key="rms_command_change",
+    ),
+    Metric("rms_command", "command", "root mean square of the command", *rms(_command)),
+    Metric(
+        "stick_slip",
+        "1",
+        "share of the sliding time in which the axis stands",
+        *share(_stuck, _sliding),
+    ),
+    Metric(
+        "velocity_share",
+        "1",
+        "largest velocity of an axis, of its limit",
+        recorded=recorded.velocity_share,
+        tables=(PROGRAM,),
+        scope=MACHINE,
+    ),
+    Metric(
+        "limit_share",
+        "1",
+        "share of the time in which a command is at its limit",
+        recorded=recorded.limited,
+        tables=(PROGRAM,),
+        scope=MACHINE,
+    ),
+    Metric(
+        "limit_share",
+        "1",
+        "share of the last quarter at a limit of the command",
+        *share(_limited, _late),
+    ),
+    Metric(
+        "late_error", "error", "largest tracking error in the last quarter", *largest(_error, _late)
+    ),
+    Metric(
+        "unsettled",
+        "1",
+        "share of a small disturbance of the start that still oscillates in the end",
+        *unsettled(),
+        doubled=True,
+    ),
+)
+#: What a scenario can name; ``band_time`` is made of its band.
+RUNNING: dict[str, Metric] = {one.name: one for one in METRICS if one.running}
+
+
+def band_time(band: float) -> Metric:
+    """When the error last left a ``band`` [unit of the error] about the reference."""
+    meaning = f"from then on the error stays within {band:g}"
+    return Metric(BAND_TIME, "s", meaning, _same, Partial(_left, band), _same)
+
+
+def _same(zero: Scalar) -> Scalar:
+    return zero
+
+
+def _left(band: Scalar, sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+    off = reduce(jnp.maximum, [jnp.abs(x.error) for x in moments])
+    return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
+
+
+def named(name: str) -> str:
+    """The name of a metric; files of version 0.1 have some without what says "estimated"."""
+    return ESTIMATED + name if ESTIMATED + name in RUNNING else name
+
+
+@cache
+def metric(name: str, band: Any = None) -> Metric:
+    """The metric that a scenario names; ValueError: there is none, or it needs a ``band``."""
+    if name == BAND_TIME:
+        return band_time(0.0 if band is None else band)
+    if name not in RUNNING:
+        known = one_of(name, [*RUNNING, BAND_TIME])
+        raise ValueError(f"{name}: unknown metric; {known}; see hfc show metric")
+    return RUNNING[name]

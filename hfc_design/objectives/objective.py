@@ -36,14 +36,14 @@ class Moment(NamedTuple):
     apart_rate: Scalar = 0.0  # [1/s]
 
 
-class Left(NamedTuple):
+class Remaining(NamedTuple):
     """What is still to come of a motion."""
 
     samples: Scalar
     settled: Scalar  # those of them that count as settled
 
 
-NOTHING_LEFT = Left(0.0, 0.0)
+NONE_REMAINING = Remaining(0.0, 0.0)
 
 
 class ObjectiveSettings(Ordered):
@@ -51,7 +51,7 @@ class ObjectiveSettings(Ordered):
 
     keys_last = ("settled_after_s",)
     kind: str  # which objective
-    settled_after_s: NotNegative = 1.0  # from then on a motion counts as settled [s]
+    settled_after_s: NotNegative = 1.0  # time from which a motion counts as settled [s]
 
     def on(self, units: Any) -> Self:
         """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""
@@ -82,7 +82,7 @@ class Objective(NamedTuple):
     fault: Callable[[int, bool], str | None] = lambda axes, path: None
     positive: bool = False  # never below zero
     #: What the number can be at most in the end, of the sums by now; None: anything.
-    best: Callable[[Sums, Left], Scalar] | None = None
+    best: Callable[[Sums, Remaining], Scalar] | None = None
 
     def __repr__(self) -> str:
         return f"Objective({self.name!r})"

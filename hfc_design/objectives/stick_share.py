@@ -14,7 +14,7 @@ from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import Positive
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
-from hfc_design.objectives.objective import Left, Moment, Objective, Sums
+from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
 
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
@@ -24,7 +24,7 @@ class StickShareSettings(objective.ObjectiveSettings):
     """Weight of ``stick_share``."""
 
     kind: Literal["stick-share"] = "stick-share"
-    weight: Positive = 1.0  # that the share is multiplied by [1]
+    weight: Positive = 1.0  # factor on the share [1]
 
 
 def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
@@ -62,7 +62,7 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
     return stuck, settled
 
 
-def _best(weight: Scalar, sums: Sums, left: Left = objective.NOTHING_LEFT) -> Scalar:
+def _best(weight: Scalar, sums: Sums, left: Remaining = objective.NONE_REMAINING) -> Scalar:
     stuck, settled = sums
     return -(weight * stuck / jnp.maximum(settled + left.settled, 1.0))
 

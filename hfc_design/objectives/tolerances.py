@@ -8,26 +8,18 @@ from jax.tree_util import Partial
 from pydantic import Field, field_validator
 
 from hfc_design.core.numbers import Scalar
-from hfc_design.core.quantities import Quantity
-from hfc_design.core.records import Positive, Record
+from hfc_design.core.records import Positive, Quantity, Record
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.measures import (
-    BAND_TIME,
-    Measure,
-    Units,
-    in_units,
-    measure,
-    named,
-    path_fault,
-)
+from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
+from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 
 class Weighed(Record):
     """A tolerance that does not count as much as the others."""
 
-    tolerance: Quantity  # what is tolerated: a number, or a text with a unit [of the measure]
-    weight: Positive = 1.0  # among the others [1]
+    tolerance: Quantity  # tolerance: a number, or a string with a unit [of the measure]
+    weight: Positive = 1.0  # weight relative to the others [1]
 
 
 Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
@@ -37,17 +29,17 @@ class TolerancesSettings(ObjectiveSettings):
     """Measures by name, each with what is tolerated."""
 
     kind: Literal["tolerances"] = "tolerances"
-    #: measures by name, each with what is tolerated: a number, a text with a unit, or a table of
-    #: both [of the measure]
+    #: metrics by name, each with its tolerance: a number, a string with a unit, or a table with a
+    #: weight [of the measure]
     tolerances: Tolerances = {"settled_rms_error": 1e-3}
-    #: of the error, for ``band_time``: a number, or a text with a unit [error]
+    #: width of the band for band_time: a number, or a string with a unit [error]
     band: Quantity | None = None
 
     @field_validator("tolerances")
     @classmethod
     def _known(cls, tolerances: Tolerances) -> Tolerances:
         for name in tolerances:
-            measure(named(name))
+            metric(named(name))
         return {named(name): tolerated for name, tolerated in tolerances.items()}
 
     def on(self, units: Units) -> "TolerancesSettings":
@@ -63,15 +55,15 @@ class TolerancesSettings(ObjectiveSettings):
         for name, tolerated in self.tolerances.items():
             entry = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
             key = f"fitness.tolerances.{name}"
-            number = in_units(key, entry.tolerance, measure(name).unit, units)
+            number = in_units(key, entry.tolerance, metric(name).unit, units)
             if not number > 0.0:
-                raise ValueError(f"{key} = {entry.tolerance!r}: has to be more than zero")
+                raise ValueError(f"{key} = {entry.tolerance!r}: must be greater than 0")
             converted[name] = Weighed(tolerance=number, weight=entry.weight)
         return self.model_copy(update={"tolerances": converted, "band": band})
 
 
 @cache
-def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
+def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
     """``1 / cost``; the cost is the weighted mean of measure / tolerance: 1 is just good enough.
 
     ``weighed`` has measures, tolerances [units of the drive] and weights.
@@ -91,7 +83,7 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
         name="tolerances",
         title="tolerance / deviation",
         unit="1",
-        meaning=f"1 / weighted mean of {names}; 1 is just tolerated, the more the better",
+        meaning=f"1 / weighted mean of {names}; 1 is just within tolerance, higher is better",
         positive=True,
         settings=TolerancesSettings,
         make=lambda settings: tolerances(tolerated(settings)),
@@ -115,13 +107,13 @@ def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
     return 1.0 / reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
 
 
-def tolerated(settings: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:
+def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:
     """Measures, tolerances [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
     for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``
-        rows.append((measure(name, settings.band), weighed.tolerance, weighed.weight))
+        rows.append((metric(name, settings.band), weighed.tolerance, weighed.weight))
     return tuple(rows)
 
 
-OBJECTIVE = tolerances(((measure("settled_rms_error"), 1e-3, 1.0),))
+OBJECTIVE = tolerances(((metric("settled_rms_error"), 1e-3, 1.0),))

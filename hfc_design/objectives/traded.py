@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.core.wording import one_of
-from hfc_design.objectives.measures import MEASURES, Measure, Units, measure, path_fault
+from hfc_design.objectives.metric import Metric, Units, path_fault
+from hfc_design.objectives.metrics import RUNNING, metric
 
 #: Number of units of a hierarchy that matter, which its kind counts.
 UNITS = "units"
 #: Names that depend on the scenario, or are short.
 TRACKING, EFFORT = "tracking", "effort"
-NAMES = (TRACKING, EFFORT, UNITS, *MEASURES, "band_time")
+NAMES = (TRACKING, EFFORT, UNITS, *RUNNING, "band_time")
 ALLOWED = 2, 3
 
 
@@ -20,18 +21,18 @@ class Traded(NamedTuple):
     name: str  # as the user calls it
     unit: str  # "1" for none
     meaning: str
-    measure: Measure | None  # None: the units that matter
+    metric: Metric | None  # None: the units that matter
 
 
 def check_names(names: Sequence[str]) -> None:
     """ValueError: there are not two or three of them, or one is unknown or stands there twice."""
     for name in names:
         if name not in NAMES:
-            raise ValueError(f"{name}: is no objective; {one_of(name, NAMES)}")
+            raise ValueError(f"{name}: unknown objective; {one_of(name, NAMES)}")
         if names.count(name) > 1:
-            raise ValueError(f"{name}: stands there twice")
+            raise ValueError(f"{name}: is listed twice")
     if len(names) not in ALLOWED:
-        raise ValueError(f"has to be two or three objectives, not {len(names)}")
+        raise ValueError(f"must be two or three objectives (got {len(names)})")
 
 
 def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
@@ -49,18 +50,18 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
         if name == UNITS:
             objectives.append(Traded(name, "1", "units of the hierarchy that matter", None))
             continue
-        metric = measure(_measured(name, fitness, path), getattr(fitness, "band", None))
-        if metric.name == "band_time" and getattr(fitness, "band", None) is None:
+        known = metric(_measured(name, fitness, path), getattr(fitness, "band", None))
+        if known.name == "band_time" and getattr(fitness, "band", None) is None:
             raise ValueError("band_time: needs fitness.band, of fitness.kind = 'tolerances'")
-        words = [units.signals.get(word, word) for word in metric.unit.split(" ")]
-        objectives.append(Traded(name, " ".join(words), metric.meaning, metric))
-    measures = [one.measure for one in objectives if one.measure is not None]
+        words = [units.signals.get(word, word) for word in known.unit.split(" ")]
+        objectives.append(Traded(name, " ".join(words), known.meaning, known))
+    measures = [one.metric for one in objectives if one.metric is not None]
     if fault := path_fault(measures, path):
         raise ValueError(fault)
     for k, one in enumerate(objectives):
         for other in objectives[:k]:
-            if one.measure is not None and one.measure == other.measure:
-                raise ValueError(f"{other.name} and {one.name}: are the same here")
+            if one.metric is not None and one.metric == other.metric:
+                raise ValueError(f"{other.name} and {one.name}: are the same quantity here")
     return tuple(objectives)
 
 
@@ -71,6 +72,6 @@ def _measured(name: str, fitness: Any, path: bool) -> str:
     if name != TRACKING:
         return name
     for key in getattr(fitness, "tolerances", {}):
-        if measure(key).unit == "error":
+        if metric(key).unit == "error":
             return str(key)
     return "estimated_rms_contour_error" if path else "rms_error"

@@ -47,11 +47,11 @@ class Ensemble(NamedTuple):
     nominal: tuple[bool, ...] = ()  # of the motions, which count on the nominal machine alone
 
     def verdict(
-        self, judged: Judged, penalty: float | None = None, beside: Floats | float = 0.0
+        self, judged: Judged, penalty: float | None = None, more_violation: Floats | float = 0.0
     ) -> Verdict:
         """Of ``judged`` (designs, machines, motions); constraints are its last values.
 
-        By what is broken ``beside`` them (designs,) a design ranks as much lower.
+        By what is broken ``more_violation`` them (designs,) a design ranks as much lower.
 
         With a ``penalty`` merit and constraints are also weighed against each other: ``_weighed``.
         """
@@ -61,16 +61,18 @@ class Ensemble(NamedTuple):
             merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
         broken = np.where(weights[..., None] > 0.0, self._broken(judged), 0.0)
         violation = self._violation(broken, len(weights))
-        required = self._asked(violation)
+        required = self._required(violation)
         violation, some = (np.take_along_axis(x, required, axis=1) for x in (violation, merit))
-        most = violation.mean(axis=1) + beside
-        rank = np.where(most > 0.0, -most, self._kept(some))
+        most = violation.mean(axis=1) + more_violation
+        rank = np.where(most > 0.0, -most, self._overall(some))
         weighed = rank if penalty is None else self._weighed(some, most, penalty)
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         rank, weighed = (np.where(lost, -np.inf, x) for x in (rank, weighed))
         return Verdict(rank, weighed, merit, broken)
 
-    def reach(self, judged: Judged, machines: int, beside: Floats | float = 0.0) -> Floats:
+    def best_rank(
+        self, judged: Judged, machines: int, more_violation: Floats | float = 0.0
+    ) -> Floats:
         """(designs,) the highest rank that each can still have, on so many ``machines`` in all.
 
         ``judged`` are the first of them. The others may cost nothing and break nothing, and those
@@ -82,8 +84,8 @@ class Ensemble(NamedTuple):
         least = violation[:, 0] + np.sort(violation[:, 1:], axis=1)[:, :left].sum(axis=1)
         best = np.sort(verdict.merit[:, 1:], axis=1)[:, ::-1][:, :left]
         free = np.full((len(best), required - 1 - left), np.inf)
-        merit = self._kept(np.concatenate([verdict.merit[:, :1], best, free], axis=1))
-        least = least / required + beside
+        merit = self._overall(np.concatenate([verdict.merit[:, :1], best, free], axis=1))
+        least = least / required + more_violation
         return np.where(least > 0.0, -least, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
@@ -118,7 +120,7 @@ class Ensemble(NamedTuple):
         counts[1:, self._nominal] = 0.0
         return np.asarray(counts / counts.sum(axis=1, keepdims=True))
 
-    def _asked(self, violation: Floats) -> Integers:
+    def _required(self, violation: Floats) -> Integers:
         """(designs, some) machines that have to pass, the nominal one always."""
         others = violation.shape[1] - 1
         order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
@@ -142,7 +144,7 @@ class Ensemble(NamedTuple):
         number, the violation ranks alone.
         """
         median = np.median(merit, axis=1)
-        overall = self._kept(np.maximum(merit, median[:, None] / WORST))
+        overall = self._overall(np.maximum(merit, median[:, None] / WORST))
         weighed = overall * np.exp(-penalty * violation)
         return np.where((median > 0.0) & (weighed > 0.0), weighed, -violation)
 
@@ -158,7 +160,7 @@ class Ensemble(NamedTuple):
         over = 1.0 - 1.0 / (1.0 + over)
         return np.concatenate([failed, np.where(failed, 1.0, over)], axis=-1)
 
-    def _kept(self, merit: Floats) -> Floats:
+    def _overall(self, merit: Floats) -> Floats:
         """(designs,) one merit of all machines."""
         low = self.quantile * (1.0 + SAME)
         with np.errstate(all="ignore"):

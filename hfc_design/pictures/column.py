@@ -207,8 +207,8 @@ def _listed(figure: Figure, legend: Legend) -> Legend:
     texts = legend.get_texts()
     names, handles = [text.get_text() for text in texts], cast(Any, legend.legend_handles)
     look: dict[str, Any] = {"fontsize": float(texts[0].get_fontsize()), "loc": "upper center"}
-    found = figure.legend(handles, names, frameon=False, **look)
-    for text in found.get_texts():
+    drawn = figure.legend(handles, names, frameon=False, **look)
+    for text in drawn.get_texts():
         text.set_parse_math(False)
     legend.remove()
-    return found
+    return drawn

@@ -114,14 +114,14 @@ def plain(label: str, longest: int = LABEL) -> str:
 
 def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
     """Labels of names, each another one: those that are alike at the beginning keep their ends."""
-    found = {name: plain(name, longest) for name in names}
-    ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in found}
-    same = Counter(found.values())
-    found |= {name: ends[name] for name, label in found.items() if same[label] > 1}
-    same = Counter(found.values())
+    shortened = {name: plain(name, longest) for name in names}
+    ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in shortened}
+    same = Counter(shortened.values())
+    shortened |= {name: ends[name] for name, label in shortened.items() if same[label] > 1}
+    same = Counter(shortened.values())
     return {
         name: f"{k}: {plain(label, longest - 4)}" if same[label] > 1 else label
-        for k, (name, label) in enumerate(found.items(), 1)
+        for k, (name, label) in enumerate(shortened.items(), 1)
     }
 
 

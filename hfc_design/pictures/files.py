@@ -40,7 +40,7 @@ def kind_of(path: Path) -> str:
     """The one in ``FORMATS`` that the suffix of a file says; UserError: it says another."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
-        raise UserError(f"{path}: a plot has to end in .png, .svg or .pdf")
+        raise UserError(f"{path}: must end in .png, .svg or .pdf")
     return kind
 
 
@@ -76,7 +76,7 @@ class Renderer(RendererPgf):
 
     def draw_image(self, gc, x, y, im, transform=None):  # type: ignore[no-untyped-def]
         """Refuse an image, which would be a file of its own."""
-        raise UserError("a figure with an image in it cannot be a pgf; take pdf")
+        raise UserError("a figure with an image cannot be a pgf; use pdf")
 
 
 def picture(figure: Figure) -> bytes:
@@ -132,7 +132,7 @@ def _rounded(curve: re.Match[str]) -> str:
     numbers = (
         x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
     )
-    return f' d="{_LETTER.sub(lambda found: found[1], ",".join(numbers))}"'
+    return f' d="{_LETTER.sub(lambda match: match[1], ",".join(numbers))}"'
 
 
 _LETTER = re.compile(r",?([A-Za-z]),?")

@@ -75,7 +75,7 @@ def escaped(text: str) -> str:
     Letters beyond Latin are left as they are: LuaLaTeX and XeLaTeX print those that the font has.
     """
     plain = harmless(re.sub(r"\s+", " ", text))
-    return _SPECIAL.sub(lambda found: LETTERS.get(found[0]) or _other(found[0]), plain)
+    return _SPECIAL.sub(lambda match: LETTERS.get(match[0]) or _other(match[0]), plain)
 
 
 def _other(letters: str) -> str:

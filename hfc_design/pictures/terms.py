@@ -44,14 +44,14 @@ class Place(NamedTuple):
 def terms(panels: Sequence[Panel], title: str) -> Figure:
     """Degrees of membership; names stand above their terms, in as many rows as keeps them apart."""
     places = [_places(panel) for panel in panels]
-    rows = 1 + max(place.row for own in places for place in own)
+    rows = 1 + max(place.row for row in places for place in row)
     band = (3.0 + ROW * rows) / POINTS_PER_INCH
     height, gap = (ALONE if len(panels) == 1 else SHARED), 0.6 + band
     whole = 0.4 + band + len(panels) * height + (len(panels) - 1) * gap + 0.5
     figure = framed(whole, top=0.4 + band, left=LEFT, right=RIGHT)
     each = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"hspace": gap / height})
-    for axes, panel, own in zip(each[:, 0], panels, places, strict=True):
-        _draw(axes, panel, own)
+    for axes, panel, panel_places in zip(each[:, 0], panels, places, strict=True):
+        _draw(axes, panel, panel_places)
     middle = 0.5 * (LEFT + WIDTH - RIGHT) / WIDTH
     figure.suptitle(title, x=middle, y=1.0 - 0.1 / whole, va="top", fontsize=11)
     return figure
@@ -82,7 +82,7 @@ def _draw(axes: Axes, panel: Panel, places: Sequence[Place]) -> None:
 def _places(panel: Panel) -> list[Place]:
     """Each name in the lowest row in which it is clear of those before, on a page and a paper."""
     (low, high), wide = panel.ends, POINTS_PER_INCH * (WIDTH - LEFT - RIGHT)
-    found: list[Place] = []
+    places: list[Place] = []
     filled: list[float] = []  # up to where each row is
     for name, curve in panel.curves.items():
         values, degrees = curve
@@ -97,5 +97,5 @@ def _places(panel: Panel) -> list[Place]:
         end = centre + max(shift + half, TIGHTER * (shift + half))
         row = next((k for k, edge in enumerate(filled) if edge <= begin), len(filled))
         filled[row : row + 1] = [end]
-        found.append(Place(top, shift, row))
-    return found
+        places.append(Place(top, shift, row))
+    return places

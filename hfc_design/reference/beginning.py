@@ -39,15 +39,15 @@ SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
 
 
-def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
-    """A commented scenario as TOML; ``own`` are the entries of own parts.
+def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
+    """A commented scenario as TOML; ``added`` are the entries of own parts.
 
     Raises:
         UserError: the controller needs keys that have no default.
     """
-    every = reference.parts(reference.PLANT, plant, own)
+    every = reference.parts(reference.PLANT, plant, added)
     axes = next(one.meaning for one in every if one.key == "axes").split(", ")
-    units = reference.units_of(plant, own)
+    units = reference.units_of(plant, added)
     named = {
         reference.PLANT: plant,
         reference.REFERENCE: "trapezoidal" if axes == ["one"] else "per-axis",
@@ -55,17 +55,18 @@ def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
         reference.CONTROLLER: controller,
         reference.STRATEGY: "cma" if controller == HIERARCHY else "l-shade",
     }
-    known = reference.keys_of(named, own)
+    known = reference.keys_of(named, added)
     required = [one.key for one in known if one.required and one.key.startswith("controller.")]
     if needed := [key for key in required if key.count(".") == 1]:
         raise UserError(
-            f"--controller {controller}: needs {', '.join(needed)}, of which there is no default; "
+            f"--controller {controller}: needs {', '.join(needed)}, which has no default; "
             f"see hfc show controller {controller}"
         )
     of_axes = {one.key: one.unit for one in every if one.part == "signal"}
     return (
-        f"# A scenario for hfc design: the plant {plant} with a controller of kind {controller}.\n"
-        "# Take the # from #key = value to set a key; it stands there with its default.\n\n"
+        f"# A scenario for hfc design: the plant {plant} with a controller of kind "
+        f"{controller}.\n# Remove the # of #key = value to set a key; the value shown is "
+        "its default.\n\n"
     ) + commented(_live(named, axes, of_axes, units), known, units)
 
 
@@ -91,7 +92,7 @@ def _live(
     if several:  # a move of each axis in its own unit
         moves = {axis: MOVES.get(of_axes.get(f"{axis}.error", ""), OTHER) for axis in axes}
         live["reference.axes"] = {
-            axis: {"kind": "trapezoidal", **own.path()} for axis, own in moves.items()
+            axis: {"kind": "trapezoidal", **move.path()} for axis, move in moves.items()
         }
     else:
         live |= {f"reference.{key}": x for key, x in move.path().items()}

@@ -20,7 +20,7 @@ HARMLESS = (
 )
 #: Lists whose entries are tables of their own in a file.
 LISTED = "motions", "windows"
-NOT_SET = "# Keys that are not set, with their defaults; one that is to hold belongs in its table."
+NOT_SET = "# Keys that are not set, with their defaults; to set one, move it into its table."
 #: Lines of ``tomli_w`` that begin a table, and a key with a value.
 HEAD, KEY = re.compile(r"\[\[?([\w.-]+)\]\]?"), re.compile(r"([\w-]+) = ")
 #: What stands for a value that has no default.
@@ -55,13 +55,13 @@ def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> st
             table = head[1]
             if line.startswith("[["):
                 counts[table] = counts.get(table, -1) + 1
-        found = KEY.match(line)
-        key = table if head else f"{table}.{found[1]}".strip(".") if found else ""
+        match = KEY.match(line)
+        key = table if head else f"{table}.{match[1]}".strip(".") if match else ""
         first, _, below = key.partition(".")
         if first in counts:  # of a list of tables: its keys have a number in between
             key = f"{first}.{counts[first]}.{below}".strip(".")
         one = entry_of(key, known) if key else None
-        meaning = _told(one, units) if one else ""
+        meaning = _line_of(one, units) if one else ""
         lines.append(("" if meaning in written_before else meaning) + line)
         written_before.add(meaning)
     return "\n".join(lines) + "\n"
@@ -89,7 +89,7 @@ def _text(
         alive = table in (*heads, *live) or any(one.key in live for one in entries)
         name = table.replace(".N", "")
         head = f"[[{name}]]" if ".N" in table else f"[{name}]"
-        meaning = _told(known_as[name], units) if name in known_as else ""
+        meaning = _line_of(known_as[name], units) if name in known_as else ""
         text += f"\n{meaning}{head if alive else f'#{head}'}\n"
         for one in entries:
             text += _line(one, one.key == table, live, units)
@@ -117,12 +117,12 @@ def _line(one: Entry, head: bool, live: Mapping[str, Plain], units: Mapping[str,
         return "".join(f"{key} = {written(x)}\n" for key, x in inside.items())
     name = one.key.rpartition(".")[2]
     if one.key in live:
-        return f"{_told(one, units)}{name} = {written(live[one.key])}\n"
+        return f"{_line_of(one, units)}{name} = {written(live[one.key])}\n"
     value = STANDS_FOR.get(one.type, "...") if one.default is None else written(one.default)
-    return f"{_told(one, units)}#{name} = {value if len(value) < WIDTH else '...'}\n"
+    return f"{_line_of(one, units)}#{name} = {value if len(value) < WIDTH else '...'}\n"
 
 
-def _told(one: Entry, units: Mapping[str, str]) -> str:
+def _line_of(one: Entry, units: Mapping[str, str]) -> str:
     unit = in_units(one.unit, units)
     text = one.meaning + (f" [{unit}]" if unit not in ("", "1") else "")
     if one.allowed and one.allowed not in text:

@@ -11,10 +11,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.quantities import without_unit
 from hfc_design.core.records import UserError
+from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import NUMBER, Keys, near, of_its_name, one_of
 
 FILE = Path(__file__).parent / "reference.json"
@@ -64,8 +64,8 @@ def things(kind: str) -> list[Entry]:
 def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
     """The parts of a thing, which may be one of a user whose entries are among ``others``."""
     for every in (entries(), others):
-        if found := [one for one in every if (one.kind, one.name) == (kind, name) and one.part]:
-            return found
+        if listed := [one for one in every if (one.kind, one.name) == (kind, name) and one.part]:
+            return listed
     return []
 
 
@@ -79,27 +79,27 @@ def unknown(
     else:
         meant = " or ".join(near(name, names, 2))
         there = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
-    return UserError(f"{short(name)}: no such {what}; {there}")
+    return UserError(f"{short(name)}: unknown {what}; {there}")
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
     """A unit of the reference with those of a plant: command/error of a C-axis is V/rad."""
 
-    def own(found: re.Match[str]) -> str:
-        text = units.get(found[0], found[0])
-        alone = found[0] == unit or not re.search(r"[ /]", text)
+    def unit_of(match: re.Match[str]) -> str:
+        text = units.get(match[0], match[0])
+        alone = match[0] == unit or not re.search(r"[ /]", text)
         return text if alone else f"({text})"
 
-    return re.sub(r"\b(error|command|load|signal)\b", own, unit)
+    return re.sub(r"\b(error|command|load|signal)\b", unit_of, unit)
 
 
 def units_of(plant: str, others: Iterable[Entry] = ()) -> dict[str, str]:
     """Unit of each signal of a plant; of one with several axes those of its first one."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for one in parts(PLANT, plant, others):
         if one.part == "signal":
-            found.setdefault(one.key.rpartition(".")[2], one.unit)
-    return found
+            units.setdefault(one.key.rpartition(".")[2], one.unit)
+    return units
 
 
 #: Of a scenario: what names a thing, and its kind.
@@ -126,14 +126,14 @@ OWN = re.compile(r"^(motions\.\d+\.)?(reference\.axes|controller\.(axes|inner|st
 
 def chosen(data: Json) -> dict[str, str]:
     """Kind -> name of the thing of that kind that a scenario names, or has by default."""
-    found = {}
+    names = {}
     defaults = {one.key: one.default for one in things(KEY)}
     for key, kind in NAMED.items():
         table, _, last = key.partition(".")
-        own = data.get(table)
-        name = own.get(last) if isinstance(own, Mapping) else None
-        found[kind] = str(name if name is not None else defaults[key])
-    return found
+        record = data.get(table)
+        name = record.get(last) if isinstance(record, Mapping) else None
+        names[kind] = str(name if name is not None else defaults[key])
+    return names
 
 
 def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entry]:
@@ -142,23 +142,23 @@ def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entr
     ``others`` are entries of a user's own parts. Each table follows on the one before it in the
     file.
     """
-    found = things(KEY)
-    order = {one.key.partition(".")[0]: k for k, one in enumerate(found)}
+    keys = things(KEY)
+    order = {one.key.partition(".")[0]: k for k, one in enumerate(keys)}
     for kind, name in named.items():
         wanted = "parameter" if kind == PLANT else "setting"
-        found += [one for one in parts(kind, name, others) if one.part == wanted]
-    return sorted(found, key=lambda one: order.get(one.key.partition(".")[0], 0))
+        keys += [one for one in parts(kind, name, others) if one.part == wanted]
+    return sorted(keys, key=lambda one: order.get(one.key.partition(".")[0], 0))
 
 
 def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
     """The keys that the scenario of a file may have, those of its motions' references last."""
-    found = keys_of(chosen(data), others)
+    keys = keys_of(chosen(data), others)
     motions = data.get("motions")
     for motion in motions if isinstance(motions, list) else ():
-        own = motion.get("reference") if isinstance(motion, Mapping) else None
-        if isinstance(own, Mapping):
-            found += parts(REFERENCE, str(own.get("kind")))
-    return found
+        motion_reference = motion.get("reference") if isinstance(motion, Mapping) else None
+        if isinstance(motion_reference, Mapping):
+            keys += parts(REFERENCE, str(motion_reference.get("kind")))
+    return keys
 
 
 def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
@@ -168,10 +168,10 @@ def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
         key = OF_AXIS.sub("plant.parameters.", key)
     table = key
     while table:
-        own = next((one for one in known if _fits(one.key, table)), None)
-        if own is not None:
-            named = own.type.startswith(("table of", "list")) and own.key != "plant.parameters"
-            return own if table == key or named else None
+        exact = next((one for one in known if _fits(one.key, table)), None)
+        if exact is not None:
+            named = exact.type.startswith(("table of", "list")) and exact.key != "plant.parameters"
+            return exact if table == key or named else None
         table = table.rpartition(".")[0]
     return None
 
@@ -197,8 +197,8 @@ def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: [
     def unit(key: str) -> str:
         every, units = known()
         entry = entry_of(key, every)
-        found = "" if entry is None else unit_at(key, entry, units)
-        return of_its_name(key) if ANY.search(found) else found if found != "1" else ""
+        unit_here = "" if entry is None else unit_at(key, entry, units)
+        return of_its_name(key) if ANY.search(unit_here) else unit_here if unit_here != "1" else ""
 
     return Keys(unit, lambda: (one.key for one in known()[0]), whose)
 
@@ -247,6 +247,6 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
         if OWN.match(key) or entry is not None:
             continue
         meant = " or ".join(near(key, (one.key for one in known), 2))
-        wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
+        wrong.append(f"{key}: unknown key{f'; did you mean {meant}?' if meant else ''}")
     if wrong:
         raise UserError(f"{source}: {'; '.join(wrong)}")

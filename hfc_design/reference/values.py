@@ -36,8 +36,8 @@ def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> 
     """
     named = reference.chosen(data)
     units = reference.units_of(named[reference.PLANT], others)
-    found = [_set(key, value, known, units) for key, value in reference.leaves(data)]
-    keys = [one.key for one in found]
+    listed = [_set(key, value, known, units) for key, value in reference.leaves(data)]
+    keys = [one.key for one in listed]
     # Of tables that mean nothing where they are left out no default holds.
     absent = [
         f"{one.key}."
@@ -51,11 +51,11 @@ def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> 
         without = one.required or one.type == "table" or one.default in (None, {}, [])
         places = reference.PLACES.keys() & {*one.key.split(".")}
         # Motions of one kind have its keys once.
-        is_told = any(f"{x.key}.".startswith(f"{one.key}.") for x in found)
+        is_told = any(f"{x.key}.".startswith(f"{one.key}.") for x in listed)
         if not (of_motion or one.key.startswith(tuple(absent)) or without or places or is_told):
             unit = reference.in_units(one.unit, units)
-            found.append(Value(one.key, one.default, one.default, DEFAULT, unit, one.meaning))
-    return found
+            listed.append(Value(one.key, one.default, one.default, DEFAULT, unit, one.meaning))
+    return listed
 
 
 def _set(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str]) -> Value:

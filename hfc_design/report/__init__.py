@@ -89,9 +89,9 @@ def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
     """The same with the shades of a surface as pixels: a third of the letters."""
     axes = figure.axes[0]
     axes.set_rasterization_zorder(BELOW)
-    found = picture(figure)
+    image = picture(figure)
     axes.set_rasterization_zorder(None)
-    return found
+    return image
 
 
 def inside(*names: str) -> Markup:

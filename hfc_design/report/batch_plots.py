@@ -29,7 +29,7 @@ from hfc_design.pictures.figure import (
 )
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import titled
-from hfc_design.simulation.in_use import TITLES, Usable
+from hfc_design.simulation.acceptance import TITLES, Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Width of a picture with long labels [in].
@@ -53,9 +53,9 @@ def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
     top = 0.15 + LINE * len(scores)
     figure = framed(3.05 + top, top)
     axes = figure.subplots()
-    for k, (label, found) in enumerate(scores.items()):
+    for k, (label, numbers) in enumerate(scores.items()):
         axes.plot([], [], "o", ms=4.5, mew=0, color=colour(k), label=plain(label))
-        values = drawable(found[np.isfinite(found)])
+        values = drawable(numbers[np.isfinite(numbers)])
         if len(values) == 0:
             continue
         share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
@@ -104,19 +104,19 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     return figure
 
 
-def distributions(found: Robustness | Usable, title: str) -> Figure:
+def distributions(judged: Robustness | Usable, title: str) -> Figure:
     """The share of the machines up to a value, and the nominal one's value, dashed.
 
     Of each metric of the stable machines, with a band from the 5 % to the 95 % quantile; one that
     is the same on every machine is left out. Of what can be used a row for each motion and a column
     for each measure, with machines that do not pass among them.
     """
-    if isinstance(found, Usable):
-        return _in_motions(found, title)
-    drawn = [key for key in found.values if np.unique(found.spread_of(key)).size > 1]
+    if isinstance(judged, Usable):
+        return _in_motions(judged, title)
+    drawn = [key for key in judged.values if np.unique(judged.spread_of(key)).size > 1]
     rows = max(-(-len(drawn) // COLUMNS), 1)
-    share = f"{100 * found.stable.mean():.4g} % stable"
-    machines = f"{len(found.stable)} machines, parameters ±{100 * found.spread:g} %, {share}"
+    share = f"{100 * judged.stable.mean():.4g} % stable"
+    machines = f"{len(judged.stable)} machines, parameters ±{100 * judged.spread:g} %, {share}"
     heading = [*filter(None, [title]), machines]
     top = 0.35 + 0.2 * len(heading)
     height = PANEL * rows + top + 0.35
@@ -125,12 +125,12 @@ def distributions(found: Robustness | Usable, title: str) -> Figure:
         rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.8, "wspace": 0.12}
     )
     for axes, key in zip(panels.flat, drawn, strict=False):
-        values = found.spread_of(key)
-        called, factor = titled(key, found.meanings[key], np.quantile(values, QUANTILES).tolist())
-        only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
+        values = judged.spread_of(key)
+        called, factor = titled(key, judged.meanings[key], np.quantile(values, QUANTILES).tolist())
+        only = "" if len(values) == judged.stable.sum() else f", {len(values)} machines"
         low, *_, high = np.quantile(drawable(factor * values), QUANTILES)
         axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
-        _machines(axes, factor * values, factor * found.nominal[key], 8)
+        _machines(axes, factor * values, factor * judged.nominal[key], 8)
         axes.set_title(fill(plain(called) + only, TITLE), fontsize=9, parse_math=False)
     for axes in panels.flat[len(drawn) :]:
         axes.set_visible(False)
@@ -142,22 +142,22 @@ def distributions(found: Robustness | Usable, title: str) -> Figure:
     return figure
 
 
-def _in_motions(found: Usable, title: str) -> Figure:
+def _in_motions(judged: Usable, title: str) -> Figure:
     """A row for each motion, a column for each measure."""
-    rows, columns = len(found.motions), len(found.units)
-    share = f"{100 * found.good.mean():.4g} % pass"
-    machines = f"{len(found.good)} machines within ±{100 * found.spread:g} %: {share}"
+    rows, columns = len(judged.motions), len(judged.units)
+    share = f"{100 * judged.good.mean():.4g} % pass"
+    machines = f"{len(judged.good)} machines within ±{100 * judged.spread:g} %: {share}"
     heading = [*filter(None, [title]), machines, "share of them up to a value"]
     top = 0.5 + 0.18 * len(heading)
     height = 1.15 * rows + top + 0.65
     figure = framed(height, top=top, left=0.8, right=0.15, bottom=0.65)
     shape = {"hspace": 0.75, "wspace": 0.15}
     grid = figure.subplots(rows, columns, sharey=True, squeeze=False, gridspec_kw=shape)
-    for row, motion in zip(grid, found.motions, strict=True):
-        for axes, (name, own) in zip(row, found.units.items(), strict=True):
-            values = motion.told[name][np.isfinite(motion.told[name])]
+    for row, motion in zip(grid, judged.motions, strict=True):
+        for axes, (name, measure_unit) in zip(row, judged.units.items(), strict=True):
+            values = motion.measured[name][np.isfinite(motion.measured[name])]
             most = float(np.quantile(values, SHOWN)) if len(values) else 0.0
-            factor, unit = readable(own, most)
+            factor, unit = readable(measure_unit, most)
             nominal = motion.nominal[name]
             _machines(axes, factor * values, factor * nominal, 7)
             most = max(most, nominal) if np.isfinite(nominal) else most
@@ -166,7 +166,7 @@ def _in_motions(found: Usable, title: str) -> Figure:
         row[0].set_ylabel(
             f"{plain(motion.name, 12)}\n{100 * motion.good.mean():.3g} % pass", fontsize=8
         )
-    for axes, name in zip(grid[0], found.units, strict=True):
+    for axes, name in zip(grid[0], judged.units, strict=True):
         called = TITLES.get(name, name.replace("_", " "))
         axes.set_title(f"{called}\n{axes.get_title('right')}", fontsize=8, loc="right")
     figure.suptitle("\n".join(heading), fontsize=10, y=1 - 0.08 / height)

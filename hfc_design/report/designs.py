@@ -2,15 +2,15 @@
 
 from matplotlib.figure import Figure
 
-from hfc_design.controllers.kind import needed
+from hfc_design.controllers.kind import require
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import load_design
 from hfc_design.runtime.explain import part
 
 
-def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> Figure:
+def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> Figure:
     """What a design is as a figure, as ``hfc plot`` has it.
 
     ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it, or
@@ -21,18 +21,18 @@ def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = ""
     Raises:
         UserError: the kind has no such picture, or there is no such unit or axis.
     """
-    own = part(load_design(found), axis)
-    every = PlantSettings(**own.plant.model_dump()).each()
-    drive = next((one for one in every if one.name == own.axis), every[0]).drive
-    lacks = "it has no fuzzy units to draw; hfc stability --plot draws its loop, hfc report all"
-    known = needed(own.kind.pictures, own, lacks)(own.controller, drive)
+    shown = part(load_design(design), axis)
+    every = PlantSettings(**shown.plant.model_dump()).each()
+    drive = next((one for one in every if one.name == shown.axis), every[0]).drive
+    lacks = "it has no fuzzy units to draw; use hfc stability --plot for its loop, or hfc report"
+    known = require(shown.kind.pictures, shown, lacks)(shown.controller, drive)
     if what not in known:
-        raise UserError(f"{own.name} has no picture {what!r}; it has {', '.join(known)}")
+        raise UserError(f"{shown.name} has no picture {what!r}; available: {', '.join(known)}")
     units = known[what]
     if unit is None:
         unit = [*units][-1]
     if unit not in units:
         has = ", ".join(filter(None, units)) or "no units"
-        raise UserError(f"--unit {unit}: {what} of {own.name} has {has}")
+        raise UserError(f"--unit {unit}: {what} of {shown.name} has {has}")
     figure: Figure = units[unit]()
     return figure

@@ -43,8 +43,8 @@ def motion_errors(evaluations: Evaluations) -> Figure:
     return _small(
         [
             (name, {label: one.motions[name] for label, one in evaluations.items()}, k)
-            for name, own in first.motions.items()
-            for k in range(len(_errors(own)))
+            for name, evaluation in first.motions.items()
+            for k in range(len(_errors(evaluation)))
         ]
     )
 
@@ -76,13 +76,13 @@ def errors(evaluations: Evaluations) -> Figure:
 
 def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
     """A panel for each motion, the designs in it, and the number of an error in ``_errors``."""
-    rows, names = -(-len(each) // 2), max(len(own) for _, own, _ in each)
+    rows, names = -(-len(each) // 2), max(len(errors) for _, errors, _ in each)
     top = 0.45 + 0.2 * -(-names // 2)  # the legend
     figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
     shape = {"hspace": 0.6, "wspace": 0.28}
     panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
-    for place, (panel, (name, own, k)) in enumerate(zip(panels, each, strict=False)):
-        what, unit = _draw_errors(panel, own, k)
+    for place, (panel, (name, errors, k)) in enumerate(zip(panels, each, strict=False)):
+        what, unit = _draw_errors(panel, errors, k)
         gridded(panel, "time [s]" if place + 2 >= len(each) else "")
         panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
         panel.set_title(f"error [{unit}]", fontsize=9, loc="right")
@@ -101,12 +101,12 @@ def _errors(evaluation: Evaluation) -> list[PathError]:
     path = evaluation.contour
     if path is not None and not path.any_axes:
         return [("", 1.0, path.unit, path.error)]
-    found = path_errors(evaluation)
+    errors = path_errors(evaluation)
     for axis in evaluation.axes:
         name = axis.name if len(evaluation.axes) > 1 else ""
         scale = error_scale([evaluation], axis.drive.units["error"])
-        found.append((name, *scale, axis.motion.error))
-    return found
+        errors.append((name, *scale, axis.motion.error))
+    return errors
 
 
 def _draw_errors(axes: Axes, evaluations: Evaluations, k: int) -> tuple[str, str]:

@@ -13,11 +13,11 @@ from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
-from hfc_design.files.doubts import doubts
-from hfc_design.files.kept import dotted
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import scenario_toml
-from hfc_design.files.pairing import load_design
+from hfc_design.files.plausibility import plausibility_warnings
 from hfc_design.files.scenario import Scenario
+from hfc_design.files.transfer import dotted
 from hfc_design.formats import FORMATS
 from hfc_design.pictures.numbers import metric
 from hfc_design.report import REPORT, Page, parts, plots, rendered, searches, trade_off
@@ -26,9 +26,9 @@ from hfc_design.report.paper import Paper
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
-from hfc_design.simulation import in_use
+from hfc_design.simulation import acceptance
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
-from hfc_design.simulation.settling import EXPLAINED
+from hfc_design.simulation.stability_criteria import EXPLAINED
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
@@ -56,18 +56,18 @@ def write_page(
         RunError: the folder cannot be written.
     """
     rivals = _published(scenario) if rivals is None else rivals
-    design, own, search, front = result
+    design, evaluation, search, front = result
     tables = all(part.kind.rule_base for part in design.by_axis().values())
     if tables:
         if (folder / TABLES).is_symlink():  # of others' files none is overwritten
-            raise RunError(f"{folder / TABLES}: is a link; remove it, tables are not written there")
+            raise RunError(f"{folder / TABLES}: must not be a link; remove it")
         FORMATS["csv"].write(design, folder / TABLES)
     options = uses(design.provenance.get("plugins"))
     again = f"hfc design config.toml{options} --out another-folder"
     page = _rendered(
         scenario,
         design,
-        own,
+        evaluation,
         rivals,
         used=lambda: used(scenario, result, folder),
         of=folder.resolve().name,
@@ -118,17 +118,17 @@ def design_page(
 
 def _published(scenario: Scenario) -> Evaluations:
     """What the published designs for its plant do, those that fit it."""
-    found = {}
+    rivals = {}
     for name in parts.baselines(scenario):
         with suppress(UserError):  # it does not fit the plant or the sampling
-            found[name] = evaluate(load_design(name), scenario)
-    return found
+            rivals[name] = evaluate(load_design(name), scenario)
+    return rivals
 
 
 def _rendered(
     scenario: Scenario,
     design: Design,
-    own: Evaluation,
+    evaluation: Evaluation,
     rivals: Evaluations,
     used: Callable[[], Json],
     of: str,
@@ -136,35 +136,37 @@ def _rendered(
 ) -> Page:
     """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
     missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
-    evaluations = {OWN: own, **rivals}
+    evaluations = {OWN: evaluation, **rivals}
     scores = parts.metric_rows(scenario, [*evaluations.values()])
-    first, found = parts.first_metrics(own, scenario), parts.whether_used(used)
+    first, usable = parts.first_metrics(evaluation, scenario), parts.whether_used(used)
     return rendered(
         "report.html.j2",
         f"{of} on {scenario.name}",
         scenario=scenario,
         design=design,
         kind=design.kind.name,
-        summary=parts.summary(scenario, own, rivals, bool(found and found["usable"])),
+        summary=parts.summary(scenario, evaluation, rivals, bool(usable and usable["usable"])),
         polished=polish_told(design),
         names=list(evaluations),
         scores=[row for key, row in scores.items() if key in first],
         others=[row for key, row in scores.items() if key not in first],
         meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
         measure=parts.measure(scenario),
-        contour=own.contour is not None and not own.contour.any_axes,
-        used=found,
+        contour=evaluation.contour is not None and not evaluation.contour.any_axes,
+        used=usable,
         everything=parts.pass_conditions(scenario),
-        doubts=doubts(scenario),
-        chaotic=own.chaotic,
-        several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
-        response=plots.motion(own, f"{OWN} on {scenario.name}"),
-        errors=(motion_errors if own.motions else errors)(evaluations),
-        sections=parts.sections(design, own, scenario),
+        doubts=plausibility_warnings(scenario),
+        chaotic=evaluation.chaotic,
+        several={
+            name: plots.motion(one, f"{OWN} in {name}") for name, one in evaluation.motions.items()
+        },
+        response=plots.motion(evaluation, f"{OWN} on {scenario.name}"),
+        errors=(motion_errors if evaluation.motions else errors)(evaluations),
+        sections=parts.sections(design, evaluation, scenario),
         provenance=_made(design),
         reasons=EXPLAINED,
         percent=percent,
-        use=in_use,
+        use=acceptance,
         **missing | others,
     )
 

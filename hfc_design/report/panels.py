@@ -40,12 +40,14 @@ def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[P
     head = f"{axis.name} " if len(first.axes) > 1 else ""
     position = f"{'angle' if units['error'] == 'rad' else 'position'} [{units['error']}]"
     drawn: dict[str, Callable[[AxisMotion], Floats]] = {
-        position: lambda own: own.reference - own.motion.error,
-        f"error [{unit}]": lambda own: factor * own.motion.error,
+        position: lambda axis_motion: axis_motion.reference - axis_motion.motion.error,
+        f"error [{unit}]": lambda axis_motion: factor * axis_motion.motion.error,
     }
     if spring and "deflection" in axis.readings:
-        drawn["deflection [mrad]"] = lambda own: 1e3 * own.readings["deflection"]
-    drawn[f"{axis.drive.command_name} [{units['command']}]"] = lambda own: own.motion.command
+        drawn["deflection [mrad]"] = lambda axis_motion: 1e3 * axis_motion.readings["deflection"]
+    drawn[f"{axis.drive.command_name} [{units['command']}]"] = lambda axis_motion: (
+        axis_motion.motion.command
+    )
     return [
         Panel(
             head + label,
@@ -60,12 +62,12 @@ def path_panels(evaluations: Evaluations) -> list[Panel]:
     """How far each design is off its path, as ``path_errors``; none where there is no path."""
     each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
     ends = [drawn_samples(one) for one in evaluations.values()]
-    found = []
+    panels = []
     for errors in zip(*each, strict=True):
         curves = (x * values[:end] for (_, x, _, values), end in zip(errors, ends, strict=True))
         what, _, unit, _ = errors[0]
-        found.append(Panel(f"{what} error [{unit}]", dict(zip(evaluations, curves, strict=True))))
-    return found
+        panels.append(Panel(f"{what} error [{unit}]", dict(zip(evaluations, curves, strict=True))))
+    return panels
 
 
 def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> list[PathError]:
@@ -79,8 +81,8 @@ def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> li
         return []
     if not path.any_axes:
         return [("contour", 1.0, path.unit, path.error)]
-    found = [("contour", *error_scale([*scaled] or [evaluation], path.unit), path.error)]
-    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+    errors = [("contour", *error_scale([*scaled] or [evaluation], path.unit), path.error)]
+    return errors if path.turned is None else [*errors, ("orientation", 1.0, "deg", path.turned)]
 
 
 def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, str]:

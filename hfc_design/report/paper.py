@@ -25,12 +25,12 @@ WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 
 def millimetres(width: str) -> float:
     """A width of a column, as in 88mm, 3.5in, 252pt; ValueError: it is none."""
-    found = WIDTH.fullmatch(width)
-    size = float(found[1]) * MILLIMETRES[found[2]] if found else 0.0
+    match = WIDTH.fullmatch(width)
+    size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
         units = ", ".join(MILLIMETRES)
-        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in all"
-        raise ValueError(f"{width!r}: has to be {allowed}")
+        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in total"
+        raise ValueError(f"{width!r}: must be {allowed}")
     return size
 
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design, machine, own_scenario
 from hfc_design.files.machine import SensorSettings
-from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
 from hfc_design.pictures.numbers import digits, readable, score
@@ -22,11 +22,11 @@ from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
-from hfc_design.simulation import in_use as use
+from hfc_design.simulation import acceptance as use
 from hfc_design.simulation.evaluating import Evaluation, meanings, score_rows
 from hfc_design.simulation.loop_margins import loop_margins
-from hfc_design.simulation.repeats import range_told
-from hfc_design.simulation.settling import reasons_told
+from hfc_design.simulation.repeats import range_text
+from hfc_design.simulation.stability_criteria import reasons_text
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs
 
@@ -36,19 +36,19 @@ BEST = 10
 SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 
-def first_metrics(own: Evaluation, scenario: Scenario) -> Collection[str]:
+def first_metrics(evaluation: Evaluation, scenario: Scenario) -> Collection[str]:
     """What stands in the first table: all, or of several motions what counts and their errors."""
-    titles, motions = scenario.judge().titles.values(), own.motions.items()
+    titles, motions = scenario.judge().titles.values(), evaluation.motions.items()
     errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in motions)
-    return [*titles, *(errors if motions else own.metrics)]
+    return [*titles, *(errors if motions else evaluation.metrics)]
 
 
-def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, list[str]]:
+def metric_rows(scenario: Scenario, evaluations: Sequence[Evaluation]) -> dict[str, list[str]]:
     """By the keys of the metrics, of scores their titles: rows of tables, a cell an evaluation."""
     texts = meanings(scenario)
-    rows = {row[0]: row for row in score_rows(scenario.judge(), found, "", NONE)}
+    rows = {row[0]: row for row in score_rows(scenario.judge(), evaluations, "", NONE)}
     for key in rows.keys() & texts:
-        values = [one.metrics[key] for one in found]
+        values = [one.metrics[key] for one in evaluations]
         name, factor = titled(key, texts[key], values)
         rows[key] = [name, *(NONE if x is None else digits(factor * x) for x in values)]
     return rows
@@ -57,19 +57,19 @@ def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, li
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
     """Whether a design can be used; None if nobody can say. RunError: what says so is damaged."""
     try:
-        return in_use(numbers())
+        return usable_numbers(numbers())
     except RunError:
         raise
     except UserError:
         return None
 
 
-def in_use(found: Json) -> Json:
+def usable_numbers(numbers: Json) -> Json:
     """The numbers of ``usable`` with a table of the motions, and why others do not pass them."""
-    motions, tracking = found["motions"], next(iter(found["units"]))
+    motions, tracking = numbers["motions"], next(iter(numbers["units"]))
     measures = zip(*(one["measures"].values() for one in motions.values()), strict=True)
     scales = []  # of each measure, one for all motions, in which medians are easy to read
-    for unit, column in zip(found["units"].values(), measures, strict=False):
+    for unit, column in zip(numbers["units"].values(), measures, strict=False):
         medians = (abs(one["median"]) for one in column if one["median"])
         scales.append(readable(unit, min(medians, default=1.0)))
     scales.append((1.0, "1"))
@@ -77,17 +77,17 @@ def in_use(found: Json) -> Json:
     rows = []
     for name, one in motions.items():
         row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
-        for own, (factor, _) in zip(one["measures"].values(), scales, strict=True):
-            pair = (use.measured(own[x], factor, short, NONE) for x in ("median", "largest"))
+        for measured, (factor, _) in zip(one["measures"].values(), scales, strict=True):
+            pair = (use.measured(measured[x], factor, short, NONE) for x in ("median", "largest"))
             row.append(" / ".join(pair))
         rows.append(row)
-    return found | {
+    return numbers | {
         "heads": [
             *("motion", "pass [%]"),
             *(f"{title} [{unit}]" for title, (_, unit) in zip(titles, scales, strict=True)),
         ],
         "rows": rows,
-        "others": {x: why for x, one in motions.items() if (why := reasons_told(one["reasons"]))},
+        "others": {x: why for x, one in motions.items() if (why := reasons_text(one["reasons"]))},
         "alone": any(one.get("asked_of") == "nominal" for one in motions.values()),
     }
 
@@ -102,7 +102,7 @@ def pass_conditions(scenario: Scenario) -> str:
         )
     units = scenario.units.signals
     limits = (
-        f"{one.measure.name} of {one.most:g} [{units.get(one.measure.unit, one.measure.unit)}]"
+        f"{one.metric.name} of {one.most:g} [{units.get(one.metric.unit, one.metric.unit)}]"
         for one in bounds
     )
     return f"the loop is stable, and has at most {', '.join(limits)}"
@@ -110,11 +110,15 @@ def pass_conditions(scenario: Scenario) -> str:
 
 def how_near(folder: Path) -> Json | None:
     """How near the design comes to what any controller could do; None if nobody has asked."""
-    found = kept_attained(folder)
-    if found is None:
+    attained = kept_attained(folder)
+    if attained is None:
         return None
-    own = {"told": attained_told(found), "left_out": left_out(found), "rows": attained_rows(found)}
-    return own | {"heads": ["motion", *HEADS]}
+    shown = {
+        "told": attained_told(attained),
+        "left_out": left_out(attained),
+        "rows": attained_rows(attained),
+    }
+    return shown | {"heads": ["motion", *HEADS]}
 
 
 def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
@@ -126,45 +130,45 @@ def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
     order = best[np.isfinite(archive.score[best])]
     trees = archive.population.tree
     return Listing(
-        "The best structures, each with the best that the search "
-        f"(in {scenario.run.precision}) found for it; the run's controller is the best of them in "
+        "The best structures, each with its best merit in the search (in "
+        f"{scenario.run.precision}); the controller of the run is the best of them in "
         "float64. A unit is written (column input, row input).",
         ["structure", scenario.judge().title],
         [[genome.notation(int(trees[k])), score(archive.score[k])] for k in order],
     )
 
 
-def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
+def sections(design: Design, evaluation: Evaluation, scenario: Scenario) -> list[Section]:
     """What there is to say about a controller of this kind; UserError: a user's own cannot."""
     plant = scenario.plant
     # With sensors of the scenario's own nobody knows what the control has measured.
-    known = scenario.sensors == SensorSettings() and not own.diverged
-    signals = {axis.name: axis.told() for axis in own.axes} if known else None
+    known = scenario.sensors == SensorSettings() and not evaluation.diverged
+    signals = {axis.name: axis.sensed() for axis in evaluation.axes} if known else None
     largest = tuple(design.limits.of(axis).command for axis in plant.machine.axes)
-    shown = Shown(plant.machine, plant.values(), signals, largest)
+    shown = ReportContext(plant.machine, plant.values(), signals, largest)
     kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
     with own_code(", sections of the report (the design is saved)", *kinds):
-        found = [Section(*section) for section in design.kind.sections(design.controller, shown)]
-    return [*found, _loop(design, scenario)]
+        listed = [Section(*section) for section in design.kind.sections(design.controller, shown)]
+    return [*listed, _loop(design, scenario)]
 
 
 def _loop(design: Design, scenario: Scenario) -> Section:
     """Margins of the loop as it is simulated, and its response."""
     title = "The loop"
     try:
-        own = loop_margins(design, scenario)
+        margins = loop_margins(design, scenario)
     except UserError as error:
         return Section(title, f"{error.typed}.", None, [])
-    heads, rows = own.cells()
+    heads, rows = margins.cells()
     heads = [head.replace("\n", " ").strip() for head in heads]
     drawing = Drawing(
-        own.figure(),
+        margins.figure(),
         "Magnitude and phase of the open loop, and its sensitivity",
-        "The open loop from the command back to the command, and by how much feedback makes a "
-        "disturbance larger.",
+        "The open loop from command to command, and the factor by which feedback "
+        "amplifies a disturbance.",
     )
-    why = " ".join(f"{row.name}: {row.why}." for row in own.rows if row.why)
-    return Section(title, why, Listing(own.about, heads, rows), [drawing])
+    why = " ".join(f"{row.name}: {row.why}." for row in margins.rows if row.why)
+    return Section(title, why, Listing(margins.about, heads, rows), [drawing])
 
 
 class Baseline(NamedTuple):
@@ -212,57 +216,50 @@ def _at_home(name: str, scenario: Scenario) -> bool:
     return machine(design, own_scenario(design, name)).values() == scenario.plant.values()
 
 
-def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations, yes: bool = True) -> str:
+def summary(
+    scenario: Scenario, evaluation: Evaluation, rivals: Evaluations, yes: bool = True
+) -> str:
     """What the run achieved, in a sentence.
 
     Beside published designs only where the design can be used, ``yes``, and on their own machine.
     """
-    if own.diverged:
-        return f"The controller diverges on {scenario.name}{_why(own)}."
-    achieved = f"a fitness of {_fitness(own)[1]}"
-    if own.contour is not None:
-        achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
+    if evaluation.diverged:
+        return f"The controller diverges on {scenario.name}{_why(evaluation)}."
+    achieved = f"a fitness of {_fitness(evaluation)}"
+    if evaluation.contour is not None:
+        achieved = f"a contour error of {_rms(evaluation):.3g} {evaluation.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
-    if own.substeps > scenario.simulation.substeps:
-        line += f" (simulated with {own.substeps} substeps, it diverges with fewer)"
+    if evaluation.substeps > scenario.simulation.substeps:
+        line += f" (simulated with {evaluation.substeps} substeps, it diverges with fewer)"
     known = baselines(scenario) if yes else {}
     names = {key: known[key].name for key in known if key in rivals and _at_home(key, scenario)}
-    parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
+    parts = [_compared(evaluation, rivals[key], name) for key, name in names.items() if name]
     if not parts:
         return f"{line}."
-    *others, last = parts
-    return f"{line}: {', '.join(others)}{' and ' if others else ''}{last}."
+    return f"{line}. For comparison: {', '.join(parts)}."
 
 
-def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
+def _compared(evaluation: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there{_why(rival)}"
-    if own.contour is None:
-        mine, (theirs, words) = _fitness(own)[0], _fitness(rival)
-        if min(mine, theirs) <= 0.0:
-            return f"that of {name} is {words}"
-        return f"{short(mine / theirs)} times that of {name} ({words})"
-    its = f"{_rms(rival):.3g} {own.contour.unit}"
-    factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
-    if not 0 < factor < np.inf:
-        return f"that of {name} is {its}"
-    return f"that of {name} is {short(factor)} times as large ({its})"
+    if evaluation.contour is None:
+        return f"{name} {_fitness(rival)}"
+    return f"{name} {_rms(rival):.3g} {evaluation.contour.unit}"
 
 
-def _fitness(found: Evaluation) -> tuple[float, str]:
-    """What it counts as, where it is chaotic its lower end, and how people read it."""
-    if (many := found.ranges.get("fitness")) is None:
-        return found.fitness, score(found.fitness)
-    return found.repeats["fitness"].lowest, range_told(many)
+def _fitness(evaluation: Evaluation) -> str:
+    """As people read it; the range of a chaotic one."""
+    many = evaluation.ranges.get("fitness")
+    return score(evaluation.fitness) if many is None else range_text(many)
 
 
 def _why(lost: Evaluation) -> str:
     return f": {lost.divergence}" if lost.divergence else ""
 
 
-def _rms(found: Evaluation) -> float:
+def _rms(evaluation: Evaluation) -> float:
     """Root mean square of the contour error of a motion that did not diverge."""
-    value = next(iter(found.metrics.values()))
+    value = next(iter(evaluation.metrics.values()))
     return np.inf if value is None else value  # too large for its square
 
 
@@ -276,5 +273,5 @@ def measure(scenario: Scenario) -> str:
 def fitness_told(scenario: Scenario) -> str:
     """What the fitness is, with the units of the machine."""
     fitness, units = scenario.judge().objectives[0], scenario.units.signals
-    meaning = fitness.meaning or f"{fitness.name}, an own one"
+    meaning = fitness.meaning or f"{fitness.name}, defined in your code"
     return f"The fitness is {SIGNAL.sub(lambda x: units.get(x[0], x[0]), meaning)}"

@@ -94,7 +94,7 @@ SMALLEST = 0.1
 POINTS = 2000
 
 
-def contour(found: Contour, time: Floats, title: str) -> Figure:
+def contour(measured: Contour, time: Floats, title: str) -> Figure:
     """The path with the contour error enlarged across it, and the error against time.
 
     As on the chart of a ballbar test: grey lines run one division on both sides of the path.
@@ -105,7 +105,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
         time: (steps,) [s].
         title: stands above.
     """
-    trajectory, actual = found.planar, found.actual
+    trajectory, actual = measured.planar, measured.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
     time, actual = time[:drawn], drawable(actual[:, :drawn])
     samples = trajectory.samples(time)
@@ -113,18 +113,18 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
     figure = framed(8.0, top=0.85)
     upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
     furthest = np.nan_to_num(np.hypot(*(actual - base))).max()  # no centre of a circle is known
-    division = round_above(max(furthest / 2, SMALLEST * found.millimetres))
-    off = f"{division / found.millimetres:g} {found.unit} off"
+    division = round_above(max(furthest / 2, SMALLEST * measured.millimetres))
+    off = f"{division / measured.millimetres:g} {measured.unit} off"
     enlarged = draw_path(upper, trajectory, division, off)
     moved = base + enlarged * (actual - base)
     upper.plot(*moved, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
-    shown = error / found.millimetres
+    shown = error / measured.millimetres
     lower.plot(time, shown, color=OWN, lw=1)
     worst = np.searchsorted(time, [mark.worst_s for mark in glitches(time, samples, error)])
     if len(worst):
-        upper.plot(*moved[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
+        upper.plot(*moved[:, worst], "o", color=OTHER, ms=4, label="largest after a reversal")
     lower.plot(time[worst], shown[worst], "o", color=OTHER, ms=4)
-    gridded(lower, "time [s]", f"contour error [{found.unit}]")
+    gridded(lower, "time [s]", f"contour error [{measured.unit}]")
     lower.margins(x=0)
     # In the middle of the figure, which is wider than the axes.
     place = blended_transform_factory(figure.transFigure, upper.transAxes)

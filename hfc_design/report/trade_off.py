@@ -14,20 +14,20 @@ from hfc_design.runs.front import Front, marks
 #: Rows that are shown of a front; ``front.csv`` has all.
 SHOWN = 12
 EMPTY = (
-    "No design kept every constraint on every machine, so there is no front; the controller above "
-    "is the one that breaks the constraints least."
+    "No design meets every constraint on every machine, so there is no front; the "
+    "controller above is the one that violates the constraints least."
 )
 
 
 def section(front: Front) -> Section:
     """What there was to choose from."""
-    title = "What there was to choose from"
+    title = "Pareto front"
     if not len(front.merit):
         return Section(title, EMPTY, None, [])
     text = (
-        f"{len(front.merit)} designs keep every constraint, and none of them is beaten by another "
-        "in every objective. The table has some of them and front.csv all; hfc pick makes a "
-        "design file of any point."
+        f"{len(front.merit)} designs meet every constraint, and none is worse than "
+        "another in every objective. The table shows some of them, front.csv all; hfc "
+        "pick makes a design file of any point."
     )
     head, rows = table(front)
     return Section(title, text, Listing("Points of the front.", head, rows), [_drawing(front)])
@@ -70,9 +70,9 @@ def _drawing(front: Front) -> Drawing:
     return Drawing(
         figure,
         f"Points of the front: {' against '.join(names)}",
-        f"The front, less is better everywhere: {meanings}. At the knee a little less of one costs "
-        "much of another; design.json is the point that ranks first by the scenario's own merit. "
-        "Numbers are those of the points.",
+        f"The front, lower is better everywhere: {meanings}. At the knee, a small gain in "
+        "one objective costs much in another; design.json is the point with the best "
+        "merit of the scenario. Numbers are those of the points.",
     )
 
 
@@ -87,13 +87,13 @@ def _panel(axes: Axes, front: Front, x: int, y: int) -> None:
         axes.annotate(
             str(k + 1), (across[k], up[k]), (6, 4), textcoords="offset points", fontsize=9
         )
-    for values, scale, own in (
+    for values, scale, marked in (
         (across, axes.set_xscale, axes.xaxis),
         (up, axes.set_yscale, axes.yaxis),
     ):
         if values.min() > 0.0 and values.max() > 20.0 * values.min():
             scale("log")
-            own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            marked.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.margins(0.1)
     names = [front.objectives[k].name for k in (x, y)]
     gridded(axes, _label(names[0], unit_x), _label(names[1], unit_y))

@@ -9,7 +9,7 @@ from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.core import checkpoint
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import AnyDesign
-from hfc_design.files.pairing import load_design, machine, with_converter
+from hfc_design.files.loop_setup import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.number_files import AttainableFile, read_numbers
 from hfc_design.simulation.evaluating import Evaluation, evaluate
@@ -36,10 +36,10 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
 
 
 def _numbers(
-    scenario: Scenario, found: dict[str, Attainable], evaluation: Evaluation | None
+    scenario: Scenario, bounds: dict[str, Attainable], evaluation: Evaluation | None
 ) -> Json:
     """As plain data; what neither bound nor best voltage considers is told where it is limited."""
-    motions = {name: x.numbers() for name, x in found.items()}
+    motions = {name: x.numbers() for name, x in bounds.items()}
     if evaluation is not None:
         evaluations = [*evaluation.motions.values()] or [evaluation]
         for x, motion in zip(evaluations, motions.values(), strict=True):
@@ -71,10 +71,10 @@ def kept_attained(folder: Path) -> Json | None:
 HEADS = ("bound", "best voltage", "this design", "times bound", "times best")
 
 
-def attained_rows(found: Json) -> list[list[str]]:
+def attained_rows(attained: Json) -> list[list[str]]:
     """A row a motion: its name, then ``HEADS``; sums of |e| [rad]."""
     rows = []
-    for name, sums in found["motions"].items():
+    for name, sums in attained["motions"].items():
         best, error = (sums["bound"], sums["reached"]), sums.get("sum_error")
         ratios = (None if error is None or x <= 0.0 else error / x for x in best)
         numbers = (*best, error, *ratios)
@@ -82,17 +82,17 @@ def attained_rows(found: Json) -> list[list[str]]:
     return rows
 
 
-def attained_told(found: Json) -> str:
+def attained_told(numbers: Json) -> str:
     """The line of a design with one motion, "" of others."""
-    ((_, bound, reached, error, by_bound, by_reached), *others) = attained_rows(found)
+    ((_, bound, reached, error, by_bound, by_reached), *others) = attained_rows(numbers)
     if others or error == "–":
         return ""
     return (
         f"sum |e| {error} rad: {by_bound} times the certified bound {bound}, "
-        f"{by_reached} times the best open-loop voltage {reached}{left_out(found)}"
+        f"{by_reached} times the best open-loop voltage {reached}{left_out(numbers)}"
     )
 
 
-def left_out(found: Json) -> str:
+def left_out(numbers: Json) -> str:
     """What the numbers do not know of, to stand behind them; "" where that is nothing."""
-    return f" ({found['left_out']} is left out)" if "left_out" in found else ""
+    return f" ({numbers['left_out']} is left out)" if "left_out" in numbers else ""

@@ -18,8 +18,8 @@ from hfc_design.runs.front import Front
 from hfc_design.runs.individuals import design_of, noted, with_score
 from hfc_design.runs.problem import BEHIND, final_problem
 from hfc_design.search.loop import Search
+from hfc_design.simulation.acceptance import NO, ON_THIS_MODEL, YES, Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.in_use import NO, ON_THIS_MODEL, YES, Usable
 from hfc_design.simulation.usable import usable
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
@@ -47,7 +47,7 @@ class Lap(NamedTuple):
 
     number: int  # from 0
     search: Search
-    found: tuple[Population, Design, Evaluation]
+    finalist: tuple[Population, Design, Evaluation]
     front: Front | None
     trial: Usable | None = None  # on machines of the trial, the same for all laps
     answer: Usable | None = None  # on others that are met once a lap; None: the trial is no yes
@@ -62,7 +62,7 @@ class Lap(NamedTuple):
         """By what was asked last, then the share of the machines, then the merit."""
         assert self.use is not None
         verdict = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
-        return verdict, float(self.use.good.mean()), self.found[2].worth
+        return verdict, float(self.use.good.mean()), self.finalist[2].worth
 
 
 def laps(scenario: Scenario) -> int:
@@ -93,15 +93,15 @@ def tried_lap(scenario: Scenario, number: int, search: Search, front: Front | No
     one = front.individual(search, front.best) if front and len(front.merit) else None
     best: Lap | None = None
     seed = scenario.run.seed + TRIAL
-    for found in best_of(search, scenario, one):
-        use = usable(found[1], scenario, seed=seed) if laps(scenario) > 1 else None
-        lap = Lap(number, search, found, front, use)
+    for finalist in best_of(search, scenario, one):
+        use = usable(finalist[1], scenario, seed=seed) if laps(scenario) > 1 else None
+        lap = Lap(number, search, finalist, front, use)
         best = lap if best is None or lap.rank > best.rank else best
         if use is None or use.yes:
             break
     assert best is not None
     stood = best.trial is not None and best.trial.yes
-    return best._replace(answer=usable(best.found[1], scenario)) if stood else best
+    return best._replace(answer=usable(best.finalist[1], scenario)) if stood else best
 
 
 def best_of(
@@ -124,8 +124,10 @@ def best_of(
     for k, (some, sound) in enumerate(tries):
         designs = [design_of(individual, scenario) for individual in some]
         pairs = zip(some, designs, strict=True)
-        found = ((x, design, evaluate(design, scenario)) for x, design in pairs)  # one at a time
-        individual, design, evaluation = max(found, key=lambda item: item[2].worth)
+        evaluated = (
+            (x, design, evaluate(design, scenario)) for x, design in pairs
+        )  # one at a time
+        individual, design, evaluation = max(evaluated, key=lambda item: item[2].worth)
         if evaluation.diverged and k == 0:
             why = f" ({evaluation.divergence})" if evaluation.divergence else ""
             raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
@@ -156,15 +158,15 @@ def _why(search: Search, scenario: Scenario) -> str:
 
 def _finalists(search: Search) -> list[Population]:
     """The best of the archive and of the last generation, without those that failed."""
-    found = []
+    finalists = []
     sources: list[Any] = [search.archive]
     if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
         sources.append(search.state)
     for source in sources:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
-        found += [taken(source.population, np.array([k])) for k in ranked]
+        finalists += [taken(source.population, np.array([k])) for k in ranked]
     trail = getattr(search.state, "trail", None)
     if trail is not None:  # whatever they were worth on a few machines
-        found += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
-    return found
+        finalists += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
+    return finalists

@@ -9,7 +9,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
-from hfc_design.search.restarts import ISLANDS, SAMPLES, climbed, room
+from hfc_design.search.multistart_cma import ISLANDS, SAMPLES, multistart, room
 
 #: Share of a search's evaluations that goes to laws, and as much to laying them down; and how many
 #: each of them takes at most, because more have brought nothing.
@@ -44,7 +44,7 @@ def first_laws(
     laws: Any = of_laws.genome
     total = min(int(SHARE * evaluations), MOST_SEARCHED)
     fresh = laws.points(laws.fresh(max(int(FIRST * total), 1), rng))
-    tried = climbed(fresh, lambda points: of_laws.rank(laws.laws(points)), total, rng)
+    tried = multistart(fresh, lambda points: of_laws.rank(laws.laws(points)), total, rng)
     best = tried.score.max()
     if not np.isfinite(best):
         return None
@@ -67,9 +67,9 @@ def first_laws(
     points, every, score = _climbed(points, every, rank(points, every), rank, left, rng)
     order = np.lexsort((-score, every))
     first = np.searchsorted(every[order], trees)
-    found = np.concatenate([order[a : a + n] for a, n in zip(first, wanted, strict=True)])
+    order_of_first = np.concatenate([order[a : a + n] for a, n in zip(first, wanted, strict=True)])
     places = np.argsort(np.argsort(tree, kind="stable"), kind="stable")
-    population: Population = laws.laid(points[found], every[found], sizes)
+    population: Population = laws.laid(points[order_of_first], every[order_of_first], sizes)
     return taken(population, places)
 
 

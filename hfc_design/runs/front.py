@@ -12,12 +12,12 @@ from hfc_design.core.numbers import Floats, Integers, number_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.measures import in_units
+from hfc_design.objectives.metric import in_units
 from hfc_design.objectives.traded import Traded
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.fronts import dominated, knee, scaled
 from hfc_design.search.loop import Search
-from hfc_design.simulation.in_use import ENOUGH
+from hfc_design.simulation.acceptance import ENOUGH
 from plants import in_a_name
 
 FRONT = "front.csv"
@@ -64,11 +64,11 @@ def front_of(search: Search, scenario: Scenario) -> Front | None:
         most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
         robust = scenario.robust.model_copy(update={"forgiven": most})
         scenario = scenario.model_copy(update={"robust": robust})
-    found = final_problem(scenario).weighed(population)
-    left = np.flatnonzero(found.violation == 0.0)
-    left = left[~dominated(found.costs[left], found.costs[left])]
-    left = left[np.lexsort(found.costs[left].T[::-1])]
-    return Front(objectives, found.costs[left], found.score[left], left)
+    weighed = final_problem(scenario).weighed(population)
+    left = np.flatnonzero(weighed.violation == 0.0)
+    left = left[~dominated(weighed.costs[left], weighed.costs[left])]
+    left = left[np.lexsort(weighed.costs[left].T[::-1])]
+    return Front(objectives, weighed.costs[left], weighed.score[left], left)
 
 
 def _heads(objectives: tuple[Traded, ...]) -> list[str]:
@@ -108,11 +108,11 @@ def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front
         numbers = numbers.reshape(len(rows), len(objectives) + 2)
         places = numbers[:, -1].astype(np.int64)
         if head != ",".join(_heads(objectives)) or not np.isfinite(numbers).all():
-            raise ValueError("is not what such a run writes")
+            raise ValueError("is not a file of such a run")
         if not np.isin(places, np.arange(len(search.state.front.population.tree))).all():
-            raise ValueError("names individuals that the search has not")
+            raise ValueError("names individuals that the search does not have")
     except (OSError, ValueError) as error:
-        raise RunError(f"{path}: is gone or damaged ({error})") from None
+        raise RunError(f"{path}: is missing or damaged ({error})") from None
     return Front(objectives, numbers[:, :-2], numbers[:, -2], places)
 
 
@@ -127,7 +127,7 @@ def chosen(
     size = len(front.merit)
     if point is not None:
         if not 1 <= point <= size:
-            raise UserError(f"--point {point}: there are points 1 to {size}")
+            raise UserError(f"--point {point}: must be 1 to {size}")
         return point - 1
     return front.knee if wanted is None else nearest(front, wanted, scenario)
 
@@ -143,7 +143,7 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
     away = np.zeros(len(front.costs))
     for name, text in wanted.items():
         if name not in names:
-            raise UserError(f"--nearest {name}: is no objective here; {one_of(name, names)}")
+            raise UserError(f"--nearest {name}: unknown objective here; {one_of(name, names)}")
         k = names.index(name)
         try:
             value = in_units("--nearest " + name, text, front.objectives[k].unit, scenario.units)

@@ -5,7 +5,7 @@ from pathlib import Path
 from hfc_design import __version__
 from hfc_design.controllers.genome import Genome, Population
 from hfc_design.controllers.kind import kinds
-from hfc_design.core.carried import carrier
+from hfc_design.core.embedded_files import embedder
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import References, sources
 from hfc_design.core.records import UserError, checked
@@ -22,7 +22,9 @@ def genome_of(scenario: Scenario) -> Genome:
         UserError: it names no controller, and the default does not fit its machine.
     """
     if "controller" not in scenario.model_fields_set and (fault := scenario.unfit):
-        raise UserError(f"{scenario.name}: has no [controller], and of the default {fault}")
+        raise UserError(
+            f"{scenario.name}: has no [controller], and the default has an error: {fault}"
+        )
     kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
     genome: Genome = kind.genome(scenario.controller, scenario.target)
     return genome
@@ -40,7 +42,7 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
         UserError: it is no controller that can run.
     """
     own_parts = sources(parts_of(scenario, controller))
-    carried = carrier()
+    carried = embedder()
     movable = renamed(scenario, lambda key, file: carried(file))
     data = {
         "name": scenario.name,

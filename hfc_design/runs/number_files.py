@@ -7,7 +7,7 @@ from pydantic import ConfigDict, Field
 
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserError, checked
-from hfc_design.core.texts import about, content, decoded, json_of
+from hfc_design.core.texts import as_user_error, content, decoded, json_of
 
 Item = TypeVar("Item")
 #: By the names of motions; of at least one.
@@ -101,10 +101,10 @@ def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
     if not path.exists():
         return None
     try:
-        with about(path):
-            found: Json = json_of(decoded(content(path)))
-        checked(model, found, path, path.parent)
+        with as_user_error(path):
+            numbers: Json = json_of(decoded(content(path)))
+        checked(model, numbers, path, path.parent)
     except UserError as error:
         fault = str(error.args[0]).removeprefix(f"{path}: ")[:100]
         raise RunError(f"{path}: {fault}; remove the damaged file") from None
-    return found
+    return numbers

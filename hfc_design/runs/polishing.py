@@ -21,11 +21,11 @@ from hfc_design.runs import stored
 from hfc_design.runs.champion import LEAST_VIOLATED
 from hfc_design.runs.individuals import design_of, genome_of, noted, with_score
 from hfc_design.runs.problem import final_problem
-from hfc_design.search.by_numbers import coordinates
+from hfc_design.search.coordinates import coordinates
 from hfc_design.search.polish import Polishable, Polished, Quadratic, polish
 from hfc_design.simulation import population as simulate
+from hfc_design.simulation.error_weights import RECORDED, Traces, motion_slopes
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.traces import RECORDED, Traces, motion_slopes
 
 CHECKPOINT = "polish.npz"
 #: In the score of a design: how many steps, and what is ranked before and after them.
@@ -54,7 +54,9 @@ def check_polish(scenario: Scenario) -> None:
     genome = genome_of(scenario)
     if coordinates(genome, taken(genome.empty(), slice(1))) is None:
         which = f"run.polish = {scenario.run.polish}: a controller of kind"
-        raise UserError(f"{which} {scenario.controller.kind!r} cannot be polished; leave it 0")
+        raise UserError(
+            f"{which} {scenario.controller.kind!r} cannot be polished; leave run.polish at 0"
+        )
 
 
 def polished(
@@ -82,9 +84,9 @@ def polished(
     rank, first = float(done.worth[0, 0]), float(done.first[0, 0])
     if rank > first:
         better = design_of(done.population, scenario)
-        found = evaluate(better, scenario)
-        if scenario.ensemble or found.merit >= evaluation.merit:
-            design, evaluation = with_score(better, found, scenario), found
+        evaluated = evaluate(better, scenario)
+        if scenario.ensemble or evaluated.merit >= evaluation.merit:
+            design, evaluation = with_score(better, evaluated, scenario), evaluated
             if scenario.ensemble and rank < 0.0:
                 design = noted(design, {LEAST_VIOLATED: True})
     numbers = {"steps": steps, "before": storable(first), "after": storable(rank)}
@@ -93,11 +95,11 @@ def polished(
 
 def polish_told(design: Design) -> str:
     """What a polish has brought, in a line; "" where there was none, or nobody can say."""
-    found: Any = design.score.get(POLISH)
+    numbers: Any = design.score.get(POLISH)
     try:
-        ends = (found["before"], found["after"])
+        ends = (numbers["before"], numbers["after"])
         before, after = ("none" if x is None else f"{x:.5g}" for x in ends)
-        return f"polish: {found['steps']} steps, merit from {before} to {after}"
+        return f"polish: {numbers['steps']} steps, merit from {before} to {after}"
     except (KeyError, TypeError, ValueError):  # the file has been edited
         return ""
 
@@ -112,9 +114,9 @@ def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished 
         chart = coordinates(genome, done.about)
         sizes = {len(done.population.tree), len(done.worth), len(done.first)}
         if not (1 <= done.step <= scenario.run.polish and chart and sizes == {1}):
-            raise ValueError("its steps cannot be")
+            raise ValueError("its steps are impossible")
         if done.distribution.mean.shape != (chart.size,):
-            raise ValueError("its distribution is of other numbers")
+            raise ValueError("its distribution has other parameters")
         return done
 
     return stored.read(path, 4 * stored.SPARE, needed, polished)
@@ -173,10 +175,10 @@ class PolishTask:
         for machine, motion in product(machines, range(len(self._parts.motions))):
             if not shares[machine, motion]:
                 continue
-            found = self._of_motion(individual, int(machine), motion, smallest)
-            if found is None:
+            model = self._of_motion(individual, int(machine), motion, smallest)
+            if model is None:
                 return None
-            share = Quadratic(*(shares[machine, motion] * x for x in found))
+            share = Quadratic(*(shares[machine, motion] * x for x in model))
             total = share if total is None else Quadratic(*map(np.add, total, share))
         return total
 
@@ -192,9 +194,9 @@ class PolishTask:
         loop, one = loop.smooth, machines.take(np.array([machine]))
         samples, gains = motions[motion], self._final.genome.gains(individual)
         precision = np.float32 if self._many else np.float64
-        found = simulate.jacobians(loop, one, samples, gains, RECORDED, precision)
-        change = tuple(np.diff(x, axis=0, prepend=0.0 * x[:1]) for x in found["command"])
-        residuals = [*found.values(), change]
+        derivatives = simulate.jacobians(loop, one, samples, gains, RECORDED, precision)
+        change = tuple(np.diff(x, axis=0, prepend=0.0 * x[:1]) for x in derivatives["command"])
+        residuals = [*derivatives.values(), change]
         merit, slopes = motion_slopes(loop, samples, Traces(*(x for x, _ in residuals)))
         cost = -1.0 if merit <= 0.0 else -1.0 / merit**2
         size = residuals[0][1].shape[1]

@@ -11,7 +11,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import check_laws, controller_of
+from hfc_design.files.loop_setup import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
@@ -192,10 +192,10 @@ class Problem:
             gains, some = self.genome.gains(taken(population, left)), np.arange(done, count)
             more = self._judged(gains, some, min(len(rank) * size, self._lanes))
             judged = _on_both(judged, more) if judged else more
-            found = self._final_rank(judged, beyond[left])
-            rank = np.minimum(rank, found.min())
-            rank[left], done = found, count
-            best = np.argsort(-found, kind="stable")[: -(-len(left) // 2)]
+            ranks = self._final_rank(judged, beyond[left])
+            rank = np.minimum(rank, ranks.min())
+            rank[left], done = ranks, count
+            best = np.argsort(-ranks, kind="stable")[: -(-len(left) // 2)]
             left, judged = left[best], Judged(*(part[best] for part in judged))
         return rank
 
@@ -268,7 +268,7 @@ class Problem:
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
             return self._verdict(self._judged(gains, machines, at_once), ensemble, penalty, beyond)
         some = self._judged(gains, machines[:FEW])
-        bound = ensemble.reach(some, len(machines), beyond)
+        bound = ensemble.best_rank(some, len(machines), beyond)
         alive = np.flatnonzero((bound >= needed) | np.isclose(bound, needed, rtol=SLACK, atol=0.0))
         rank = np.stack([bound, bound], axis=1)
         if len(alive):
@@ -332,7 +332,7 @@ class Problem:
         """
         if self.parts.ensemble is None:
             return self._verdict(judged, None)[:, 0]
-        verdict = self.parts.ensemble.verdict(judged, beside=beyond)
+        verdict = self.parts.ensemble.verdict(judged, more_violation=beyond)
         calm = np.isin(np.arange(judged.failed.shape[1]), self.calm)
         parts = [~verdict.sound[:, some] for some in (calm, ~calm) if some.any()]
         lost = (beyond > 0.0) + ~verdict.sound[:, 0] + sum(part.mean(axis=1) for part in parts)
@@ -357,7 +357,7 @@ class Problem:
         costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
         measured = iter(costs.T)  # those of constraints come last
         units = self._record.units_that_matter
-        columns = (next(measured) if x.measure else units(gains) for x in self._traded)
+        columns = (next(measured) if x.metric else units(gains) for x in self._traded)
         return np.stack([*columns], axis=1).astype(float)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:

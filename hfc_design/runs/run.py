@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.core import checkpoint
-from hfc_design.core.carried import AnyFile
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.texts import json_of, read_text
 from hfc_design.files.design import Design, design_json, naming, read_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs import champion, stored
 from hfc_design.runs.champion import LAP, LEAST_VIOLATED, Lap
@@ -26,8 +26,8 @@ from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
+from hfc_design.simulation.acceptance import NO, Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate
-from hfc_design.simulation.in_use import NO, Usable
 from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
@@ -38,8 +38,8 @@ HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"
 #: Of constraints that contradict each other, or a spread that no design stands.
-NO_DESIGN = "no design that was tried meets every constraint, this one violates them least"
-HINT = "; with --anyway it goes on all the same"
+NO_DESIGN = "no design tried meets every constraint; this one violates them least"
+HINT = "; to continue nevertheless add --anyway"
 
 
 class Result(NamedTuple):
@@ -74,8 +74,8 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(
-            f"--out {folder}: already holds a run; name another folder, or go on with it: "
-            f"hfc design --resume --out {shlex.quote(str(folder))}"
+            f"--out {folder}: already has a run; name another folder, or continue it: hfc "
+            f"design --resume --out {shlex.quote(str(folder))}"
         )
 
     def copied(key: str, file: AnyFile) -> Path:
@@ -99,7 +99,7 @@ def opened_run(folder: Path) -> Scenario:
         UserError: there is no run in the folder.
     """
     if not (folder / CONFIG).is_file():
-        raise UserError(f"--out {folder}: holds no run to resume (no file {CONFIG})")
+        raise UserError(f"--out {folder}: has no run to resume (no file {CONFIG})")
     with naming(provenance(folder / DESIGN)):
         return load_scenario(str(folder / CONFIG))
 
@@ -151,7 +151,7 @@ def run(
         if k + 1 < champion.laps(scenario):
             on_lap(lap)
     assert best is not None
-    individual, design, evaluation = best.found
+    individual, design, evaluation = best.finalist
     if best.number:
         design = noted(design, {LAP: best.number})
         _save_history(folder, best.search)
@@ -198,9 +198,11 @@ def _searched(
 def front_needed(folder: Path, result: Result) -> Front:
     """The front of the finished run in a folder; UserError: it has none, or an empty one."""
     if result.front is None:
-        raise UserError(f"{folder}: has no front; hfc design --pareto tracking,effort makes one")
+        raise UserError(
+            f"{folder}: has no front; to search for one run hfc design --pareto tracking,effort"
+        )
     if not len(result.front.merit):
-        raise UserError(f"{folder}: its front is empty, no design kept every constraint")
+        raise UserError(f"{folder}: its front is empty, as no design met every constraint")
     return result.front
 
 
@@ -269,7 +271,7 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     for name in (CONFIG, DESIGN):
         if not (folder / name).exists():
             hint = f"; {resuming(folder)}" if name == DESIGN else ""
-            raise UserError(f"{folder}: holds no finished run (no {name}){hint}")
+            raise UserError(f"{folder}: has no finished run (no {name}){hint}")
     scenario = opened_run(folder)
     config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # it only has to be told of
     design = read_design(folder / DESIGN)
@@ -277,7 +279,7 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     path = folder / champion.lap_file(CHECKPOINT, number if isinstance(number, int) else 0)
     search = stored.load(path, scenario, config)
     if search is None and not (folder / GIVEN).exists():
-        raise RunError(f"{path}: is gone; what the search did is not known")
+        raise RunError(f"{path}: is missing; the search cannot be shown without it")
     front = read_front(scenario, search, folder)
     return scenario, Result(design, evaluate(design, scenario), search, front)
 

@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import archive, checkpoint, interrupt
-from hfc_design.core.carried import AnyFile
-from hfc_design.core.faults import short
+from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.plugins import origins
 from hfc_design.core.records import RunError
+from hfc_design.core.validation_errors import short
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import genome_of, parts_of
@@ -61,11 +61,13 @@ def read(
     """
     if not path.exists():
         return None
-    with checkpoint.doubted(path):
+    with checkpoint.corrupt_as_error(path):
         made_by, arrays = checkpoint.read(path, largest)
         for key, now in needed.items():
             if (was := made_by.get(key)) is None:
-                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+                raise RunError(
+                    f"{path}: is of an old version that does not record its origin{hint}"
+                )
             if was != now:
                 which = f"{short(was, 20)}, here {short(now, 20)}"
                 raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
@@ -82,10 +84,10 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
 
     def search(arrays: archive.Arrays) -> Search:
         fields = {"state": state, "population": empty, Population: empty}
-        found: Search = checkpoint.record_of(Search, fields, arrays)
-        if wrong := fault(found, empty, settings):
+        loaded: Search = checkpoint.record_of(Search, fields, arrays)
+        if wrong := fault(loaded, empty, settings):
             raise ValueError(wrong)
-        return found
+        return loaded
 
     return read(path, SPARE + tried * (each + SPARE_EACH), needed, search, hint)
 

@@ -17,12 +17,12 @@ from typing import Any
 
 from hfc_design.controllers import controller
 from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View
-from hfc_design.controllers.kind import ControllerRecord, needed
+from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.faults import short
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
 from hfc_design.core.records import UserError
+from hfc_design.core.validation_errors import short
 from hfc_design.files.design import AnyDesign, Design, learned, named_design
 
 #: What a step raises of what it is given.
@@ -42,12 +42,12 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
     """
     for one in given:
         if not isinstance(one, dict) and not hasattr(one, "keys"):
-            return UserError(f"{a_kind(one)} is no mapping of names to readings")
+            return UserError(f"argument must be a mapping of names to readings (got {a_kind(one)})")
         if isinstance(error, KeyError) and error.args[0] not in one:
-            return Missing(f"the {what} {error} is missing; given are {', '.join(one) or 'none'}")
+            return Missing(f"the {what} {error} is missing (got {', '.join(one) or 'none'})")
         for name, x in one.items():
             if what == "signal" and not isinstance(x, Real):
-                return UserError(f"{name} = {short(x)}: has to be a number")
+                return UserError(f"{name} = {short(x)}: must be a number")
     return error
 
 
@@ -76,8 +76,8 @@ class Controller:
         self._whole = design = whole.by_axis().get(axis, whole)
         kind = design.kind
         self.design = design.controller
-        made = needed(
-            kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
+        made = require(
+            kind.law, design, "it commands a whole machine: name an axis, or use runtime.Machine"
         )
         named = axis or design.axis
         limit = design.limits.of(named).command
@@ -101,9 +101,9 @@ class Controller:
             KeyError: a signal that the design reads is missing, a UserError too.
             UserError: it is no mapping, or a reading no number.
         """
-        return self.told(signals)[0]
+        return self.step_in_parts(signals)[0]
 
-    def told(self, signals: Signals) -> tuple[float, Any]:
+    def step_in_parts(self, signals: Signals) -> tuple[float, Any]:
         """Step: the command, and what it is made of.
 
         None where the kind does not tell, or the sample is faulty.
@@ -142,8 +142,10 @@ class Controller:
     def remember(self, readings: dict[str, float]) -> None:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
         if not finite(readings):
-            raise ValueError(f"{readings}: have to be finite")
-        explain = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
+            raise ValueError(f"{readings}: must be finite")
+        explain = require(
+            self._whole.kind.explain, self._whole, "it cannot be set to an earlier state"
+        )
         self._memory = explain.remember(self._memory, readings)
         self._fresh = self._fresh and not readings
 
@@ -176,8 +178,10 @@ class Machine:
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
         if (named := design.limits.axes) and not (axes or design.plant.axes):
-            message = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
-            raise UserError(f"{message}; name all of the machine's: Machine(design, ('x', 'y'))")
+            message = (
+                f"{design.name}: limits.axes has {', '.join(named)}, but plant.axes is missing"
+            )
+            raise UserError(f"{message}; name all axes: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = design.controller.law_gains()
@@ -193,7 +197,10 @@ class Machine:
             self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
-        self, signals: Mapping[str, Signals], path: PathView | None = None, told: Parameters = None
+        self,
+        signals: Mapping[str, Signals],
+        path: PathView | None = None,
+        nominal: Parameters = None,
     ) -> dict[str, float]:
         """The command of every axis by its name, for what each axis tells at this sample.
 
@@ -217,7 +224,7 @@ class Machine:
         commands = (nan,) * len(axes)
         try:
             if all(map(self._reads, axes)) and finite(path):
-                view = View(axes, path, told)
+                view = View(axes, path, nominal)
                 memory = self._memory
                 if self._fresh:
                     memory = controller.primed(self._controller, SCALARS, self._gains, memory, view)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Explain, needed
+from hfc_design.controllers.kind import Explain, require
 from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError
@@ -18,7 +18,7 @@ from plants import Drive
 
 Sample = dict[str, float]
 PREVIOUS = "previous_"
-TOO_LARGE = "--at {}: too large, what comes out of it is not finite"
+TOO_LARGE = "--at {}: too large, the result is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
@@ -38,7 +38,7 @@ def part(design: Design, axis: str) -> Design:
 
 
 def _inside(design: Design, axis: str) -> Design:
-    from hfc_design.files.pairing import axes_of  # with JAX
+    from hfc_design.files.loop_setup import axes_of  # with JAX
 
     records = design.controller.inside(axes_of(design))
     if "" in records:  # of all axes, with others inside
@@ -56,8 +56,8 @@ def _inside(design: Design, axis: str) -> Design:
 
 
 def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
-    has = ", ".join(filter(None, known)) or "the same on every axis, leave --axis out"
-    problem = f" {axis!r}:" if axis else ": is missing, one has to be named;"
+    has = ", ".join(filter(None, known)) or "the same on every axis, so leave --axis out"
+    problem = f" {axis!r}:" if axis else ": is missing;"
     return UserError(f"--axis{problem} design {design.name} has {has}")
 
 
@@ -96,14 +96,14 @@ def explanation(
         UserError: the design has no rules, or signals are missing, unknown or no numbers.
     """
     record = design.controller
-    kind: Explain = needed(design.kind.explain, design, "it has no rules")
+    kind: Explain = require(design.kind.explain, design, "it has no rules")
     names = _own_names(kind, record)
     samples = [_sample(text, names) for text in texts]
     alone = len(samples) == 1
     for sample in samples:
         _check(design, kind, sample, alone, names)
     # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
-    changes = {"controller": record.held(), "limits": design.limits.without_rate()}
+    changes = {"controller": record.without_adaptation(), "limits": design.limits.without_rate()}
     frozen = design.model_copy(update=changes) if alone else design
     controller = Controller(frozen)
     before = _memory(kind, samples[0])
@@ -111,7 +111,7 @@ def explanation(
         raise UserError(TOO_LARGE.format(texts[0][:60]))
     controller.remember(before)
     for text, sample in zip(texts, samples, strict=True):
-        command, parts = controller.told(sample)
+        command, parts = controller.step_in_parts(sample)
         if math.isnan(command):
             raise UserError(TOO_LARGE.format(text[:60]))
     units = units_of(drive.units)
@@ -153,10 +153,10 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
         name, _, value = (part.strip() for part in item.partition("="))
         reading = number_or_none(value)
         if not name or reading is None:
-            raise UserError(f"--at {item[:60]!r}: has to be SIGNAL=NUMBER, as in error=1e-4")
+            raise UserError(f"--at {item[:60]!r}: must be SIGNAL=NUMBER, as in error=1e-4")
         name = names.get(name, name)
         if name in readings:
-            raise UserError(f"--at {text[:60]}: {name} stands there twice")
+            raise UserError(f"--at {text[:60]}: {name} is given twice")
         readings[name] = reading
     return readings
 
@@ -174,11 +174,11 @@ def _check(
         if name not in names:
             why = f"{design.name} reads {listed}"
             if not alone and (name in before or name in others):
-                why = "of several samples the first starts from rest, each precedes the next"
-            raise UserError(f"--at {name}={sample[name]:g}: no such signal; {why}")
+                why = "with several samples the first starts from rest, and each precedes the next"
+            raise UserError(f"--at {name}={sample[name]:g}: unknown signal; {why}")
     for new, old in others.items():
         if new in sample and old in sample:
-            raise UserError(f"--at: of {new} and {old} only one can be given")
+            raise UserError(f"--at: must have only one of {new} and {old}")
         if new in sample:
             before = [name for name in before if name != old]
     for name in [*now, *(before if alone else [])]:

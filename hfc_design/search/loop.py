@@ -27,7 +27,7 @@ from hfc_design.search.strategy import (
 def _fault(strategy: Strategy) -> str | None:
     """What a strategy lacks, in a line; None if nothing that is seen at once."""
     fields = getattr(strategy.state, "_fields", ())
-    return None if fields else "state has to be a NamedTuple class"
+    return None if fields else "state must be a NamedTuple class"
 
 
 STRATEGIES: Group[Strategy] = Group(
@@ -60,7 +60,7 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
         if part in ("start", "ask"):
             _ = output[1].population  # which is scored
         elif part == "tell" and not isinstance(output, strategy.state):
-            raise TypeError(f"tell gave no {strategy.state.__name__}")
+            raise TypeError(f"tell must return a {strategy.state.__name__}")
         return output
 
 
@@ -124,7 +124,7 @@ def generations(
         more = {name: getattr(candidates, name, None) for name in ("machines", "needed", "broken")}
         named = {name: value for name, value in more.items() if value is not None}
         judged = evaluate(candidates.population, generation, **named)
-        fitness = judged.told if isinstance(judged, Weighed) else judged
+        fitness = judged.fitness if isinstance(judged, Weighed) else judged
         score = judged if isinstance(judged, np.ndarray) else judged.score
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
@@ -151,17 +151,17 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
     if not 1 <= generation <= settings.generations:
         return f"{generation} generations of {settings.generations}"
     if any(column.shape != (generation,) for column in history) or np.isinf(history.best).any():
-        return "its history has not a row for each generation"
+        return "its history must have a row for each generation"
     best = archive.score.max()
     if not (archive.score < np.inf).all() or (np.isfinite(best) and history.best[-1] != best):
-        return "the scores of its archive are none, or not those of its history"
+        return "the scores of its archive are missing, or differ from its history"
     parts = (archive, state, *state)
     scored = [x for x in parts if "population" in getattr(x, "_fields", ())]
     possible = all(_possible(x, empty) for x in scored)
     if not (possible and np.array_equal(archive.population.tree, empty.tree)):
-        return "its individuals cannot be"
+        return "its individuals are impossible"
     known = STRATEGIES.get(settings.preset).sound(settings, state)
-    return None if known else "its state cannot be that of such a search"
+    return None if known else "its state does not belong to such a search"
 
 
 def _possible(scored: State, empty: Population) -> bool:

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.core.numbers import Floats, Integers, Mask
-from hfc_design.search.by_numbers import Coordinates, chain, coordinates
+from hfc_design.search.coordinates import Coordinates, chain, coordinates
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 from hfc_design.search.newton import damped
 

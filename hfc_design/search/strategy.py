@@ -22,8 +22,8 @@ class StrategySettings(Record):
     """
 
     preset: str  # which search strategy
-    population: int = Field(100, ge=1, le=10_000_000)  # individuals in a generation
-    generations: int = Field(100, ge=1, le=10_000_000)  # how many of them
+    population: int = Field(100, ge=1, le=10_000_000)  # individuals per generation
+    generations: int = Field(100, ge=1, le=10_000_000)  # number of generations
 
 
 class Task(NamedTuple):
@@ -63,7 +63,7 @@ class Weighed(NamedTuple):
     """
 
     score: Floats  # (n,) what they are ranked by elsewhere; no finite number where one failed
-    told: Floats | Scored
+    fitness: Floats | Scored
 
 
 #: What only its strategy knows: what it remembers, and what it asks, a record with a

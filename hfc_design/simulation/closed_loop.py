@@ -24,7 +24,7 @@ from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
-from hfc_design.simulation.packing import Code, separate
+from hfc_design.simulation.flattening import Code, separate
 from hfc_design.simulation.sensors import (
     Angles,
     Rates,
@@ -125,7 +125,7 @@ def closed_loop(scenario: Scenario, controller: Controller, later: float | None 
 STANDING = 0.01
 
 
-class Moving(NamedTuple):
+class LoopState(NamedTuple):
     """What a machine and its controller carry from sample to sample."""
 
     states: tuple[State, ...]  # of each drive
@@ -135,7 +135,7 @@ class Moving(NamedTuple):
     commands: tuple[Scalar, ...]  # of the previous sample
 
 
-class Watch(NamedTuple):
+class Monitor(NamedTuple):
     """What is carried from sample to sample by those who look at the machine."""
 
     means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
@@ -161,7 +161,7 @@ def start(
     zero: Scalar,
     started: tuple[State, ...],
     gains: Gains | None = None,
-) -> Moving:
+) -> LoopState:
     """A machine before the first sample, at ``started``, its controllers as they begin.
 
     Its encoders read that it has stood there. Without ``gains`` controllers remember nothing.
@@ -186,7 +186,7 @@ def start(
         )
         rated = drive.encoders.items() if observed else ()
         rates.append({angle: getattr(state, velocity) for angle, velocity in rated})
-    return Moving(
+    return LoopState(
         states,
         tuple(angles),
         tuple(rates),
@@ -195,11 +195,13 @@ def start(
     )
 
 
-def watching(loop: Loop, zero: Scalar, machine: Moving, copy: Moving | None = None) -> Watch:
+def first_monitor(
+    loop: Loop, zero: Scalar, machine: LoopState, copy: LoopState | None = None
+) -> Monitor:
     """What is known of a machine before the first sample, and of a ``copy`` that began off it."""
     pairs = zip(loop.machine.drives, machine.states, strict=True)
     means = tuple(getattr(state, drive.velocity) for drive, state in pairs)
-    watch = Watch(means, loop.judge.initial(zero))
+    watch = Monitor(means, loop.judge.initial(zero))
     if copy is None:
         return watch
     places = (positions(loop, each.states) for each in (machine, copy))
@@ -212,15 +214,15 @@ def positions(loop: Loop, states: tuple[State, ...]) -> list[Scalar]:
     return [getattr(state, drive.position) for drive, state in pairs]
 
 
-def moved(
+def next_state(
     loop: Loop,
     nominal: tuple[Parameters, ...],
     fixed: tuple[Parameters, ...],
     sample_time: Scalar,
     gains: Gains,
-    before: Moving,
+    before: LoopState,
     row: Samples,
-) -> Moving:
+) -> LoopState:
     """One control sample of one machine: measure, control, hold the commands, move.
 
     ``nominal`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
@@ -238,10 +240,10 @@ def moved(
     commands = tuple(machine.drives[k].accepted(fixed[k], held_commands[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, before.states, commands, loads, sample_time, loop.substeps)
-    return _in_precision(before, Moving(states, angles, rates, memory, commands))
+    return _in_precision(before, LoopState(states, angles, rates, memory, commands))
 
 
-def _in_precision(before: Moving, after: Moving) -> Moving:
+def _in_precision(before: LoopState, after: LoopState) -> LoopState:
     """What came ``after``, no more precise than ``before``: arrays of an own law may be."""
 
     def rounded(old: Any, new: Any) -> Any:
@@ -250,22 +252,22 @@ def _in_precision(before: Moving, after: Moving) -> Moving:
         return new.astype(kinds[0]) if real and kinds[0] != kinds[1] else new
 
     try:
-        cast_state: Moving = jax.tree.map(rounded, before, after)
+        cast_state: LoopState = jax.tree.map(rounded, before, after)
     except ValueError:  # it remembers other things: that is told where it is found
         return after
     return cast_state
 
 
-def watched(
+def monitored(
     loop: Loop,
     fixed: tuple[Parameters, ...],
     sample_time: Scalar,
-    before: Moving,
+    before: LoopState,
     commands: tuple[Scalar, ...],
-    watch: Watch,
+    watch: Monitor,
     row: Samples,
     copy: tuple[State, ...] = (),
-) -> tuple[Watch, tuple[Recorded, ...]]:
+) -> tuple[Monitor, tuple[Recorded, ...]]:
     """What is seen of a sample, which the machine began as ``before``, by the ``commands`` in it.
 
     ``copy`` are the states of a copy of the machine that began a little off.
@@ -281,11 +283,11 @@ def watched(
         moments.append(moment)
     sums = loop.judge.update(watch.sums, tuple(moments), row.path)
     means = tuple(moment.velocity for moment in moments)
-    return Watch(means, sums, watch.off), tuple(outputs)
+    return Monitor(means, sums, watch.off), tuple(outputs)
 
 
 def _sensed(
-    loop: Loop, k: int, fixed: Parameters, before: Moving, row: AxisSamples, sample_time: Scalar
+    loop: Loop, k: int, fixed: Parameters, before: LoopState, row: AxisSamples, sample_time: Scalar
 ) -> tuple[State, dict[str, Scalar], Angles, Rates]:
     """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
     drive, sensors = loop.machine.drives[k], loop.sensors[k]

@@ -10,30 +10,33 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.faults import short
 from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, holm, paired, share_interval
+from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design
-from hfc_design.files.doubts import doubts
+from hfc_design.files.design_set import (
+    AnyDesigns,
+    differences,
+    labelled,
+    own_machine,
+    shared_machine,
+)
+from hfc_design.files.loop_setup import own_scenario
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import own_scenario
+from hfc_design.files.plausibility import plausibility_warnings
 from hfc_design.files.scenario import Scenario
-from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine, own_machine
-from hfc_design.simulation.in_use import tolerated_metrics
+from hfc_design.simulation.acceptance import tolerated_metrics
+from hfc_design.simulation.evaluating import table_of
 from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
-from hfc_design.simulation.repeats import chaos_told
-from hfc_design.simulation.settling import reasons_told
+from hfc_design.simulation.repeats import chaos_text
+from hfc_design.simulation.stability_criteria import reasons_text
 
-#: Parts of the names of the metrics that are compared, in the order of every table.
-COMPARED = (
-    *("rms_contour_error", "max_contour_error", "worst_glitch", "path_error", "orientation"),
-    "rms_error",
-    *("max_error", "overshoot", "settling_time", "_change", "peak_", "stick_share"),
-)
+#: Rank of what is compared only because the scenario's fitness tolerates so much of it.
+LAST = 99
 #: Of these more is better, of every metric less.
 SCORES = ("fitness", "merit")
 #: What stands for all motions together.
@@ -45,7 +48,7 @@ SPREAD = 0.2
 Progress = Callable[[str, int, int], None]
 
 
-class Side(NamedTuple):
+class DesignStatistics(NamedTuple):
     """One design in one motion, or in all: the nominal machine and every other."""
 
     stable: Mask  # (machines,)
@@ -102,31 +105,34 @@ class Side(NamedTuple):
         return metric if self.nominal_stable and np.isfinite(metric) else None
 
 
-class Bout(NamedTuple):
+class MotionComparison(NamedTuple):
     """The designs in one motion."""
 
     name: str
     scenario: Scenario | None  # of that motion alone; None of all motions together
-    sides: dict[str, Side]  # by the designs' names
-    found: dict[str, Robustness]  # empty of all motions together
+    sides: dict[str, DesignStatistics]  # by the designs' names
+    results: dict[str, Robustness]  # empty of all motions together
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
         """The metrics that are compared, the most important first, what is tolerated among them."""
-        windows = () if self.scenario is None else self.scenario.windows
-        heads = tuple(f"{window.name}_" for window in windows)
-        keys = [key for key in self.meanings if not key.startswith(heads)]
-        parts = [*COMPARED, *(() if self.scenario is None else tolerated_metrics(self.scenario))]
-        return list(dict.fromkeys(key for part in parts for key in keys if part in key))
+        if self.scenario is None:  # of all motions together one metric, which is compared
+            return list(self.meanings)
+        tolerated = {
+            key: one.rank or LAST for key, (one, _) in tolerated_metrics(self.scenario).items()
+        }
+        ranks = tolerated | {key: one.rank for key, one in table_of(self.scenario).items()}
+        compared = [key for key in self.meanings if ranks.get(key)]
+        return sorted(compared, key=lambda key: ranks[key])
 
     def lost(self) -> Iterator[str]:
         """Why designs do not keep machines stable, a line each."""
-        for name, one in self.found.items():
+        for name, one in self.results.items():
             reasons = []
             if not one.nominal_stable:
                 reasons.append(f"nominal machine {' and '.join(one.nominal_reasons)}")
             if one.reasons:
-                reasons.append(f"of {len(one.stable)} others {reasons_told(one.reasons)}")
+                reasons.append(f"of {len(one.stable)} others {reasons_text(one.reasons)}")
             if reasons:
                 yield f"{name} in {self.name}, not stable: {'; '.join(reasons)}"
 
@@ -135,7 +141,7 @@ class Bout(NamedTuple):
         for name, side in self.sides.items():
             for key, repeats in side.ranges.items():
                 if key in self.meanings:
-                    yield f"{name} in {self.name}: {chaos_told(key, repeats)}"
+                    yield f"{name} in {self.name}: {chaos_text(key, repeats)}"
 
 
 class Difference(NamedTuple):
@@ -167,7 +173,7 @@ class Difference(NamedTuple):
         return storable(self._asdict())
 
 
-def spread_told(spread: float, tolerances: Mapping[str, float]) -> str:
+def spread_text(spread: float, tolerances: Mapping[str, float]) -> str:
     """How far machines are from the nominal one, in words."""
     single = (f", {name} ±{100 * tolerance:g} %" for name, tolerance in tolerances.items())
     return f"±{100 * spread:g} %{''.join(single)}"
@@ -180,18 +186,18 @@ class Comparison(NamedTuple):
     spread: float
     seed: int
     machines: int
-    bouts: list[Bout]  # one a motion, and if there are several one of all
+    bouts: list[MotionComparison]  # one a motion, and if there are several one of all
     differences: list[Difference]
     notes: list[str]  # what is not alike
     tolerances: dict[str, float] = {}  # spreads of single parameters
 
     def __repr__(self) -> str:
-        return line("Comparison", self._told())
+        return line("Comparison", self._summary())
 
     def _repr_html_(self) -> str:
-        return table("Comparison", self._told())
+        return table("Comparison", self._summary())
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         bouts = [bout.name for bout in self.bouts]
         summary = {"designs": ", ".join(self.designs), "motions": ", ".join(bouts)}
         return {**summary, "machines": self.machines, "within": self.within}
@@ -199,7 +205,7 @@ class Comparison(NamedTuple):
     @property
     def within(self) -> str:
         """How far the machines are from the nominal one, in words."""
-        return spread_told(self.spread, self.tolerances)
+        return spread_text(self.spread, self.tolerances)
 
     def of(self, motion: str, metric: str) -> list[Difference]:
         """The differences by a metric in a motion.
@@ -210,11 +216,13 @@ class Comparison(NamedTuple):
         """
         bouts = {bout.name: bout for bout in self.bouts}
         if motion not in bouts:
-            raise UserError(f"motion {short(motion)}: is none here; {one_of(motion, bouts)}")
+            raise UserError(f"motion {short(motion)}: unknown motion; {one_of(motion, bouts)}")
         if metric not in (known := bouts[motion].meanings):
-            raise UserError(f"metric {short(metric)}: is none of {motion}; {one_of(metric, known)}")
+            raise UserError(
+                f"metric {short(metric)}: unknown metric of {motion}; {one_of(metric, known)}"
+            )
         if metric not in (compared := bouts[motion].compared()):
-            reason = "is in the tables, its differences are not tested; those are of"
+            reason = "is in the tables, but its differences are not tested; tested are"
             raise UserError(f"metric {short(metric)}: {reason} {', '.join(compared)}")
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
@@ -262,7 +270,7 @@ def compare(
     """
     named = labelled(designs)
     if len(named) < 2:
-        raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
+        raise UserError("needs at least two designs, as in hfc compare runs/mine pd-only")
     loaded_scenarios = _scenarios(designs, named, scenarios)
     if spread is None:
         robust = next((one.robust for one in loaded_scenarios if one.robust), None)
@@ -274,8 +282,8 @@ def compare(
     others: list[str] = []
     for scenario in loaded_scenarios:
         others += _other_machines(scenario, spread, tolerances)
-        shared = on_one_machine(named, scenario)
-        told_of = [own_machine(next(iter(named)), scenario, shared), *doubts(shared)]
+        shared = shared_machine(named, scenario)
+        told_of = [own_machine(next(iter(named)), scenario, shared), *plausibility_warnings(shared)]
         others += [f"{scenario.name}: {warning}" for warning in told_of if warning]
         where += zip(shared.each_motion(), (not one for one in shared.nominal_only), strict=True)
         for name, design in named.items():
@@ -284,9 +292,9 @@ def compare(
                 members += [name] * (name not in members)
     names = [motion.name for motion, _ in where]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise UserError(f"scenario {twice}: two of them have this name")
+        raise UserError(f"scenarios must have different names (got {twice} twice)")
     total = len(named) * len(where) * (machines + 1)
-    bouts: list[Bout] = []
+    bouts: list[MotionComparison] = []
     for k, (motion, _) in enumerate(where):
         start = k * len(named) * (machines + 1)
 
@@ -307,7 +315,7 @@ def _bout(
     draw: tuple[float, int, int],
     tolerances: Mapping[str, float],
     progress: Callable[[str, int], None],
-) -> Bout:
+) -> MotionComparison:
     """Every design in one motion, on the machines of a ``draw``: spread, count, seed."""
     _, machines, _ = draw
     results: dict[str, Robustness] = {}
@@ -318,8 +326,12 @@ def _bout(
 
         results[name] = robustness(design, motion, *draw, more, tolerances)
     each = ("stable", "nominal_stable", "nominal", "values", "ranges")
-    sides = {name: Side(*(getattr(x, key) for key in each)) for name, x in results.items()}
-    return Bout(motion.name, motion, sides, results, next(iter(results.values())).meanings)
+    sides = {
+        name: DesignStatistics(*(getattr(x, key) for key in each)) for name, x in results.items()
+    }
+    return MotionComparison(
+        motion.name, motion, sides, results, next(iter(results.values())).meanings
+    )
 
 
 def _scenarios(
@@ -341,16 +353,16 @@ def _other_machines(
     robust = scenario.robust
     if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return
-    text = spread_told(robust.spread, robust.tolerances)
-    yield f"other machines than those of [robust] of {scenario.name}, which are within {text}"
+    text = spread_text(robust.spread, robust.tolerances)
+    yield f"machines differ from [robust] of {scenario.name}, which has {text}"
 
 
-def _together(bouts: Sequence[Bout]) -> list[Bout]:
+def _together(bouts: Sequence[MotionComparison]) -> list[MotionComparison]:
     """All motions as one: stable in every one, errors as of one motion after the other.
 
     Nothing if there is but one, or if their machines or metrics are not the same.
     """
-    nominal_parameters = [next(iter(bout.found.values())).machines.told for bout in bouts]
+    nominal_parameters = [next(iter(bout.results.values())).machines.nominal for bout in bouts]
     key = bouts[0].compared()[0]
     if (
         len(bouts) < 2
@@ -366,8 +378,8 @@ def _together(bouts: Sequence[Bout]) -> list[Bout]:
         values = _rms([side.values[key] for side in each], steps)
         stable = np.logical_and.reduce([side.stable for side in each])
         all_nominal = all(side.nominal_stable for side in each)
-        sides[name] = Side(stable, all_nominal, {key: nominal}, {key: values})
-    return [Bout(EVERY, None, sides, {}, {key: bouts[0].meanings[key]})]
+        sides[name] = DesignStatistics(stable, all_nominal, {key: nominal}, {key: values})
+    return [MotionComparison(EVERY, None, sides, {}, {key: bouts[0].meanings[key]})]
 
 
 def _rms(each: Any, steps: Sequence[int]) -> Any:
@@ -376,7 +388,7 @@ def _rms(each: Any, steps: Sequence[int]) -> Any:
         return np.sqrt(np.average(np.square(each), axis=0, weights=steps))
 
 
-def _differences(bouts: Sequence[Bout]) -> list[Difference]:
+def _differences(bouts: Sequence[MotionComparison]) -> list[Difference]:
     """Every two designs by every metric in every motion."""
     comparisons = [
         _difference(bout, key, first, second)
@@ -388,7 +400,7 @@ def _differences(bouts: Sequence[Bout]) -> list[Difference]:
     return [one._replace(p_holm=float(p)) for one, p in zip(comparisons, corrected, strict=True)]
 
 
-def _difference(bout: Bout, key: str, first: str, second: str) -> Difference:
+def _difference(bout: MotionComparison, key: str, first: str, second: str) -> Difference:
     one, other = bout.sides[first], bout.sides[second]
     mine, theirs, a, b = one.stable, other.stable, one.costs(key), other.costs(key)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -17,8 +17,8 @@ from jaxtyping import Array
 from hfc_design.core import devices
 from hfc_design.core.numbers import Integers, Memory
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation import rejecting, stepping
-from hfc_design.simulation.packing import Code, Packed, joined
+from hfc_design.simulation import early_stopping, stepping
+from hfc_design.simulation.flattening import Code, Packed, joined
 from hfc_design.simulation.stepping import Forms, Inputs, Motions
 
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
@@ -87,11 +87,11 @@ def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Arr
     """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
-        def beside(leaf: Array) -> Array:
+        def side_by_side(leaf: Array) -> Array:
             return jnp.moveaxis(leaf, 0, 1).reshape(leaf.shape[1], len(leaf) * leaf.shape[2])
 
-        every = stepping.from_packed(forms, whole, jax.tree.map(beside, lanes))
-        return rejecting.each(joined(code, every.numbers), every, stepping.trailing(lanes))
+        every = stepping.from_packed(forms, whole, jax.tree.map(side_by_side, lanes))
+        return early_stopping.each(joined(code, every.numbers), every, stepping.trailing(lanes))
 
     return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 

@@ -1,16 +1,17 @@
 """Motions that diverge: the finer steps that may mend them, and when and why they do."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import MAX_SUBSTEPS
 from hfc_design.simulation import memory
 
+Result = TypeVar("Result")
 #: What diverges is simulated again with so many times the substeps, one after the other.
 FINER = (4, 16)
 #: A quantity has run away once it stays beyond this many times its median.
@@ -27,8 +28,30 @@ class Divergence(NamedTuple):
 
     def __str__(self) -> str:
         if self.cause == FITNESS:
-            return f"{FITNESS} is no number"
+            return f"{FITNESS} is not a number"
         return f"{self.cause} runs away at {self.time_s:.4g} s"
+
+
+def refined(
+    scenario: Scenario,
+    count: int,
+    simulate: Callable[[Scenario, Integers], Iterable[Result]],
+    diverged: Callable[[Result], bool],
+    merged: Callable[[Result, Result], Result] = lambda before, after: after,
+) -> list[Result]:
+    """Results of ``count`` simulations, of which those that diverge are repeated in finer steps.
+
+    ``simulate`` has a result for each of the numbers that it is given, in their order; ``merged``
+    makes one of a result and what it is in finer steps.
+    """
+    results: list[Result] = [*simulate(scenario, np.arange(count))]
+    for where in finer(scenario):
+        waiting = np.flatnonzero([diverged(result) for result in results])
+        if not len(waiting):
+            break
+        for k, again in zip(waiting.tolist(), simulate(where, waiting), strict=True):
+            results[k] = merged(results[k], again)
+    return results
 
 
 def finer(scenario: Scenario) -> Iterator[Scenario]:

@@ -13,19 +13,20 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.arguments import number, wanted
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.arguments import check_number, check_type
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import trailing
 
 
 class Judgements(NamedTuple):
@@ -44,13 +45,13 @@ class Judgements(NamedTuple):
         Raises:
             UserError: ``how`` is none of these, or ``share`` is not between 0 and 1.
         """
-        number("share", share)
+        check_number("share", share)
         if not 0 <= share <= 1:
-            raise UserError(f"share = {share}: has to lie between 0 and 1")
+            raise UserError(f"share = {share}: must be between 0 and 1")
         quantile = partial(np.quantile, q=share, method="lower")
         ways: dict[str, Any] = {"mean": np.mean, "quantile": quantile, "worst": np.min}
         if how not in ways:
-            raise UserError(f"kept: {how!r} is no way to judge many; there is {', '.join(ways)}")
+            raise UserError(f"how={how!r}: must be one of {', '.join(ways)}")
         return np.asarray(ways[how](self.merit.reshape(len(self.merit), -1), axis=1))
 
 
@@ -70,7 +71,7 @@ def evaluate_many(
     every, where = [*map(load_design, _each(designs))], [*map(load_scenario, _each(scenarios))]
     others = _each(machines)
     if not (every and where and others):
-        raise UserError("designs, scenarios and machines: at least one of each is needed")
+        raise UserError("designs, scenarios and machines: must have at least one each")
     shape = (len(every), len(where), len(others))
     judgements = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(where):
@@ -99,21 +100,22 @@ def evaluate_many(
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
     """Of every individual on every machine; of those that fail anywhere in finer steps."""
 
-    def judged(where: Scenario, gains: Gains) -> Judged:
+    def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
+        some = jax.tree.map(lambda leaf: leaf[..., chosen], gains)
         loop = closed_loop(where, controller)
-        return population.scores(loop, machines, [where.samples()], gains, np.float64)
+        return population.scores(loop, machines, [where.samples()], some, np.float64).rows
 
-    judgement = Judged(*map(np.array, judged(scenario, gains)))
-    for where in finer(scenario):
-        lost = np.flatnonzero(judgement.failed.any(axis=(1, 2)))
-        if not len(lost):
-            break
-        again = judged(where, jax.tree.map(lambda leaf, lost=lost: leaf[..., lost], gains))
-        mended = judgement.failed[lost] & ~again.failed
-        judgement.merit[lost] = np.where(mended, again.merit, judgement.merit[lost])
-        judgement.values[lost] = np.where(mended[..., None], again.values, judgement.values[lost])
-        judgement.failed[lost] &= ~mended
-    return judgement
+    def merged(before: Judged, after: Judged) -> Judged:
+        """A machine that did not fail stays as it is."""
+        mended = before.failed & ~after.failed
+        merit = np.where(mended, after.merit, before.merit)
+        values = np.where(mended[..., None], after.values, before.values)
+        return Judged(merit, values, before.failed & after.failed)
+
+    def failed(row: Judged) -> bool:
+        return bool(row.failed.any())
+
+    return Judged.stacked(refined(scenario, trailing(gains), simulate, failed, merged))
 
 
 def _each(given: Any) -> Sequence[Any]:
@@ -123,7 +125,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
-    wanted(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
+    check_type(changes, Mapping, "a mapping of parameters to values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in plant.axes.items()}
     for key in changes.keys() - every.keys():

@@ -4,7 +4,8 @@ And what tables say of several of them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, starmap
+from itertools import starmap
+from operator import attrgetter
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -12,39 +13,35 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals, within_rate
-from hfc_design.core.arguments import wanted
-from hfc_design.core.numbers import Floats, Gains, Json, Memory, Parameters
+from hfc_design.core.arguments import check_type
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.files.design import AnyDesign, Design, learned
-from hfc_design.files.doubts import doubts
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
+from hfc_design.files.plausibility import plausibility_warnings
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
+from hfc_design.motion.contour import Contour, contour, during
+from hfc_design.motion.phases import settled_samples
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.tool_path import program_errors
-from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judge, Judged
-from hfc_design.objectives.program_metrics import (
-    AxisAlong,
-    length_unit,
-    program_meanings,
-    program_metrics,
-)
+from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM, AxisRecord, MotionRecord
+from hfc_design.objectives.tables import Column, columns, length_unit, values
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
-from hfc_design.simulation.divergence import Divergence, divergence_of, finer
+from hfc_design.simulation.divergence import Divergence, divergence_of, refined
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.repeats import (
     TOLD,
     Each,
     averaged,
-    ends_told,
-    louder,
-    range_told,
+    ends_text,
+    range_text,
     repeats_of,
+    scaled_command,
     together,
 )
 from hfc_design.simulation.stepping import Motions
@@ -52,7 +49,7 @@ from plants import Drive, Machine, in_a_name
 from plants.around import plain
 
 #: What ``Evaluation`` is called where something else is given.
-EVALUATED = "evaluation; evaluate(design, scenario) makes one"
+EVALUATED = "an evaluation, as evaluate(design, scenario) returns it"
 
 
 class AxisMotion(NamedTuple):
@@ -85,7 +82,7 @@ class AxisMotion(NamedTuple):
         fixed = self.drive.coefficients(self.parameters)
         return _arrays(self.drive.signals(fixed, self.motion.state))
 
-    def told(self) -> dict[str, Floats]:
+    def sensed(self) -> dict[str, Floats]:
         """What the axis told the control by its own sensors, signal -> (steps,)."""
         fixed = self.drive.coefficients(self.parameters)
         seen = self.drive.measured(fixed, self.motion.state)
@@ -117,12 +114,12 @@ class Evaluation(NamedTuple):
     memory: Memory = None  # what the controller remembers in the end
 
     def __repr__(self) -> str:
-        return line("Evaluation", self._told())
+        return line("Evaluation", self._summary())
 
     def _repr_html_(self) -> str:
-        return table("Evaluation", self._told() | self.metrics)
+        return table("Evaluation", self._summary() | self.metrics)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         axes, steps = ", ".join(axis.name for axis in self.axes), len(self.time)
         summary = {"fitness": self.fitness, "merit": self.merit, "diverged": self.diverged}
         more = {"motions": ", ".join(self.motions)} if self.motions else {}
@@ -164,7 +161,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     Raises:
         UserError: it is no evaluation.
     """
-    wanted(evaluation, Evaluation, EVALUATED)
+    check_type(evaluation, Evaluation, EVALUATED)
     columns = {"time_s": evaluation.time}
     several = len(evaluation.axes) > 1
     for axis in evaluation.axes:
@@ -214,20 +211,19 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    results: dict[int, Evaluation] = {}
-    waiting = list(range(len(scenario.each_motion())))
-    for where in chain([scenario], finer(scenario)):
-        motions = [where.each_motion()[k] for k in waiting]
-        loop, many = louder(closed_loop(where, controller), gains)
-        each = evaluations(motions, loop, machines, many)
-        results |= {k: evaluation for k, (evaluation,) in zip(waiting, each, strict=True)}
-        waiting = [k for k in waiting if results[k].diverged]
-        if not waiting:
-            break
+
+    def simulate(where: Scenario, chosen: Integers) -> Iterator[Evaluation]:
+        motions = [where.each_motion()[k] for k in chosen]
+        loop, many = scaled_command(closed_loop(where, controller), gains)
+        for (evaluation,) in evaluations(motions, loop, machines, many):
+            yield evaluation
+
+    count = len(scenario.each_motion())
+    results = refined(scenario, count, simulate, attrgetter("diverged"))
     if not scenario.motions:
         return results[0]
     names = (motion.name for motion in scenario.motions)
-    return _together(scenario, {name: results[k] for k, name in enumerate(names)})
+    return _together(scenario, dict(zip(names, results, strict=True)))
 
 
 def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
@@ -238,13 +234,13 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     Raises:
         UserError: it does not adapt, has diverged, or the evaluation is of another controller.
     """
-    wanted(evaluation, Evaluation, EVALUATED)
+    check_type(evaluation, Evaluation, EVALUATED)
     design, axes = load_design(design), evaluation.machine.axes
     begun = within_rate(design.commanding(axes).initial_memory(0.0))
     remembered: list[Memory] = [begun, within_rate(evaluation.memory)]
     expected, actual = map(str, map(jax.tree.structure, remembered))
     if actual != expected:
-        why = "the evaluation is of another controller: what it remembers has other parts"
+        why = "the evaluation must be of this controller (its remembered state differs)"
         raise UserError(f"design {design.name}: {why}")
     provenance = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
     return learned(design, axes, evaluation.memory, provenance)
@@ -255,7 +251,7 @@ def evaluations(
 ) -> Iterator[Iterator[Evaluation]]:
     """Of each motion what is read off that of each of ``machines``, all simulated together.
 
-    On a single machine ``gains`` may be those of ``louder``.
+    On a single machine ``gains`` may be those of ``scaled_command``.
     """
     samples = [motion.samples() for motion in motions]
     trajectories = population.trajectories(loop, machines, samples, gains, machines.size)
@@ -275,7 +271,7 @@ def _evaluations(
     loop_machine, time = loop.machine, scenario.simulation.time
     many = len(judged.merit) > machines.size
     for k in range(machines.size):
-        true = tuple(map(plain, machines.true))
+        true = tuple(map(plain, machines.actual))
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
         each = zip(
@@ -339,71 +335,58 @@ def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
 def _metrics(
     scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
 ) -> list[float | None]:
-    """Every metric of a part of the motion, in the order of ``meanings``."""
+    """Every metric of a part of the motion, in the order of ``_table``; None where it diverged."""
     time = scenario.simulation.time
-    motions = [jax.tree.map(lambda leaf: leaf[part], axis.motion) for axis in axes]
-    if path is not None and isinstance(path.trajectory, Program):
-        pairs = zip(axes, motions, strict=True)
-        along = [_along(scenario, axis, motion, part) for axis, motion in pairs]
-        return [*program_metrics(path.trajectory, during(path, time, part), along).values()]
-    if path is not None:
-        errors = np.stack([motion.error for motion in motions])
-        commands = np.stack([motion.command for motion in motions])
-        inside = during(path, time, part)
-        return list(
-            contour_metrics([axis.drive for axis in axes], inside, errors, commands).values()
-        )
-    values: list[float | None] = []
-    for axis, motion in zip(axes, motions, strict=True):
-        speeds = axis.velocity[part], axis.happens.reference_rate[part]
-        settled = scenario.fitness.settled_after_s
-        values += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
-    return values
+    settled = settled_samples(time[part], scenario.fitness.settled_after_s)
+    records = []
+    for axis in axes:
+        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        about = (axis.name, axis.drive, time[part], settled)
+        commanded = (axis.reference[part], np.asarray(axis.happens.reference_rate)[part])
+        seen = (motion.error, motion.error_rate, axis.velocity[part], motion.command)
+        limit = scenario.limits.of(axis.name).command
+        limits = axis.drive.largest_commands(axis.parameters, limit)
+        records.append(AxisRecord(*about, *commanded, *seen, limits))
+    whole = MotionRecord(tuple(records), None if path is None else during(path, time, part))
+    return [*values(_table(scenario), whole).values()]
 
 
-def _along(scenario: Scenario, axis: AxisMotion, motion: Recorded, part: slice) -> AxisAlong:
-    """What there is to read off one axis in a part of a program."""
-    reference = axis.reference[part]
-    limit = scenario.limits.of(axis.name).command
-    limits = axis.drive.largest_commands(axis.parameters, limit)
-    seen = (reference - motion.error, axis.velocity[part], motion.command)
-    return AxisAlong(axis.name, axis.drive, reference, *seen, limits)
+def _table(scenario: Scenario) -> dict[str, Column]:
+    """The metrics of one motion, without windows."""
+    path = ALONE
+    if scenario.follows_path:
+        path = PROGRAM if isinstance(scenario.path, Program) else PLANE
+    return columns(scenario.machine, path)
+
+
+def table_of(scenario: Scenario) -> dict[str, Column]:
+    """Every metric that an evaluation on a scenario has, by its key; those of windows follow."""
+    if scenario.motions:
+        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
+        return {
+            f"{_key(motion.name)}_{key}": column._replace(
+                meaning=f"{motion.name}: {column.meaning}"
+            )
+            for motion, alone in pairs
+            for key, column in table_of(alone).items()
+        }
+    whole = _table(scenario)
+    inside = {
+        f"{window.name}_{key}": column._replace(meaning=f"{window.name}: {column.meaning}", rank=0)
+        for window in scenario.windows
+        for key, column in whole.items()
+    }
+    return whole | inside
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
-    if scenario.motions:
-        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
-        return {
-            f"{_key(motion.name)}_{key}": f"{motion.name}: {text}"
-            for motion, alone in pairs
-            for key, text in meanings(alone).items()
-        }
-    machine = scenario.machine
-    if isinstance(scenario.path, Program):
-        descriptions = program_meanings(machine)
-    elif scenario.follows_path:
-        descriptions = contour_meanings(machine.drives)
-    else:
-        axes = machine.axes if len(machine.axes) > 1 else ("",)
-        each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
-        descriptions = {
-            key: text
-            for axis, axis_texts in each
-            for key, text in _headed(axis, axis_texts).items()
-        }
-    names = ("", *(window.name for window in scenario.windows))
-    return {key: text for name in names for key, text in _headed(name, descriptions).items()}
+    return {key: column.meaning for key, column in table_of(scenario).items()}
 
 
 def _key(motion: str) -> str:
     """A motion as it stands before a metric's name."""
     return motion.replace("-", "_")
-
-
-def _headed(name: str, texts: dict[str, str]) -> dict[str, str]:
-    """Keys and texts with a name before them; as they are where it is ""."""
-    return {f"{name}_{key}": f"{name}: {text}" for key, text in texts.items()} if name else texts
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
@@ -448,7 +431,7 @@ def _score(evaluation: Evaluation, key: str) -> str:
     if evaluation.diverged:
         return "diverged"
     many = evaluation.ranges.get(key)
-    return range_told(many) if many else f"{getattr(evaluation, key):.4f}"
+    return range_text(many) if many else f"{getattr(evaluation, key):.4f}"
 
 
 def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
@@ -464,10 +447,10 @@ def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[lis
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
-    lines, substeps = doubts(scenario), scenario.simulation.substeps
+    lines, substeps = plausibility_warnings(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
-            tried = f", with {one.substeps} substeps too" if one.substeps > substeps else ""
+            tried = f", also with {one.substeps} substeps" if one.substeps > substeps else ""
             lines.append(f"{name} diverges: {one.divergence}{tried}")
         elif one.substeps > substeps:
             lines.append(
@@ -475,8 +458,9 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
             )
         if one.chaotic:
             keys = (key for key in scenario.judge().titles if key in one.ranges)
-            ranges = [f"{key} ranges from {ends_told(one.ranges[key])}" for key in keys]
+            ranges = [f"{key} ranges from {ends_text(one.ranges[key])}" for key in keys]
             lines.append(
-                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all else is of the unchanged run"
+                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all other figures are "
+                "of the unchanged run"
             )
     return lines

@@ -1,6 +1,6 @@
 """The simulated loop, linearised where it moves steadily: poles, margins and stiffness come of it.
 
-``closed_loop.moved`` is one control sample; it is differentiated in two parts that meet at the
+``closed_loop.next_state`` is one control sample; it is differentiated in two parts that meet at the
 signals. The machine with its sensors, delays and whatever else stands around a drive is the same
 for every controller, so that a search needs it once; a controller is small, and every law has a
 slope. Steps of encoders and converters are left out and no limit is met: see ``Loop.smooth``. An
@@ -23,8 +23,8 @@ from hfc_design.controllers.controller import SLOW, RateLimited, Stepped, View, 
 from hfc_design.core.numbers import Floats, Gains, Integers, Mask, Memory, Scalar, Xp
 from hfc_design.core.slopes import SLOPED, Sloped, parts
 from hfc_design.motion.samples import Samples
-from hfc_design.simulation.closed_loop import Loop, moved, positions, start
-from hfc_design.simulation.packing import Code, joined
+from hfc_design.simulation.closed_loop import Loop, next_state, positions, start
+from hfc_design.simulation.flattening import Code, joined
 from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 from plants.around import commanded, fine
@@ -81,7 +81,7 @@ def _of_machine(
             for one, shift, load in zip(row.axes, shifts, loads, strict=True)
         )
         before = of(x[: -3 * axes])
-        after = moved(
+        after = next_state(
             loop, nominal, fixed, every, tuple(commands), before, row._replace(axes=there)
         )
         machine_state = after._replace(memory=(), commands=())
@@ -113,7 +113,7 @@ class Steady(NamedTuple):
     signals: Floats  # (signals,)
     change: Floats  # (signals,) of them, from a sample to the next
     commands: Floats  # (axes,)
-    found: Mask  # whether there is such a motion
+    exists: Mask  # whether there is such a motion
 
 
 class _Near(NamedTuple):
@@ -318,7 +318,7 @@ class Controllers(NamedTuple):
     c: Floats  # (axes, memory)
     d: Floats  # (axes, signals)
     errors: Floats  # (axes,) that are left
-    found: Mask  # whether they can give the commands that are needed
+    exists: Mask  # whether they can give the commands that are needed
 
 
 def controlled(

@@ -15,8 +15,8 @@ import numpy as np
 from hfc_design.controllers.controller import Controller
 from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.stress import MODES
 from hfc_design.motion.samples import Samples
@@ -47,9 +47,9 @@ LONG, ROUNDED = 1000, 1e-6
 FAR_OFF = 1e6
 #: Places of the machines that just have to hold, in shares of those that a stress forgives.
 LIMIT = np.array([0.55, 0.7, 0.85, 1.0])
-HELD = "a small command moves nothing that is measured there: friction or a gap holds it"
+HELD = "a small command moves no measured signal there: friction or backlash holds it"
 CANNOT = " cannot be linearised"
-OPEN = "the law does not answer a small error there, so that the loop is open"
+OPEN = "the law does not respond to a small error there, so the loop is open"
 
 
 class Point(NamedTuple):
@@ -84,31 +84,31 @@ def operating_points(scenario: Scenario) -> list[Point]:
 def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float, ...]) -> Samples:
     """Column ``k`` as if the machine had always moved so, under its constant load."""
 
-    def own(leaf: Floats) -> Floats:
+    def first_of(leaf: Floats) -> Floats:
         return np.asarray(leaf, float)[..., k]
 
     axes = []
     for name, axis, speed in zip(motion.machine.axes, samples.axes, speeds, strict=True):
-        one = jax.tree.map(own, axis)
+        one = jax.tree.map(first_of, axis)
         load = motion.load.of(name).constant
         rate = {"reference_rate": np.float64(speed)}
         if one.reference_acceleration is not None:
             rate["reference_acceleration"] = np.float64(0.0)
         axes.append(one._replace(loads=0.0 * one.loads + load, noise=0.0 * one.noise, **rate))
-    whole = samples._replace(axes=(), sample_time=(), start=(), beside=())
+    whole = samples._replace(axes=(), sample_time=(), start=(), copy_start=())
     rest = {"sample_time": samples.sample_time, "start": samples.start}
-    return jax.tree.map(own, whole)._replace(axes=tuple(axes), **rest)
+    return jax.tree.map(first_of, whole)._replace(axes=tuple(axes), **rest)
 
 
 def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
     """The machines of a loop without a controller, at the points of each one after the other."""
     count = machines.size
-    true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.true)
+    true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.actual)
     rows = jax.tree.map(
         lambda *leaves: np.stack([np.asarray(x, float) for x in leaves] * count),
         *(point.row for point in points),
     )
-    return steady(loop, machines.told, true, rows, np.array([x.speeds for x in points] * count))
+    return steady(loop, machines.nominal, true, rows, np.array([x.speeds for x in points] * count))
 
 
 def loop_margins(
@@ -132,9 +132,9 @@ def loop_margins(
     with own_code_of(loop, CANNOT):
         points = operating_points(scenario)
         about = near(loop, standing(machines, scenario, loop), points)
-        lanes = np.zeros(len(about.found), int)
+        lanes = np.zeros(len(about.exists), int)
         every = jax.tree.map(lambda leaf: np.take(leaf, lanes, axis=-1), gains)
-        controllers = controlled(loop, machines.told, every, about)
+        controllers = controlled(loop, machines.nominal, every, about)
     rows, count, axes = [], len(points), scenario.machine.axes
     for n, point in enumerate(points):
         each = [
@@ -174,17 +174,17 @@ def _why(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> str:
     """Why a loop cannot be linearised at a point; "" where it can."""
-    if not about.found[lane]:
-        gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.true)
-        return f"{gap}no steady motion was found there, so that the loop cannot be linearised"
-    pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.true, strict=True)
+    if not about.exists[lane]:
+        gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.actual)
+        return f"{gap}no steady motion was found there, so the loop cannot be linearised"
+    pairs = zip(scenario.machine.axes, scenario.machine.drives, machine.actual, strict=True)
     for (name, drive, parameters), command in zip(pairs, about.commands[lane], strict=True):
         low, high = drive.largest_commands(parameters, largest_command(scenario.limits.of(name)))
         if not low <= command <= high:
             unit = drive.units["command"]
-            return f"it takes {command:.4g} {unit} of {high:.4g} {unit} to move so"
-    if not controllers.found[lane]:
-        return "the law was not found to hold it there, so that it cannot be linearised"
+            return f"this motion needs {command:.4g} {unit} of {high:.4g} {unit}"
+    if not controllers.exists[lane]:
+        return "found no steady state of the law there, so it cannot be linearised"
     return ""
 
 
@@ -214,12 +214,12 @@ class AskedMargins:
         with own_code_of(loop, CANNOT):
             self._machines = every = near(loop, machines, [points[k] for k in laws])
         every = jax.tree.map(lambda leaf: leaf[np.array(met)], every)
-        self._loop, self._told, self._asked = loop, machines.told, scenario.margins
+        self._loop, self._nominal, self._required = loop, machines.nominal, scenario.margins
         self._stress, self._narrow = scenario.stress if scenario.robust else None, narrow
         sliding = _at_the_limit(scenario, loop, rubbing) if rubbing else None
         if sliding is not None:  # behind the points
             self._machines = jax.tree.map(lambda *x: np.concatenate(x), self._machines, sliding)
-            self._off = np.append(self._off, np.zeros(len(sliding.found)))
+            self._off = np.append(self._off, np.zeros(len(sliding.exists)))
         self._every = scenario.simulation.sample_time_s
         poles = np.linalg.eigvals(every.a).ravel()
         light = poles[(poles.imag > 0.0) & (np.abs(poles) > LIGHT)]
@@ -245,12 +245,14 @@ class AskedMargins:
     def broken(self, gains: Gains) -> Floats:
         """(individuals,) by how much each breaks what is asked, 0 for nothing."""
         machines, controllers, known = self._near(gains)
-        places, each = len(self._machines.found), []
+        places, each = len(self._machines.exists), []
         poles = _closed(machines, controllers)
         radius = np.where(known[:, 0], np.abs(poles).max(axis=1), 0.0).reshape(-1, places)
         grown = np.where(radius > 1.0 + ROUNDED, LONG * (radius - 1.0), 0.0)
         some = self._of_points((machines, controllers, known, poles))
-        limits = self._asked and self._asked | {"modes": NEAR}  # or that they do not grow, alone
+        limits = self._required and self._required | {
+            "modes": NEAR
+        }  # or that they do not grow, alone
         margin_values = self._margins(*some) if limits else {}
         rest = np.arange(len(some[2]))[:, None] % len(self._answers) == self._rest
         for name, limit in limits.items():
@@ -278,20 +280,20 @@ class AskedMargins:
 
     def _of_points(self, every: Any) -> Any:
         """(individuals x points) of what is of all machines, those that rub behind the points."""
-        lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.found)
+        lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.exists)
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
     def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
         """(individuals x machines) machines, controllers, and whether both were found."""
-        points, count = len(self._machines.found), jax.tree.leaves(gains)[0].shape[-1]
+        points, count = len(self._machines.exists), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
             lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
         )
         with own_code_of(self._loop, CANNOT), np.errstate(all="ignore"):
             off = np.tile(self._off, count) if self._off.any() else None
-            controllers = controlled(self._loop, self._told, every, machines, off)
-        return machines, controllers, (controllers.found & machines.found)[:, None]
+            controllers = controlled(self._loop, self._nominal, every, machines, off)
+        return machines, controllers, (controllers.exists & machines.exists)[:, None]
 
     def _margins(
         self, machines: Steady, controllers: Controllers, known: Mask, poles: Any

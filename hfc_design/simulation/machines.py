@@ -80,8 +80,8 @@ def drawn(
         if refused > MAX_DRAWS * samples:
             message = f"{key}{' = ' if '.' in key else ' '}{spread:g}"
             raise UserError(
-                f"{message}: of {refused + len(accepted) - 1} draws only {len(accepted) - 1} "
-                f"gave a possible {settings.machine.name}; a smaller spread is needed"
+                f"{message}: only {len(accepted) - 1} of {refused + len(accepted) - 1} "
+                f"draws gave a possible {settings.machine.name}; reduce the spread"
             )
     true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *accepted)
     around = {

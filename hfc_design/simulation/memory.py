@@ -69,11 +69,11 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
     if setting := os.environ.get(VARIABLE):
         allowed, source = size(setting), f"--memory or {VARIABLE}: {setting}"
     else:
-        allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of what is free"
+        allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of the free memory"
     if needed > allowed:
         raise UserError(
-            f"{what}: needs about {needed / 1e9:.3g} GB of memory, most by {most}; allowed are "
-            f"{allowed / 1e9:.3g} GB ({source}); change these, or give another --memory"
+            f"{what}: needs about {needed / 1e9:.3g} GB of memory, most by {most}; the "
+            f"limit is {allowed / 1e9:.3g} GB ({source}); change these, or raise --memory"
         )
 
 
@@ -85,7 +85,7 @@ def size(text: str) -> float:
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
-        raise UserError(f"--memory or {VARIABLE} {text[:60]}: has to be a size, as in 8GB")
+        raise UserError(f"--memory or {VARIABLE} {text[:60]}: must be a size, as in 8GB")
     return float(match[1]) * UNITS[match[2].upper()]
 
 

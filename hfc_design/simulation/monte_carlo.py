@@ -1,30 +1,30 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import islice
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.core.arguments import share, wanted, whole
-from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
+from hfc_design.core.arguments import check_share, check_type, check_whole
+from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
+from hfc_design.simulation.acceptance import ENOUGH, tolerated_metrics
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
-from hfc_design.simulation.in_use import ENOUGH, tolerated_metrics
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import STABILITY, faults, measuring
+from hfc_design.simulation.stability_criteria import STABILITY, instabilities, measuring
 
 Progress = Callable[[int, int], None]
 
@@ -58,12 +58,12 @@ class Robustness(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit; of a score its title
 
     def __repr__(self) -> str:
-        return line("Robustness", self._told())
+        return line("Robustness", self._summary())
 
     def _repr_html_(self) -> str:
-        return table("Robustness", self._told() | self.nominal)
+        return table("Robustness", self._summary() | self.nominal)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         summary = {"spread": self.spread, "machines": len(self.stable)}
         return {
             **summary,
@@ -140,7 +140,7 @@ def robustness(
     scenario = with_converter(load_scenario(scenario), design)
     if scenario.motions:
         message = (
-            f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
+            f"{scenario.name} has several motions: use usable(design, scenario), or one motion"
         )
         raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed, tolerances)
@@ -148,23 +148,23 @@ def robustness(
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
-    results: dict[int, tuple[Evaluation, Judged]] = {}
-    waiting, at_once, refined = np.arange(machines.size), min(CHUNK, machines.size), 0
-    for where in chain([scenario], finer(scenario)):
+    again: list[int] = []
 
-        def more(done: int, total: int, before: int = len(results)) -> None:
+    def simulate(where: Scenario, chosen: Integers) -> Iterator[tuple[Evaluation, Judged]]:
+        first = where is scenario
+        again.extend([] if first else [len(chosen)])
+        before, at_once = (0, min(CHUNK, machines.size)) if first else (machines.size, FEW)
+
+        def more(done: int, total: int) -> None:
             progress(before + done, before + total)
 
-        motions = _motions(design, where, machines.take(waiting), more, at_once)
-        results |= zip(waiting.tolist(), motions, strict=True)
-        waiting, at_once = np.flatnonzero([one.diverged for one, _ in results.values()]), FEW
-        if not len(waiting):
-            break
-        refined = refined or len(waiting)
-    evaluations, judged = zip(*results.values(), strict=True)
-    measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
+        return _motions(design, where, machines.take(chosen), more, at_once)
+
+    results = refined(scenario, machines.size, simulate, lambda result: result[0].diverged)
+    evaluations, judged = zip(*results, strict=True)
+    _, measured, failed = map(np.asarray, Judged.stacked(judged))
     lost = failed | np.array([[one.diverged] for one in evaluations])
-    why = {reason: mask[:, 0] for reason, mask in faults(measured, lost, [scenario]).items()}
+    why = {reason: mask[:, 0] for reason, mask in instabilities(measured, lost, [scenario]).items()}
     stable = ~np.logical_or.reduce([*why.values()])
     reasons = {reason: int(mask[1:].sum()) for reason, mask in why.items() if mask[1:].any()}
     nominal_reasons = tuple(reason for reason, mask in why.items() if mask[0])
@@ -182,7 +182,7 @@ def robustness(
         reasons,
         nominal_reasons,
     )
-    return Robustness(spread, seed, machines, refused, refined, *parts, meant)
+    return Robustness(spread, seed, machines, refused, again[0] if again else 0, *parts, meant)
 
 
 def _columns(
@@ -207,7 +207,7 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Of every machine in turn its evaluation, without the motion, and what ``faults`` needs.
+    """Evaluation of every machine in turn, without the motion, and what ``instabilities`` needs.
 
     At most ``at_once`` step together. The first one has its motion still.
     """
@@ -243,12 +243,12 @@ def check_draw(
     option: str = "--samples",
 ) -> None:
     """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
-    share("--spread", spread)
-    wanted(tolerances, Mapping, "table of parameters and their tolerances")
+    check_share("--spread", spread)
+    check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():
-        share(f"--tolerance {name}=", tolerance)
-    whole(option, samples, 1, MAX_SAMPLES)
-    whole("--seed", seed, 0)
+        check_share(f"--tolerance {name}=", tolerance)
+    check_whole(option, samples, 1, MAX_SAMPLES)
+    check_whole("--seed", seed, 0)
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:
@@ -256,7 +256,7 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
     step = scenario.simulation.sample_time_s / substeps
     for drive, parameters, happens in zip(
-        drives, machines.true, scenario.samples().axes, strict=True
+        drives, machines.actual, scenario.samples().axes, strict=True
     ):
         limit = min(
             drive.fastest(type(parameters)(*row), step) for row in zip(*parameters, strict=True)
@@ -265,6 +265,6 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
         needed = max(needed, np.ceil(substeps * speed / limit))
     if needed > substeps:
         raise UserError(
-            f"scenario {scenario.name}: simulation.substeps = {substeps}: "
-            f"some of these machines need at least {needed:.0f}"
+            f"scenario {scenario.name}: simulation.substeps = {substeps}: must be at "
+            f"least {needed:.0f} for some of these machines"
         )

@@ -20,7 +20,7 @@ from hfc_design.core.plugins import own_code
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation import compiled, rejecting
+from hfc_design.simulation import compiled, early_stopping
 from hfc_design.simulation.closed_loop import Loop, axis_signals
 from hfc_design.simulation.stepping import Inputs, Motions, trailing
 from plants.around import Around, Standing, plain, sampled
@@ -33,25 +33,25 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 class Machines(NamedTuple):
     """Machines of the same kind with parameters of their own."""
 
-    told: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
-    true: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
+    nominal: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
+    actual: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
     around: Mapping[str, Floats] = MappingProxyType({})  # (axes, machines), see ``standing``
 
     @property
     def size(self) -> int:
         """How many."""
-        return trailing(self.true)
+        return trailing(self.actual)
 
     def take(self, chosen: int | Integers) -> "Machines":
         """The machines that an index array chooses, or the one of an index."""
-        true = jax.tree.map(lambda leaf: leaf[chosen], self.true)
+        true = jax.tree.map(lambda leaf: leaf[chosen], self.actual)
         around = {name: x[..., chosen] for name, x in self.around.items()}
-        return Machines(self.told, true, around)
+        return Machines(self.nominal, true, around)
 
     @property
     def each(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
         """What the control believes of all of them, and what each is."""
-        return self.told, self.true
+        return self.nominal, self.actual
 
     @property
     def one(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
@@ -71,7 +71,7 @@ def standing(
         return machines
     every, waits = scenario.simulation.sample_time_s, len(loop.around[0].waits)
     true = []
-    for k, (parameters, base) in enumerate(zip(machines.true, scenario.around, strict=True)):
+    for k, (parameters, base) in enumerate(zip(machines.actual, scenario.around, strict=True)):
         around = base
         for changes in (machines.around, more):
             for name, change in changes.items():
@@ -84,7 +84,7 @@ def standing(
                 )
         wide = Around(*(np.broadcast_to(np.asarray(x, float), machines.size) for x in around))
         true.append(Standing(plain(parameters), sampled(wide, every, loop.substeps, waits)))
-    return Machines(machines.told, tuple(true), machines.around)
+    return Machines(machines.nominal, tuple(true), machines.around)
 
 
 def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
@@ -125,8 +125,8 @@ def scores(
         for start in range(0, lanes, width):
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = gains if lanes == width == count else _lanes_of(gains, lane // each)
-            true = machines.take(lane % each if each > 1 else 0).true
-            inputs = Inputs(data, machines.told, true, samples, some, bounds)
+            true = machines.take(lane % each if each > 1 else 0).actual
+            inputs = Inputs(data, machines.nominal, true, samples, some, bounds)
             numbers = inputs.packed(each > 1, dtype, compiled.together(width), before)
             before = numbers[:2]
             parts.append(np.asarray(compiled.scores(code, each > 1, *numbers), np.float64))
@@ -154,7 +154,7 @@ def scores_needed(
     ``at_once`` are simulated together, or all: populations of other sizes then share a program.
     """
     count = trailing(gains)
-    bounds = rejecting.bounds(len(samples.time))
+    bounds = early_stopping.bounds(len(samples.time))
     samples, _ = _joined([samples])
     width = compiled.filled(at_once or count)
     # Dealt to the devices in turn: neighbours are alike, and often lost together.
@@ -218,10 +218,10 @@ def trajectories(
 def _at(tree: Any, index: int | slice) -> Any:
     """Of each leaf; of one that was filled up far without the rest, which nobody needs."""
 
-    def own(leaf: Floats) -> Floats:
+    def taken(leaf: Floats) -> Floats:
         return leaf[index].copy() if leaf.size <= compiled.RECORDED else leaf[index]
 
-    return jax.tree.map(own, tree)
+    return jax.tree.map(taken, tree)
 
 
 def largest_signals(
@@ -233,7 +233,7 @@ def largest_signals(
     """
     largest: dict[str, float] = {}
     drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
-    fixed = drive.coefficients(machines.told[0])
+    fixed = drive.coefficients(machines.nominal[0])
     each = trajectories(loop, nominal, motions, gains)
     for samples, (_, moved, _) in zip(motions, each, strict=True):
         axis_motion = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
@@ -301,7 +301,7 @@ def _joined(
     motions: Sequence[Samples], recorded: int = 0, least: int = 0
 ) -> tuple[Samples, Integers]:
     """Motions one after the other, filled up behind the last one, and the columns of each."""
-    columns = [motion._replace(sample_time=None, start=(), beside=()) for motion in motions]
+    columns = [motion._replace(sample_time=None, start=(), copy_start=()) for motion in motions]
     ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
     behind = np.full(compiled.filled_up_steps(max(int(ends[-1]), least), recorded) - ends[-1], -1)
 
@@ -309,7 +309,7 @@ def _joined(
         return np.concatenate([*parts, parts[-1][..., behind]], axis=-1)
 
     whole = jax.tree.map(joined, *columns)
-    starts = [(motion.start, motion.beside) for motion in motions]
+    starts = [(motion.start, motion.copy_start) for motion in motions]
     start, copy_start = jax.tree.map(lambda *each: np.array(each), *starts)
-    one = {"sample_time": motions[0].sample_time, "start": start, "beside": copy_start}
+    one = {"sample_time": motions[0].sample_time, "start": start, "copy_start": copy_start}
     return whole._replace(**one), np.stack([ends[:-1], ends[1:]], axis=1)

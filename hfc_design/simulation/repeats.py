@@ -24,7 +24,7 @@ CHAOS = 0.01
 TOLD = f"in {len(FACTORS)} repeats with the command changed by up to one millionth"
 
 
-class Louder(NamedTuple):
+class ScaledCommand(NamedTuple):
     """A controller whose command is multiplied; its gains are the factor and its own."""
 
     inner: Controller
@@ -49,10 +49,10 @@ class Louder(NamedTuple):
         return tuple(factor * command for command in commands), memory
 
 
-def louder(loop: Loop, gains: Gains, factors: Floats = FACTORS) -> tuple[Loop, Gains]:
+def scaled_command(loop: Loop, gains: Gains, factors: Floats = FACTORS) -> tuple[Loop, Gains]:
     """The loop of one individual as many, (factors,), that differ by a factor on the command."""
     wide = jax.tree.map(lambda leaf: np.repeat(leaf, len(factors), axis=-1), gains)
-    return loop._replace(controller=Louder(loop.controller)), (factors, wide)
+    return loop._replace(controller=ScaledCommand(loop.controller)), (factors, wide)
 
 
 class Repeats(NamedTuple):
@@ -127,17 +127,17 @@ def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
     return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
 
 
-def range_told(repeats: Json) -> str:
+def range_text(repeats: Json) -> str:
     """Of ``Repeats.numbers`` of what is chaotic: between what it is."""
-    return f"{ends_told(repeats)} (chaotic)"
+    return f"{ends_text(repeats)} (chaotic)"
 
 
-def chaos_told(what: str, repeats: Json) -> str:
+def chaos_text(what: str, repeats: Json) -> str:
     """The same as a sentence about the fitness or the merit."""
-    return f"{what} is chaotic: {TOLD}, it ranges from {ends_told(repeats)}"
+    return f"{what} is chaotic: {TOLD}, it ranges from {ends_text(repeats)}"
 
 
-def ends_told(repeats: Json) -> str:
+def ends_text(repeats: Json) -> str:
     """Of ``Repeats.numbers``: from where to where."""
     low, high = (_short(repeats[end]) for end in ("lowest", "highest"))
     return f"{low} to {high}"

@@ -20,12 +20,12 @@ from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters,
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation import closed_loop
-from hfc_design.simulation.closed_loop import Loop, Moving, Recorded, Watch
-from hfc_design.simulation.packing import Form, Packed, packed, unpacked
+from hfc_design.simulation.closed_loop import Loop, LoopState, Monitor, Recorded
+from hfc_design.simulation.flattening import Form, Packed, packed, unpacked
 
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
-Carry: TypeAlias = tuple[Moving, Watch]  # the machines with their copies, what is seen of them
+Carry: TypeAlias = tuple[LoopState, Monitor]  # the machines with their copies, what is seen of them
 Forms: TypeAlias = tuple[Form, Form]  # of what all lanes share, and of what each has
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
 
@@ -34,8 +34,8 @@ class Inputs(NamedTuple):
     """What goes into a compiled loop."""
 
     numbers: tuple[Scalar, ...]  # of the loop, see ``Loop.apart``
-    told: tuple[Parameters, ...]
-    true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
+    nominal: tuple[Parameters, ...]
+    actual: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
     samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
     bounds: Integers | None = (
@@ -65,9 +65,9 @@ class Inputs(NamedTuple):
 
         What is shared is that of ``before``, where it has been packed for other lanes.
         """
-        shared, per_lane = (None, self.true) if own_machine else (self.true, None)
+        shared, per_lane = (None, self.actual) if own_machine else (self.actual, None)
         if before is None:
-            whole = packed((self.numbers, self.told, shared, self.samples, self.bounds), dtype)
+            whole = packed((self.numbers, self.nominal, shared, self.samples, self.bounds), dtype)
         else:
             whole = before[0][0], before[1]
         lanes, lane_numbers = packed((per_lane, self.gains, self.needed), dtype, chunk)
@@ -91,11 +91,11 @@ def trailing(tree: PyTree) -> int:
 def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
     """(motions, 2 + objectives, individuals) what the judge says of every motion."""
 
-    def told(scores: Judged) -> Array:
+    def as_rows(scores: Judged) -> Array:
         return jnp.stack([scores.merit, scores.failed, *scores.values.T])
 
     if inputs.bounds is None:
-        return told(one_motion(loop, own_machine, inputs)[0])[None]
+        return as_rows(one_motion(loop, own_machine, inputs)[0])[None]
     body, rows, started = stepping(loop, own_machine, inputs)
 
     def one(motion: tuple[Array, tuple[State, ...], tuple[State, ...]]) -> Array:
@@ -105,10 +105,10 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
             return body(carry, row_of(rows, k))[0]
 
         carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
-        return told(judged(loop, carry))
+        return as_rows(judged(loop, carry))
 
     samples = inputs.samples
-    each: Array = lax.map(one, (inputs.bounds, samples.start, samples.beside))
+    each: Array = lax.map(one, (inputs.bounds, samples.start, samples.copy_start))
     return each
 
 
@@ -118,7 +118,7 @@ def one_motion(
     """Scan over the samples; what the judge says, and of the first individuals the motions."""
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
-    carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
+    carry, outputs = lax.scan(body, started(samples.start, samples.copy_start), rows)
     return judged(loop, carry), outputs
 
 
@@ -150,11 +150,11 @@ def recorded_motions(
         return recording, (judged(loop, carry), memory)
 
     samples = inputs.samples
-    first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside)))
+    first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.copy_start)))
     _, outputs = jax.eval_shape(body, first, row(0))
     steps = len(samples.settled)
     recording = jax.tree.map(lambda one: jnp.zeros((steps, *one.shape), one.dtype), outputs)
-    recording, ends = lax.scan(one, recording, (inputs.bounds, samples.start, samples.beside))
+    recording, ends = lax.scan(one, recording, (inputs.bounds, samples.start, samples.copy_start))
     scores, memory = ends
     return scores, recording, memory
 
@@ -180,13 +180,13 @@ def stepping(
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
     fixed = loop.coefficients(true)
-    doubled = loop.doubled and bool(samples.beside)
+    doubled = loop.doubled and bool(samples.copy_start)
     machine_axis = 0 if own_machine else None
     step = jax.vmap(
-        partial(closed_loop.moved, loop), in_axes=(None, machine_axis, None, 0, 0, None)
+        partial(closed_loop.next_state, loop), in_axes=(None, machine_axis, None, 0, 0, None)
     )
     look = jax.vmap(
-        partial(closed_loop.watched, loop), in_axes=(machine_axis, None, 0, 0, 0, None, 0)
+        partial(closed_loop.monitored, loop), in_axes=(machine_axis, None, 0, 0, 0, None, 0)
     )
     start = jax.vmap(partial(closed_loop.start, loop), in_axes=(machine_axis, 0, None, 0))
     both = _both if doubled else lambda tree, _: tree
@@ -210,13 +210,13 @@ def stepping(
         numbers = jax.tree.map(_rows, gains)
         machine = start(fixed, zeros, here, numbers)
         if not doubled:
-            return machine, closed_loop.watching(loop, zeros, machine)
+            return machine, closed_loop.first_monitor(loop, zeros, machine)
         copy = start(fixed, zeros, off, numbers)
-        return _both(machine, copy), closed_loop.watching(loop, zeros, machine, copy)
+        return _both(machine, copy), closed_loop.first_monitor(loop, zeros, machine, copy)
 
     # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
-    rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), beside=())
+    rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), copy_start=())
     return body, rows, started
 
 

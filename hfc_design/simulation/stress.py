@@ -21,16 +21,16 @@ from hfc_design.files.motions import put, way
 from hfc_design.files.robust import friction_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.stress import MODES, Mode
+from hfc_design.motion.phases import late_samples
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import in_units
-from hfc_design.objectives.metrics import late_samples
+from hfc_design.objectives.metric import in_units
 from hfc_design.simulation import population
+from hfc_design.simulation.acceptance import Stressed
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.in_use import Stressed
 from hfc_design.simulation.population import Machines, standing
 from hfc_design.simulation.repeats import of_all_motions
-from hfc_design.simulation.settling import faults
+from hfc_design.simulation.stability_criteria import instabilities
 from hfc_design.stability.nominal import nominal
 from plants.around import plain
 
@@ -65,7 +65,7 @@ class Case(NamedTuple):
     factor: bool = False  # its size is a factor, of which the half is a root
 
     @property
-    def asked(self) -> bool:
+    def applies(self) -> bool:
         """Whether it changes anything."""
         return self.size != float(self.factor)
 
@@ -73,7 +73,7 @@ class Case(NamedTuple):
         """The size of a part of it."""
         return self.size**part if self.factor else self.size * part
 
-    def told(self, part: float) -> str:
+    def description(self, part: float) -> str:
         """A part of it in words."""
         return self.words.format(three_digits(self.shown * self.of(part)))
 
@@ -94,7 +94,7 @@ def stressed(
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
     some, many = (machines.take(np.arange(count)) for count in counts)
-    each = [one for one in cases(scenario, crossover) if one.asked]
+    each = [one for one in cases(scenario, crossover) if one.applies]
     judged = _judged(scenario, loop, some, gains, [(case, 1.0) for case in each])
     holding = _holding(scenario, baseline)
     shares = [_share(holding(one)[0]) for one in judged]
@@ -110,15 +110,15 @@ def stressed(
         passing, _ = holding(whole)
         without = Judged(*(part[: len(whole.failed)] for part in baseline))
         worth = 0.0 if k in broken else _worth(scenario, whole) / _worth(scenario, without)
-        row = Stressed(case.told(1.0), k not in broken, _share(passing), worth)
+        row = Stressed(case.description(1.0), k not in broken, _share(passing), worth)
         parts = [(part, next(less)) for part in PARTS] if k in broken else []
         for part, one in (*parts, (1.0, whole)):
             passing, why = holding(one)
             if not _enough(scenario, passing):
-                row = row._replace(part=float(part), breaks=case.told(float(part)), why=why)
+                row = row._replace(part=float(part), breaks=case.description(float(part)), why=why)
                 break
             if parts:
-                row = row._replace(held=case.told(float(part)))
+                row = row._replace(held=case.description(float(part)))
         rows.append(row)
     return tuple(rows)
 
@@ -129,7 +129,7 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
     Each stress in turn. And which are under none. What is another motion and nothing else is not
     among them; a load comes with the motion.
     """
-    each = [one for one in cases(scenario, None) if one.asked]
+    each = [one for one in cases(scenario, None) if one.applies]
     kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
     under = np.full(machines.size, -1)  # no stress
     if kinds:
@@ -138,10 +138,10 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
     for k, case in enumerate([None, *kinds], -1):
         one = case.applied(case.size) if case else Applied()
         some = rubbing(scenario, machines.take(np.flatnonzero(under == k)), one)
-        parts.append(standing(some, scenario, loop, one.around).true)
+        parts.append(standing(some, scenario, loop, one.around).actual)
     order = np.argsort(np.argsort(under, kind="stable"))
     true = jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
-    return Machines(machines.told, true), np.flatnonzero(under < 0)
+    return Machines(machines.nominal, true), np.flatnonzero(under < 0)
 
 
 def _enough(scenario: Scenario, passing: Mask) -> bool:
@@ -160,7 +160,9 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
     def lost(one: Judged) -> dict[str, Mask]:
         values = np.concatenate([without.values[:1], one.values])
         failed = np.concatenate([without.failed[:1], one.failed])
-        return {why: mask[1:] & required for why, mask in faults(values, failed, motions).items()}
+        return {
+            why: mask[1:] & required for why, mask in instabilities(values, failed, motions).items()
+        }
 
     before = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
 
@@ -205,8 +207,8 @@ def _judged(
     for group in groups.values():
         change = group[0][2].samples
         motions = [*map(change, plainly)] if change else plainly
-        true = jax.tree.map(lambda *x: np.concatenate(x), *(one.true for _, one, _ in group))
-        many, dtype = Machines(machines.told, true), scenario.run.precision
+        true = jax.tree.map(lambda *x: np.concatenate(x), *(one.actual for _, one, _ in group))
+        many, dtype = Machines(machines.nominal, true), scenario.run.precision
         about = (gains, dtype, AT_ONCE, longest(scenario))
         judged = population.scores(loop, many, motions, *about)
         for n, (k, *_) in enumerate(group):
@@ -220,18 +222,18 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
     if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
-    for drive, parameters in zip(scenario.machine.drives, machines.true, strict=True):
+    for drive, parameters in zip(scenario.machine.drives, machines.actual, strict=True):
         bare = plain(parameters)
         more = {name: what.friction * getattr(bare, name) for name in friction_of(drive)}
         coulomb = what.sticking * sum(x for name, x in more.items() if "coulomb" in name)
         more |= {name: more[name] + coulomb for name in friction_of(drive, moving=False)}
         bare = bare._replace(**more)
         true.append(
-            parameters._replace(own=bare)
+            parameters._replace(inner=bare)
             if bare is not parameters and hasattr(parameters, "around")
             else bare
         )
-    return Machines(machines.told, tuple(true))
+    return Machines(machines.nominal, tuple(true))
 
 
 def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
@@ -254,18 +256,18 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
         rubbed = partial(Applied, {})
         yield Case("{} times the friction", size if rubbing else 1.0, rubbed, factor=True)
     sticks = stress.sticking * any(friction_of(axis.drive, moving=False) for axis in axes)
-    rests = "{} % of the Coulomb friction more at standstill"
+    rests = "{} % more Coulomb friction at standstill"
     yield Case(rests, sticks, lambda size: Applied(sticking=size), 100.0)
     yield from _modes(scenario, crossover)
     gap = stress.backlash_steps * steps.any()
-    yield Case("a gap of {} encoder steps", gap, _around("backlash", steps))
+    yield Case("a backlash of {} encoder steps", gap, _around("backlash", steps))
     yield Case("samples up to {} % early or late", stress.jitter, _around("jitter"), 100.0)
     yield from _loads(scenario, "load" not in also)
     begun = _other(partial(_started, scenario))
-    yield Case("a start {} % of the way off", stress.start, begun, 100.0)
-    yield Case("{} s at rest behind the motion", stress.rest_s, _other(_resting))
+    yield Case("a start {} % of the motion off", stress.start, begun, 100.0)
+    yield Case("{} s at rest after the motion", stress.rest_s, _other(_resting))
     back = stress.backwards * all(motion.path is None for motion in scenario.each_motion())
-    yield Case("every motion {} % of its way backwards", back, _other(_turned), 100.0)
+    yield Case("every motion {} % backwards", back, _other(_turned), 100.0)
 
 
 def _around(key: str, scale: Any = 1.0) -> Callable[[float], Applied]:
@@ -296,7 +298,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     for hz in map(float, frequencies):
         one = Mode(hz=hz, damping=stress.mode_damping)
         for inertia in stress.mode_inertia:
-            yield mode(one, ", {} % of what moves", inertia, lambda r: r / (1.0 - r))
+            yield mode(one, ", {} % of the moving inertia", inertia, lambda r: r / (1.0 - r))
         if stress.far_modes:
             yield mode(one, " before the encoder, {} % of it", 1.0, operator.neg)
 
@@ -309,12 +311,12 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     def less(samples: Samples, size: float) -> Samples:
         return _pushed(samples, lambda loads, k: (1.0 - size) * loads)
 
-    yield Case("{} % less of the load", float(loaded), _other(less), 100.0)
+    yield Case("{} % less load", float(loaded), _other(less), 100.0)
     sizes = np.array(loads(scenario))
     largest, unit = float(sizes.max()), scenario.units.signals["load"]
     shares = sizes / largest if largest else sizes
-    words = f"a load of {{}} {unit} more"
-    first = partial(_held, scenario)
+    words = f"an extra load of {{}} {unit}"
+    first = partial(_load_first, scenario)
     for sign in (1.0, -1.0) if constant else ():
         yield Case(
             words, sign * largest, lambda size: Applied({"load": size * shares}, samples=first)
@@ -360,14 +362,14 @@ def _pushed(samples: Samples, change: Callable[[Floats, int], Floats]) -> Sample
 
 def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
     """With a machine, and its copy, that begin off the reference."""
-    starts, besides = [], []
-    each = zip(scenario.plant.each(), samples.axes, samples.start, samples.beside, strict=True)
+    starts, copies = [], []
+    each = zip(scenario.plant.each(), samples.axes, samples.start, samples.copy_start, strict=True)
     for axis, axis_samples, start, copy_start in each:
         gone = np.asarray(axis_samples.target) - getattr(start, axis.drive.position)
         off = size * way(gone, np.asarray(axis_samples.reference_rate))
         starts.append(put(axis.drive, start, off))
-        besides.append(put(axis.drive, copy_start, off))
-    return samples._replace(start=tuple(starts), beside=tuple(besides))
+        copies.append(put(axis.drive, copy_start, off))
+    return samples._replace(start=tuple(starts), copy_start=tuple(copies))
 
 
 def _turned(samples: Samples, size: float) -> Samples:
@@ -392,7 +394,7 @@ def _resting(samples: Samples, size: float) -> Samples:
     return _longer(samples, 0, round(size / float(samples.sample_time)))
 
 
-def _held(scenario: Scenario, samples: Samples) -> Samples:
+def _load_first(scenario: Scenario, samples: Samples) -> Samples:
     """With as long a rest before the motion, at its start: a load is held before it is moved."""
     many, axes = len(samples.time), scenario.plant.each()
     longer = _longer(samples, many, 0)
@@ -409,7 +411,7 @@ def _longer(samples: Samples, before: int, behind: int) -> Samples:
     """With so many samples more at rest; what counts is told by those of the motion and behind."""
     steps = before + len(samples.time) + behind
 
-    def held(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:
+    def extended(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:
         if column is None:
             return None
         column = np.asarray(column)
@@ -419,11 +421,13 @@ def _longer(samples: Samples, before: int, behind: int) -> Samples:
 
     axes = []
     for axis_samples in samples.axes:
-        columns = {name: held(getattr(axis_samples, name)) for name in STAYS}
-        columns |= {name: held(getattr(axis_samples, name), 0.0, 0.0) for name in ENDS}
+        columns = {name: extended(getattr(axis_samples, name)) for name in STAYS}
+        columns |= {name: extended(getattr(axis_samples, name), 0.0, 0.0) for name in ENDS}
         noise = np.take(axis_samples.noise, np.arange(steps) % len(samples.time), axis=-1)
         axes.append(axis_samples._replace(**columns, noise=noise))
     time: Floats = float(samples.sample_time) * np.arange(steps, dtype=np.float64)
     late = np.append(np.zeros(before), late_samples(time[before:]))
-    rest = {"path": jax.tree.map(held, samples.path), "late": late}
-    return samples._replace(axes=tuple(axes), time=time, settled=held(samples.settled, 0.0), **rest)
+    rest = {"path": jax.tree.map(extended, samples.path), "late": late}
+    return samples._replace(
+        axes=tuple(axes), time=time, settled=extended(samples.settled, 0.0), **rest
+    )

@@ -11,24 +11,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.numbers import Floats, Gains, Integers, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
-from hfc_design.simulation import in_use, population
+from hfc_design.simulation import acceptance, population
+from hfc_design.simulation.acceptance import LARGEST_TRIED, NO, TRIED, Usable
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.in_use import LARGEST_TRIED, NO, TRIED, Usable
+from hfc_design.simulation.divergence import finer, refined
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.monte_carlo import FEW, check_draw
 from hfc_design.simulation.population import Machines, standing
-from hfc_design.simulation.repeats import FACTORS, Repeats, louder, of_all_motions
+from hfc_design.simulation.repeats import FACTORS, Repeats, of_all_motions, scaled_command
 from hfc_design.simulation.stress import AT_ONCE, longest, stressed
 from hfc_design.simulation.why_not import why_not
 from hfc_design.stability.report import LoopMargins
@@ -76,10 +76,10 @@ def usable(
         finely = pool.submit(_finely, design, scenario, some)
         judged = setup.on_machines(design, some)
         once, gain, repeats = in_gain.result()
-        motions = tuple(in_use.in_motion(scenario, judged, k, one) for k, one in each)
+        motions = tuple(acceptance.motion_result(scenario, judged, k, one) for k, one in each)
         off = _change(merit(scenario, judged.merit[:1]), once)
-        details = (gain, off, None, in_use.units(scenario), margins.result(), repeats)
-        result = Usable(robust.spread, seed, motions, *details, asked=scenario.margins)
+        details = (gain, off, None, acceptance.units(scenario), margins.result(), repeats)
+        result = Usable(robust.spread, seed, motions, *details, required_margins=scenario.margins)
         if result.verdict == NO:
             about = (scenario, robust, some, judged, setup.judged)
             result = result._replace(why_not=why_not(*about, result.short))
@@ -116,7 +116,7 @@ class _InUse(NamedTuple):
     @classmethod
     def of(cls, design: Design, scenario: Scenario, later: float | None = None) -> "_InUse":
         samples = [motion.samples() for motion in scenario.each_motion()]
-        return cls(scenario, later, *in_use.loop_in_use(design, scenario, later), samples)
+        return cls(scenario, later, *acceptance.measured_loop(design, scenario, later), samples)
 
     def judged(self, machines: Machines) -> Judged:
         """(machines, motions) of each, in one program with all stresses if there are any."""
@@ -127,16 +127,16 @@ class _InUse(NamedTuple):
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
         """The same; what diverges is simulated again in finer steps."""
-        judged = self.judged(machines)
-        for where in finer(self.scenario):
-            again = np.flatnonzero(judged.failed.any(axis=1))
-            if not len(again):
-                break
-            some = machines.take(np.resize(again, -(-len(again) // FEW) * FEW))
-            refined = _InUse.of(design, where).judged(some)
-            for part, new in zip(judged, refined, strict=True):
-                part[again] = new[: len(again)]
-        return judged
+
+        def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
+            if where is self.scenario:
+                return self.judged(machines).rows
+            some = machines.take(np.resize(chosen, -(-len(chosen) // FEW) * FEW))
+            return _InUse.of(design, where).judged(some).rows[: len(chosen)]
+
+        count = machines.size
+        rows = refined(self.scenario, count, simulate, lambda row: bool(row.failed.any()))
+        return Judged.stacked(rows)
 
 
 def _gain(
@@ -146,20 +146,20 @@ def _gain(
     setup, nominal = _InUse.of(design, scenario), machines.take(np.zeros(1, int))
 
     def judged(factors: Floats) -> Judged:
-        loop, many = louder(setup.loop, setup.gains, factors)
+        loop, many = scaled_command(setup.loop, setup.gains, factors)
         scores = population.scores(loop, nominal, setup.samples, many, np.float64)
         return Judged(*(part[:, 0] for part in scores))
 
-    def kept(factors: Floats) -> Mask:
+    def passes(factors: Floats) -> Mask:
         scores = judged(np.append(1.0, factors))
-        bad = np.logical_or.reduce([*in_use.not_kept(scenario, scores).values()])
+        bad = np.logical_or.reduce([*acceptance.broken_by(scenario, scores).values()])
         return np.asarray(~bad.any(axis=1))
 
     factor_scores = judged(FACTORS)
     ranks = np.where(factor_scores.failed, -np.inf, factor_scores.merit)
     return (
         merit(scenario, factor_scores.merit),
-        gain_range(kept),
+        gain_range(passes),
         Repeats(of_all_motions(scenario, ranks)),
     )
 

@@ -24,10 +24,10 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
-from hfc_design.simulation.in_use import ENOUGH, bounds_of, not_kept
+from hfc_design.objectives.metrics import RUNNING
+from hfc_design.simulation.acceptance import ENOUGH, bounds_of, broken_by
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import counted
+from hfc_design.simulation.stability_criteria import counted
 from hfc_design.stability.margins import ASKED
 from hfc_design.stability.nominal import nominal
 from plants import Drive
@@ -64,7 +64,7 @@ def why_not(
     ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
     others in the same loop; ``short``: margins that are not kept, as they are.
     """
-    lost, off, candidates = not_kept(scenario, judged), deviations(machines), list[Change]()
+    lost, off, candidates = broken_by(scenario, judged), deviations(machines), list[Change]()
     if short:  # no other change of the scenario mends it
         (name, (value, _)), *more = short.items()
         bad = failing(scenario, lost)
@@ -83,7 +83,7 @@ def why_not(
     candidates = [one for one in candidates if one[2] or one[4] > share]
     candidates.sort(key=lambda one: (one[2] is None, -one[4]))
     if not any(one[2] for one in candidates):
-        lines = ["no single change that was tried gives a yes", *lines]
+        lines = ["none of the single changes tried gives a yes", *lines]
     lines += [*_alike(scenario, lost, off), *_needs(scenario, machines, lost)]
     changes = [dict(zip(keys, one, strict=True)) for one in candidates[:ROWS]]
     return {"changes": changes, "lines": lines}
@@ -120,7 +120,7 @@ def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
 
 
 def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -> Iterator[Change]:
-    required, late = ~np.array(scenario.nominal_only), MEASURES["late_error"]
+    required, late = ~np.array(scenario.nominal_only), RUNNING["late_error"]
     bounds = bounds_of(scenario, judged)
     if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
         bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
@@ -129,7 +129,7 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
         others = failing(scenario, {why: x for why, x in lost.items() if why not in reasons})
         worst = np.append(values[0].max(), np.where(required, values[1:], -np.inf).max(axis=1))
         most, limit = least(worst, others), scenario.constraints.get(name, "-")
-        written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.measure.unit
+        written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.metric.unit
         unit = written[2] if written and bound.most else scenario.units.signals.get(unit, unit)
         scale = float(written[1]) / bound.most if written and bound.most else 1.0
         needed = most and f"{three_digits(UP * most * scale)} {unit}".removesuffix(" 1")
@@ -171,7 +171,7 @@ def _spread(
 
     @cache
     def lost(part: float) -> dict[str, Mask]:
-        return not_kept(scenario, again(nearer(machines, part)))
+        return broken_by(scenario, again(nearer(machines, part)))
 
     def passing(part: float, but: int | None) -> float:
         return float(1.0 - failing(scenario, lost(part), but)[1:].mean())
@@ -183,21 +183,21 @@ def _spread(
             step *= 0.5
         return fraction * robust.spread
 
-    alone, key = largest(), "robust.spread" + ", tolerances alike" * bool(robust.tolerances)
+    alone, key = largest(), "robust.spread" + ", tolerances in proportion" * bool(robust.tolerances)
     change = key, three_digits(robust.spread), f"{alone:.4g}" if alone else None
     row = (*change, int(bad[1:].sum()), passing(0.5, None))
     if not pairs or (~np.array(scenario.nominal_only)).sum() < 2:
         return row, []
     best = max(range(len(scenario.motions)), key=lambda k: passing(0.5, k))
     most, key = largest(best), f"motions.{scenario.motions[best].name}.machines nominal, {key}"
-    return row, [f"two together: {key} {most:.4g}"] * (most > alone)
+    return row, [f"both changes together: {key} {most:.4g}"] * (most > alone)
 
 
 def nearer(machines: Machines, part: float) -> Machines:
     """The machines at a part of the way from the first of them."""
-    values = (machines.true, dict(machines.around))
+    values = (machines.actual, dict(machines.around))
     moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), values)
-    return Machines(machines.told, *moved)
+    return Machines(machines.nominal, *moved)
 
 
 def deviations(machines: Machines) -> dict[str, Floats]:
@@ -207,7 +207,7 @@ def deviations(machines: Machines) -> dict[str, Floats]:
     """
     each: dict[str, list[Floats]] = {}
     for name, x in (
-        (name, x) for parameters in machines.true for name, x in parameters._asdict().items()
+        (name, x) for parameters in machines.actual for name, x in parameters._asdict().items()
     ):
         if np.ptp(x):
             each.setdefault(name, []).append(x[1:] / x[0] - 1.0)
@@ -260,14 +260,14 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):
         worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
-        axes = zip(motion.plant.each(), machines.true, motion.samples().axes, strict=True)
+        axes = zip(motion.plant.each(), machines.actual, motion.samples().axes, strict=True)
         for axis, parameters, samples in axes:
             most, drive = motion.limits.of(axis.name).command, axis.drive
             some = [type(parameters)(*(float(x[i]) for x in parameters)) for i in (0, *worst)]
             pairs = np.array([needed(drive, x, samples, most, every) for x in some])
             for n, unit in enumerate(("command", "error_rate")):
                 share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
-                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.true) > 1)
+                name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.actual) > 1)
                 if share.max() <= NEAR:
                     low |= {name: share.max()} if saturated[:, k].any() and n == 0 else {}
                     continue
@@ -277,9 +277,9 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
                     top = each[1 + share[1:].argmax()]
                     line += f", {top} on the worst of {len(worst)} that fail"
                 beyond = int((share[1:] > 1.0).sum())
-                yield line + f": more than there is on {beyond} of them" * (beyond > 0)
+                yield line + f": beyond the limit on {beyond} of them" * (beyond > 0)
     if low:
-        line = f"at a limit, though no more than {100 * max(low.values()):.0f} % of it is needed"
+        line = f"at a limit, although at most {100 * max(low.values()):.0f} % of it is needed"
         yield f"{line}: {', '.join(low)}"
 
 

@@ -32,10 +32,14 @@ SUBSTEPS, MOST_SUBSTEPS = 16, 1024
 REFUSED = "the drive {} cannot be linearised: {}"
 #: What to do about a drive that never moves steadily, not even in the mean over its way.
 UNSTEADY = (
-    "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
-    "reason: leave it out of the model, or take a controller that needs no linear model, as pid"
+    "a likely reason is a force that depends on the position with non-zero mean, such as "
+    "a spring: leave it out of the model, or use a controller that needs no linear "
+    "model, such as pid"
 )
-GAP = "its backlash is why: plant.parameters.backlash=0 for a linear model; [stress] tries a gap"
+GAP = (
+    "its backlash is the cause: set plant.parameters.backlash=0 for a linear model; "
+    "[stress] tests backlash"
+)
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
 #: Speeds that are tried [of the position, per s], the highest first.
@@ -293,20 +297,20 @@ def nominal(
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
         slides = Slides(drive, parameters)
-        operating_point = _found(slides, sample_time, speed)
+        operating_point = _operating_point(slides, sample_time, speed)
         if operating_point is None and (
             mean := averaged(drive, parameters, sample_time / SUBSTEPS)
         ):
-            slides, operating_point = mean, _found(mean, sample_time, speed)
+            slides, operating_point = mean, _operating_point(mean, sample_time, speed)
     if operating_point is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
         cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
-        why = f"no steady motion was found at {at}; {cause}"
+        why = f"found no steady motion at {at}; {cause}"
         raise UserError(REFUSED.format(drive.name, why))
     motion, one, substeps = operating_point
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
-        why = "its command does not move all of what does not settle by itself"
+        why = "its command does not control all states that do not settle by themselves"
         raise UserError(REFUSED.format(drive.name, why))
     velocity = slides.asks(a, b, sample_time * motion.along)
     rising = 0.5 * sample_time**2 * motion.along + sample_time * velocity.state
@@ -319,7 +323,7 @@ def nominal(
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
 
 
-def _found(
+def _operating_point(
     slides: Slides, sample_time: float, speed: float | None
 ) -> tuple[Motion, Step, int] | None:
     """A steady motion, a step from it, and how many of them make a control sample."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Parameters, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
 if TYPE_CHECKING:
@@ -35,11 +35,12 @@ COLUMNS = {
     "compliance": "compliance\n[{}]",
 }
 ABOUT = (
-    "Each loop of the simulation opened at its command, linearised in steady motion at a speed: "
-    "with sensors, observer, delay and friction as they are there, without converter steps and "
-    "limits. Gain: factors on it up to which it is stable; phase, delay: what more of a lag it "
-    "bears; Ms: largest |1 / (1 + L)|; disk: of gain and phase together; band: of the closed loop, "
-    "-3 dB; compliance: largest |position / load|; -: no change of that kind makes it oscillate"
+    "Each loop of the simulation opened at its command, linearised in steady motion at a "
+    "speed: with its sensors, observer, delay and friction, without converter steps and "
+    "limits. Gain: factors up to which it is stable; phase, delay: additional lag that "
+    "it tolerates; Ms: largest |1 / (1 + L)|; disk: of gain and phase together; band: of "
+    "the closed loop, -3 dB; compliance: largest |position / load|; -: no such change "
+    "makes it oscillate"
 )
 BANDS = "below: between 5 and 95 % of {} other machines"
 #: K_2 bounds are told at these shares of the largest K_1.
@@ -51,8 +52,8 @@ MARKERS = "os^Dv*"
 BEYOND = 4.0
 #: What inside and outside mean.
 WITHOUT = (
-    "the drive is taken without friction; what is outside may still settle in one motion, which "
-    "hfc score simulates"
+    "the drive has no friction here; a design outside may still settle in one motion, "
+    "which hfc score simulates"
 )
 #: Height of a line of the legend [in].
 LINE = 0.19
@@ -214,9 +215,9 @@ class LoopMargins(NamedTuple):
                 rows.append([one.name, *["-"] * (len(heads) - 1)])
                 continue
             stable = bool(one.numbers["stable"])
-            nominal = [_told(one.numbers[key]) if stable else "-" for key in COLUMNS]
+            nominal = [_cell(one.numbers[key]) if stable else "-" for key in COLUMNS]
             ends = [one.band.get(key) for key in COLUMNS]
-            bands = ["" if end is None else "\n" + "..".join(map(_told, end)) for end in ends]
+            bands = ["" if end is None else "\n" + "..".join(map(_cell, end)) for end in ends]
             cells = [text + band for text, band in zip(nominal, bands, strict=True)]
             rows.append([one.name, "yes" if stable else "no", *cells])
         return heads, rows
@@ -266,7 +267,7 @@ def _value(row: At, key: str, more: bool) -> float:
     return inf if value is None else float(value)
 
 
-def _told(value: float | bool | None) -> str:
+def _cell(value: float | bool | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
@@ -351,9 +352,7 @@ def drive_of(
     nominal = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
     arguments = {"sample_time": every, **nominal, **given}
     if not {"gain", "time_constant"} <= arguments.keys():
-        raise UserError(
-            f"{description}, no feed drive: give --gain and --time-constant of its drive"
-        )
+        raise UserError(f"{description}, not a feed drive: give --gain and --time-constant")
     return arguments
 
 

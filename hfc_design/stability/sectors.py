@@ -52,7 +52,7 @@ def sectors_at_centres(
     for name, terms in inputs.items():
         if not centred(terms):
             centre = terms[middle(terms)][1]
-            raise UserError(f"middle centre of the {name} = {centre:g}: has to be 0")
+            raise UserError(f"middle centre of the {name} = {centre:g}: must be 0")
     row, column = middle(error_terms), middle(change_terms)
     errors: Floats = np.delete(np.array(error_terms)[:, 1], row)
     changes: Floats = np.delete(np.array(change_terms)[:, 1], column)
@@ -171,15 +171,13 @@ def _checked(
         row, column = wrong[0]
         raise UserError(
             f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
-            f"has to lie within {-LARGEST:g} and {LARGEST:g}"
+            f"must be within {-LARGEST:g} and {LARGEST:g}"
         )
     inputs = {"error": error_terms, "change of error": change_terms}
     for name, terms in inputs.items():
         centres = np.array([term[1] for term in terms])
         if not ((np.abs(centres) <= LARGEST).all() and (np.diff(centres) >= SMALLEST).all()):
-            raise UserError(
-                f"centres of the {name} = {centres.tolist()}: ascending numbers are needed"
-            )
+            raise UserError(f"centres of the {name} = {centres.tolist()}: must be ascending")
     rounded = []
     for name, terms in inputs.items():
         rounded.append([[round(x, DIGITS) for x in term] for term in terms])
@@ -187,8 +185,8 @@ def _checked(
             huge = any(LARGEST < abs(x) < math.inf for x in (left, right))
             if huge or not left < centre < right:
                 raise UserError(
-                    f"term {k} of the {name}: left {left}, centre {centre}, right {right} have to "
-                    f"ascend within {-LARGEST:g} and {LARGEST:g}"
+                    f"term {k} of the {name}: left {left}, centre {centre}, right {right} "
+                    f"must ascend within {-LARGEST:g} and {LARGEST:g}"
                 )
     return table, rounded[0], rounded[1]
 

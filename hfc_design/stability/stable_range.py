@@ -81,14 +81,14 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
     given = {"gain": gain, "time constant": time_constant, "sample time": sample_time}
     for name, value in given.items():
         if not (math.isfinite(value) and value > 0.0):
-            raise UserError(f"{name} = {value}: has to be a finite number greater than 0")
+            raise UserError(f"{name} = {value}: must be a finite number greater than 0")
     ratio, travel = sample_time / time_constant, gain * sample_time
     for name, value, unit, (low, high) in (
         ("sample time / time constant", ratio, "", RATIO),
         ("gain * sample time", travel, " BLU/unit", TRAVEL),
     ):
         if not within(low, value, high):
-            raise UserError(f"{name} = {value:g}{unit}: has to lie within {low:g} and {high:g}")
+            raise UserError(f"{name} = {value:g}{unit}: must be within {low:g} and {high:g}")
     # r - 1 + exp(-r) = r^2/2 M(1, 3, -r) and 1 - (1 + r) exp(-r) = r^2/2 M(2, 3, -r), without
     # the cancellation (Kummer's function M).
     lag = float(hyp1f1(1.0, 3.0, -ratio))

@@ -5,7 +5,7 @@ from wandering import wandering
 
 from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import builtin_designs
-from hfc_design.files.pairing import axes_of, load_design
+from hfc_design.files.loop_setup import axes_of, load_design
 from hfc_design.formats import code
 from hfc_design.formats.laws import of_path
 from hfc_design.motion.contour import local_error

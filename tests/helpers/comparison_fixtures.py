@@ -18,7 +18,7 @@ def compared(designs, motions, machines):
 @pytest.fixture(scope="session")
 def spindles():
     """Two motions; one design has a name that a page could fall for."""
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
 
     softer = load_design("pd-only", ["controller.pd.kp=1000"])
     motions = {"c-axis-ramp": 0.5, "c-axis-step": 0.5}
@@ -28,7 +28,7 @@ def spindles():
 @pytest.fixture(scope="session")
 def tables():
     """An X-Y machine on a circle and on a line."""
-    from hfc_design.files.pairing import load_design
+    from hfc_design.files.loop_setup import load_design
 
     softer = load_design("jee-koren-2004-pid", ["controller.pid.k_p=1", "controller.pid.k_i=20"])
     motions = {"feed-drive-circle": 8.0, "feed-drive-line": 8.0}

@@ -3,7 +3,7 @@
 import numpy as np
 
 import hfc_design.api as hfc
-from hfc_design.files.pairing import own_scenario
+from hfc_design.files.loop_setup import own_scenario
 from hfc_design.formats.connection import connect
 
 #: Designs that have a loop of one axis, and what their scenario changes.

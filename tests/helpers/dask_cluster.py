@@ -120,3 +120,10 @@ def ended(process):
 def first_finished(out):
     """Wait for a finished cell: from then on the workers are in the middle of others."""
     until(lambda: list(out.glob("*/design.json")), what="a finished cell")
+
+
+def alive(process):
+    try:
+        return process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False

@@ -3,7 +3,7 @@
 import json
 
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 def written(path, like="pd-only", changes=None, **parts):

@@ -7,8 +7,8 @@ from unittest import mock
 import numpy as np
 
 from hfc_design.core.records import UserError
+from hfc_design.files.loop_setup import axes_of
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import axes_of
 from hfc_design.formats import FORMATS
 from hfc_design.formats.deployment import folder
 

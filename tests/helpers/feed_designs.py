@@ -13,7 +13,7 @@ from hfc_design.controllers.controller import View, begun
 from hfc_design.core import devices
 from hfc_design.core.lanes import LANES
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller
 from hfc_design.simulation.stepping import _rows
 

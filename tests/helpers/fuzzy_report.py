@@ -4,8 +4,8 @@ import numpy as np
 from report_pages import write
 
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluating import evaluate

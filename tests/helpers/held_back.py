@@ -67,7 +67,7 @@ def in_text(design, signals):
 def commanded_alone(design, axis):
     """Whether the design alone commands what the simulator has in its axis, sample by sample."""
     controller = Controller(design)
-    told = {key: values.tolist() for key, values in axis.told().items()}
+    told = {key: values.tolist() for key, values in axis.sensed().items()}
     accepted = axis.drive.coefficients(axis.parameters)
     for k, command in enumerate(axis.motion.command.tolist()):
         own = controller.step({key: values[k] for key, values in told.items()})

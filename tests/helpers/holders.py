@@ -10,11 +10,11 @@ HOLDER = """
 import sys, time
 from pathlib import Path
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.lock import alone
+from hfc_design.core.lock import exclusive
 from hfc_design.core.records import UserError
 folder, name = Path(sys.argv[1]), sys.argv[2]
 try:
-    with alone(folder):
+    with exclusive(folder):
         while True:
             write_whole(folder / "result", name.encode())
             print("written", flush=True)

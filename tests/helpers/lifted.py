@@ -1,7 +1,7 @@
 """Laws and designs as controllers of machines with so many axes."""
 
 from hfc_design.controllers.controller import PerAxis
-from hfc_design.files.pairing import population_of_one
+from hfc_design.files.loop_setup import population_of_one
 
 
 def every_axis(kind, law, axes=1):

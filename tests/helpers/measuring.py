@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from hfc_design.files.loop_setup import controller_of, load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
-from hfc_design.objectives.measures import measure
+from hfc_design.objectives.metrics import metric
 from hfc_design.objectives.objective import Moment
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
@@ -37,7 +37,7 @@ def measured(design, scenario, measures):
 
 @cache
 def _unsettled():
-    own, moment = measure("unsettled"), Moment(*[jnp.zeros(())] * 6, sample_time=jnp.float64(1e-3))
+    own, moment = metric("unsettled"), Moment(*[jnp.zeros(())] * 6, sample_time=jnp.float64(1e-3))
 
     def one(sums, row):
         apart, speed, half = row

@@ -4,7 +4,7 @@ import re
 
 from pydantic_core._pydantic_core import list_all_errors  # its own list of all that it says
 
-from hfc_design.core.faults import MOST
+from hfc_design.core.validation_errors import MOST
 
 #: Every sentence of the library that checks records, with room for what it puts into them.
 SENTENCES = [

@@ -13,8 +13,8 @@ from random_runs import HOSTILE, finished
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.report import page, parts
 from hfc_design.runs.run import Result, new_run
 from hfc_design.simulation.evaluating import evaluate

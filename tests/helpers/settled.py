@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hfc_design.files.pairing import controller_of, with_converter
+from hfc_design.files.loop_setup import controller_of, with_converter
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.settling import STABILITY, faults, measuring
+from hfc_design.simulation.stability_criteria import STABILITY, instabilities, measuring
 
 
 def of_nominal(design, scenario):
@@ -16,7 +16,7 @@ def of_nominal(design, scenario):
     machines = population.one_machine(scenario.plant.values())
     judged = population.scores(loop, machines, [scenario.samples()], gains, np.float64)
     stable = ~np.logical_or.reduce(
-        [*faults(judged.values[0], judged.failed[0], [scenario]).values()]
+        [*instabilities(judged.values[0], judged.failed[0], [scenario]).values()]
     )
     names = [one.name for one in STABILITY]
     return dict(zip(names, judged.values[0, 0, 0, -3:], strict=True)), bool(stable[0, 0])

@@ -10,7 +10,7 @@ from report_pages import unknown
 
 from hfc_design import api as hfc
 from hfc_design.controllers.flc import section as fuzzy
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import scenario_of
@@ -58,7 +58,7 @@ def surface_of(design, axis="", unit=0):
     """What a page tells its script of a unit, and the unit of the error in it."""
     own = part(design, axis)
     plant = PlantSettings(**own.plant.model_dump())
-    shown_of = Shown(plant.machine, plant.values(), None)
+    shown_of = ReportContext(plant.machine, plant.values(), None)
     sections = own.kind.sections(own.controller, shown_of.of(own.axis) if own.axis else shown_of)
     found = [x.cursor for section in sections for x in section.drawings if x.cursor]
     return json.loads(json.dumps(found[unit]))

@@ -14,7 +14,7 @@ from wandering import wandering
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
 from hfc_design.formats.code import sources
 from hfc_design.formats.connection import connect

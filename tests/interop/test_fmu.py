@@ -12,8 +12,8 @@ from places import TESTS
 from sliding import EVERY
 from wandering import wandering
 
+from hfc_design.files.loop_setup import axes_of, load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import axes_of, load_design, own_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.formats.fmu.axes import loop
 from hfc_design.runtime import Controller

@@ -7,7 +7,7 @@ import pytest
 
 from experiments.foreign_machines import bench
 from experiments.foreign_machines.bench import OTHER, TRUE, Law
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats.code import sources
 from hfc_design.formats.writing import write
 

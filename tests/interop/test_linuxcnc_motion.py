@@ -8,8 +8,8 @@ from hal_session import exported as exported_bare
 
 from hfc_design import runtime
 from hfc_design.files.design import named_design
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
 
@@ -50,7 +50,7 @@ def test_sensors_and_converter_of_the_scenario_are_in_the_component(hal, name, t
     ):
         size = abs(axis.motion.command).max()
         assert np.median(abs(command - axis.motion.command)) <= 1e-4 * size
-        own = axis.told()["error"]
+        own = axis.sensed()["error"]
         assert np.median(abs(error - own)) <= 1e-4 * abs(own).max()
 
 
@@ -96,7 +96,7 @@ def test_milling_tables_move_as_in_the_simulator(hal, encoder, tmp_path):
     axes = evaluate(design, scenario).axes
     for (error, command, position), axis in zip(motion(folder), axes, strict=True):
         assert abs(position - axis.motion.state.position).max() <= 1e-6
-        assert abs(error - axis.told()["error"]).max() <= 1e-6
+        assert abs(error - axis.sensed()["error"]).max() <= 1e-6
         assert abs(command - axis.motion.command).max() <= 1e-4
 
 

@@ -260,7 +260,7 @@ def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: S
     """Terms after some were narrowed by ``steps`` of a ``size``."""
     if isinstance(steps, Neighbours):
         term_tables = map(xp.table, terms)
-        edges = xp.call(_beside, xp, *term_tables, steps.first, *steps.values, size, overlap)
+        edges = xp.call(_neighbours, xp, *term_tables, steps.first, *steps.values, size, overlap)
         return Partition(terms.centres, *edges)
     each = zip(pairwise(terms.centres), terms.rights, terms.lefts, pairwise(steps), strict=True)
     new_edges = [
@@ -269,7 +269,7 @@ def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: S
     return Partition(terms.centres, *map(list, zip(*new_edges, strict=True)))
 
 
-def _beside(
+def _neighbours(
     xp: Xp,
     centres: Sequence[Scalar],
     rights: Sequence[Scalar],

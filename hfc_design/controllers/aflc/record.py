@@ -33,8 +33,8 @@ ROUNDING = 1e-6
 class OverlapRecord(Record):
     """The least that two neighbouring terms overlap."""
 
-    error: Positive  # of the terms of the error [BLU]
-    error_change: Positive  # of the terms of its change [BLU]
+    error: Positive  # overlap of the terms of the error [BLU]
+    error_change: Positive  # overlap of the terms of its change [BLU]
 
 
 class RangeRecord(Record):
@@ -42,8 +42,8 @@ class RangeRecord(Record):
 
     k1_max: Positive  # largest gain K_1 of the table on the error [units/BLU]
     k2_max: Positive  # largest gain K_2 of the table on its change [units/BLU]
-    #: points (K_1, K_2) of a line that K_2 may not pass, K_1 rising and K_2 falling; none: only
-    #: k2_max counts [units/BLU]
+    #: points (K_1, K_2) of a line that K_2 must not exceed, K_1 rising and K_2 falling [units/BLU];
+    #: none: only k2_max counts
     curve: Annotated[tuple[Point, ...], Field(exclude_if=().__eq__)] = ()
 
     @model_validator(mode="after")
@@ -51,7 +51,7 @@ class RangeRecord(Record):
         for (a, b), (c, d) in pairwise(self.curve):
             if not (a < c and b >= d):
                 segment = f"({a:g}, {b:g}), ({c:g}, {d:g})"
-                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {segment}")
+                raise ValueError(f"curve: K_1 must rise and K_2 must not, in {segment}")
         return self
 
     def sectors(self) -> Rectangle | Curve:
@@ -64,11 +64,13 @@ class RangeRecord(Record):
 class RatesRecord(Record):
     """Steps of the adaptation, see ``aflc.Rates``, and its bounds."""
 
-    k_a: NotNegative  # how far a term of the error moves in a sample [BLU]
-    k_b: NotNegative  # how far a term of its change moves in a sample [BLU]
-    k_c: NotNegative  # how far a rule moves in a sample, in units of the command [command]
-    smallest_overlap: OverlapRecord | None = None  # of neighbouring terms; left out: one step
-    stable_range: RangeRecord | None = None  # of the table's gains; left out: no bounds, as in JK95
+    k_a: NotNegative  # step of a term of the error in a sample [BLU]
+    k_b: NotNegative  # step of a term of its change in a sample [BLU]
+    k_c: NotNegative  # step of a rule in a sample, in units of the command [command]
+    #: smallest overlap of neighbouring terms; left out: one step
+    smallest_overlap: OverlapRecord | None = None
+    #: stable range of the table's gains; left out: unbounded, as in JK95
+    stable_range: RangeRecord | None = None
     #: rules of ZR are narrowed when the error leaves it, see ``aflc.Judge``
     narrows_zero: Annotated[bool, Field(exclude_if=False.__eq__)] = False
 
@@ -76,7 +78,7 @@ class RatesRecord(Record):
 class BoundedRatesRecord(RatesRecord):
     """Steps of the adaptation; JK04 has it stay inside a stable range."""
 
-    stable_range: RangeRecord  # of the table's gains, JK04 Appendix B
+    stable_range: RangeRecord  # stable range of the table's gains, JK04 Appendix B
 
 
 #: The adaptation judges by a table of seven terms (JK04 Table 2).
@@ -89,7 +91,7 @@ class AdaptiveDesign(FuzzyRecord):
     adapts: ClassVar[bool] = True
     error_terms: SevenTerms  # seven triangles of the error, in order
     error_change_terms: SevenTerms  # seven triangles of its change in a sample, in order
-    adaptation: RatesRecord  # how fast terms and rules move, and how far
+    adaptation: RatesRecord  # step sizes and limits of the adaptation
 
     @field_validator("rules")
     @classmethod
@@ -107,11 +109,11 @@ class AdaptiveDesign(FuzzyRecord):
             room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
             limit = f"{room}, the smallest distance between two centres"
             if step >= room:
-                raise ValueError(f"adaptation.{key} = {step}: has to be less than {limit}")
+                raise ValueError(f"adaptation.{key} = {step}: must be less than {limit}")
             overlap = 0.0 if least is None else getattr(least, name)
             if overlap > room:
                 place = f"adaptation.smallest_overlap.{name}"
-                raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
+                raise ValueError(f"{place} = {overlap}: must be at most {limit}")
         return self
 
     def law(self, limit: float | None) -> AxisLaw:
@@ -129,10 +131,12 @@ class AdaptiveDesign(FuzzyRecord):
         wide = [(m, k / 2) for terms, k in pairs if k for _, m, _ in terms]
         near = [(m, m + side * half) for m, half in wide for side in (1, -1)]
         if any(centre == edge for centre, edge in near):
-            raise UserError("controller.adaptation: an overlap is too small beside a term's centre")
+            raise UserError(
+                "controller.adaptation: an overlap is too small compared with a term's centre"
+            )
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
         return self.model_copy(update={"adaptation": steps})
@@ -191,7 +195,7 @@ class AflcDesign(AdaptiveDesign):
     settings = later("hfc_design.controllers.aflc.record", "AflcSettings")
     genome = later("hfc_design.controllers.aflc.genome", "AflcGenome")
     sections = later("hfc_design.controllers.aflc.section", "sections")
-    adaptation: BoundedRatesRecord  # how fast terms and rules move, and how far, JK04 section 4
+    adaptation: BoundedRatesRecord  # step sizes and limits of the adaptation, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:
         """With those that the adaptation may not pass."""
@@ -204,5 +208,5 @@ class AflcSettings(FuzzySettings):
     """What a search for an ``aflc`` starts from."""
 
     kind: Literal["aflc"]
-    #: design that a search begins with: a built-in name, a file, or a record
+    #: design that the search starts from: a built-in name, a file, or a record
     start: AflcDesign = Field("jee-koren-2004-aflc", validate_default=True)

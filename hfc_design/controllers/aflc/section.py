@@ -5,14 +5,16 @@ from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.flc import section as flc
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.section import rule_table, terms
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import SCALARS
 from hfc_design.pictures.section import Drawing, Section
 
-JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
+JUDGES = (
+    "It judges the rules that fired one sample ago by the change of the error, and adjusts them. "
+)
 
 
-def sections(record: AflcDesign, shown: Shown) -> list[Section]:
+def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
     """The table, the terms, what the adaptation made of them, the gains in the stable range."""
     steps = record.adaptation
     parameters: flc.Parameters = [
@@ -35,7 +37,7 @@ def sections(record: AflcDesign, shown: Shown) -> list[Section]:
     ]
 
 
-def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
+def at_the_end(record: AflcDesign, shown: ReportContext) -> dict[str, FuzzyRecord]:
     """The controller of each axis at the end of the motion, by the axis' name.
 
     Stepped over what the axis measured, some 0.1 ms a sample.
@@ -60,8 +62,8 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
             Drawing(
                 rule_table(after, f"rule table of {axis}, adapted", record),
                 f"Heat map of the adapted rule table of {axis}",
-                f"Rule table of {axis} at the end of the motion: the numbers are the commands "
-                "[unit] by then, the colours what they have moved by.",
+                f"Rule table of {axis} at the end of the motion: the numbers are the "
+                "commands [unit] by then, the colours how far they have moved.",
             ),
             Drawing(
                 terms(after, f"terms of {axis}, adapted", record),
@@ -74,5 +76,8 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
                 f", of {axis} at the end of the motion",
             ),
         ]
-    text = "Each axis begins with the table and the terms above and adapts its own while it moves."
-    return Section("What the adaptation made of it", text, None, drawings)
+    text = (
+        "Each axis starts from the table and the terms above and adapts its own copy "
+        "while it moves."
+    )
+    return Section("Result of the adaptation", text, None, drawings)

@@ -4,11 +4,11 @@ from collections import namedtuple
 
 import numpy as np
 
-from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.kind import Target
+from hfc_design.controllers.product_genome import ProductPopulation, WrapperGenome
 from hfc_design.core.numbers import Json
 
 
@@ -23,19 +23,19 @@ class _OwnGenome(GainsGenome):
         self.ranges = namedtuple("Ranges", ranges)(**ranges)
 
 
-class CrossCoupledGenome(AroundGenome):
+class CrossCoupledGenome(WrapperGenome):
     """Its parts are what is inside, and its own gains."""
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target, _OwnGenome(settings, target))
 
-    def gains(self, population: SideBySide) -> CrossGains:
+    def gains(self, population: ProductPopulation) -> CrossGains:
         """As the simulator wants them."""
         inner, contour_gains = self.each("gains", population.parts)
         k_p, k_i, k_d, *velocity = contour_gains
         return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
 
-    def record(self, individual: SideBySide) -> Json:
+    def record(self, individual: ProductPopulation) -> Json:
         """The record of what is inside, and the gains."""
         inner, contour_genome = self.parts
         contour_gains = contour_genome.gains(individual.parts[1])

@@ -20,17 +20,18 @@ from hfc_design.controllers.controller import (
 from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 from hfc_design.core.records import UserError
 
-NO_PATH = "a cross-coupled controller needs the path of an X-Y machine, and there is none to follow"
+NO_PATH = "a cross-coupled controller needs the path of an X-Y machine"
 
 
 class CrossGains(NamedTuple):
     """The numbers of one individual, or of a population in the trailing axis."""
 
     inner: Gains  # of the axis controllers
-    k_p: Scalar  # on the contour error [command/error]
-    k_i: Scalar  # on its integral [command/(error s)]
-    k_d: Scalar  # on its rate [command s/error]
-    velocity: Sequence[Scalar] | None = None  # on the velocity of each reference [command s/error]
+    k_p: Scalar  # gain on the contour error [command/error]
+    k_i: Scalar  # gain on its integral [command/(error s)]
+    k_d: Scalar  # gain on its rate [command s/error]
+    #: gain on the velocity of each reference [command s/error]
+    velocity: Sequence[Scalar] | None = None
 
 
 class CrossMemory(NamedTuple):

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import FEEDS, GainsSettings
-from hfc_design.controllers.kind import Limits, Target, later, reach_of
+from hfc_design.controllers.kind import Limits, Target, input_ranges, later
 from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.numbers import Memory
 from hfc_design.core.records import Finite, Label, Record, UserError
@@ -18,16 +18,16 @@ HERE = "hfc_design.controllers.cross_coupled"
 class ContourRecord(Record):
     """Gains on the contour error; see ``law.CrossGains``."""
 
-    k_p: Finite  # on the contour error [command/error]
-    k_i: Finite = 0.0  # on its integral [command/(error s)]
-    k_d: Finite = 0.0  # on its rate [command s/error]
+    k_p: Finite  # gain on the contour error [command/error]
+    k_i: Finite = 0.0  # gain on its integral [command/(error s)]
+    k_d: Finite = 0.0  # gain on its rate [command s/error]
 
 
 class CrossCoupledDesign(OuterDesign):
     """A controller of kind ``cross-coupled``."""
 
     kind: Literal["cross-coupled"] = "cross-coupled"
-    summary = "a PID on the contour error beside axis controllers of any kind (Koren 1980)"
+    summary = "axis controllers of any kind plus a PID on the contour error (Koren 1980)"
     settings = later(f"{HERE}.record", "CrossCoupledSettings")
     genome = later(HERE, "CrossCoupledGenome")
     sections = later(f"{HERE}.section", "sections")
@@ -45,10 +45,10 @@ class CrossCoupledDesign(OuterDesign):
         """With what is inside as the ``memory`` has made it."""
         return super().learnt(axes, memory.inner)
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: where its velocity alone commands the limit, or 1."""
         largest = max(map(abs, self.feed_forward.values()), default=0.0)
-        return reach_of({"reference_rate": largest}, limit)
+        return input_ranges({"reference_rate": largest}, limit)
 
     def law_gains(self) -> CrossGains:
         """The numbers of one individual."""
@@ -66,12 +66,12 @@ class CrossCoupledDesign(OuterDesign):
         """
         axes = tuple(limits)
         if len(axes) != 2:
-            message = f"is for the two axes of a path in X-Y, not for {len(axes)}"
+            message = f"needs the two axes of a path in X-Y (got {len(axes)})"
             raise UserError(f"controller.kind = {self.kind!r}: {message}")
         if self.feed_forward and tuple(self.feed_forward) != axes:
             named = ", ".join(self.feed_forward)
             raise UserError(
-                f"controller.feed_forward: names {named}; the machine has {', '.join(axes)}"
+                f"controller.feed_forward: must name the axes {', '.join(axes)} (got {named})"
             )
         inner = self.inner.controller_of(limits)
         return CrossCoupled(self.kind, inner, self.sample_time_s, tuple(limits.values()))
@@ -80,10 +80,10 @@ class CrossCoupledDesign(OuterDesign):
 class CrossRanges(NamedTuple):
     """What is searched, a range each."""
 
-    k_p: Any  # on the contour error [command/error]
-    k_i: Any  # on its integral [command/(error s)]
-    k_d: Any  # on its rate [command s/error]
-    velocity: Any  # on the velocity of each reference [command s/error]
+    k_p: Any  # gain on the contour error [command/error]
+    k_i: Any  # gain on its integral [command/(error s)]
+    k_d: Any  # gain on its rate [command s/error]
+    velocity: Any  # gain on the velocity of each reference [command s/error]
 
 
 class CrossCoupledSettings(GainsSettings):
@@ -102,7 +102,7 @@ class CrossCoupledSettings(GainsSettings):
     def fault(self, target: Target) -> str | None:
         """No path, no ranges for the plant, or what is inside cannot be searched for."""
         if not target.follows_path:
-            return f"controller.kind = {self.kind!r}: the machine has to follow a path in X-Y"
+            return f"controller.kind = {self.kind!r}: needs a machine that follows a path in X-Y"
         if lacking := super().fault(target):
             return lacking
         inner_fault = self.inner.fault(target)

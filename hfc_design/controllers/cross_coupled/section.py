@@ -1,18 +1,18 @@
 """What the page shows of a cross-coupled controller."""
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
-    "The command of each axis is that of its own controller, what the velocity of its reference "
-    "asks for, and its share of what is commanded against the contour error, along the normal of "
-    "the path."
+    "The command of each axis is the sum of its axis controller, the feed-forward of the "
+    "reference velocity, and its share of the command against the contour error, along "
+    "the normal of the path."
 )
 CAPTION = "Gains on the contour error, positive to the left of the motion, and fed forward."
 
 
-def sections(record: CrossCoupledDesign, shown: Shown) -> list[Section]:
+def sections(record: CrossCoupledDesign, shown: ReportContext) -> list[Section]:
     """Its gains with units, then what is inside."""
     position, command = shown.units["error"], shown.units["command"]
     units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")

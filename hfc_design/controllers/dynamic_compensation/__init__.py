@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.dynamic_compensation.law import CompensationGains
 from hfc_design.controllers.dynamic_compensation.record import (
     CompensationDesign,
@@ -10,16 +9,17 @@ from hfc_design.controllers.dynamic_compensation.record import (
 )
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.kind import Target
+from hfc_design.controllers.product_genome import ProductPopulation, WrapperGenome
 from hfc_design.core.numbers import Json
 
 
-class CompensationGenome(AroundGenome):
+class CompensationGenome(WrapperGenome):
     """Its parts are what is inside, and its own numbers in shares of the settings."""
 
     def __init__(self, settings: CompensationSettings, target: Target):
         super().__init__(settings, target, GainsGenome(settings, target))
 
-    def gains(self, population: SideBySide) -> CompensationGains:
+    def gains(self, population: ProductPopulation) -> CompensationGains:
         """As the simulator wants them."""
         inner, shares = self.each("gains", population.parts)
         settings = self.settings
@@ -27,7 +27,7 @@ class CompensationGenome(AroundGenome):
         speed = np.full(len(population.tree), settings.programmed_speed)
         return CompensationGains(inner, k_p, settings.dead_zone * shares.dead_zone, speed)
 
-    def record(self, individual: SideBySide) -> Json:
+    def record(self, individual: ProductPopulation) -> Json:
         """The record of what is inside, and its own."""
         gains, settings = self.gains(individual), self.settings
         pairs = zip(settings.k_p, gains.k_p, strict=True)

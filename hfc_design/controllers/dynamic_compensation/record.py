@@ -21,21 +21,21 @@ class CompensationDesign(OuterDesign):
     """A controller of kind ``dynamic-compensation``; see ``law``."""
 
     kind: Literal["dynamic-compensation"] = "dynamic-compensation"
-    summary = "any controllers, and beside them what the length of all errors asks for (Lin & Gai)"
+    summary = "any controllers plus a compensation by the length of all errors (Lin & Gai)"
     settings = later(f"{HERE}.record", "CompensationSettings")
     genome = later(HERE, "CompensationGenome")
     sections = later(f"{HERE}.section", "sections")
-    k_p: Gain  # gain on what the errors exceed the dead zone by, LG09 eq. 3 [command/error]
+    k_p: Gain  # gain on the excess of the errors over the dead zone, LG09 eq. 3 [command/error]
     dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
-    programmed_speed: Positive  # v: speed of the path that the gain is for [error/s]
-    #: axes whose speeds make that of the path; left out: all
+    programmed_speed: Positive  # v: speed along the path that the gain refers to [error/s]
+    #: axes that make up the speed along the path; left out: all
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
     def reads(self) -> list[str]:
         """Signals of a sample, of what is inside as well."""
         return list(dict.fromkeys(["error", "reference_rate", *self.inner_reads()]))
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Of an axis, beside what is inside: beyond the dead zone, up to the programmed speed."""
         return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
 
@@ -63,20 +63,20 @@ def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str 
     """Why a controller is none of a machine with these axes, in a line."""
     has = f"the machine has {', '.join(axes)}"
     if tuple(k_p) != axes:
-        return f"k_p: names {', '.join(k_p)}; {has}"
+        return f"k_p: must name every axis once; {has}"
     for axis in along:
         if axis not in axes:
-            return f"path_axes: has no axis {axis!r}; {has}"
+            return f"path_axes: unknown axis {axis!r}; {has}"
     if len(set(along)) < len(along):
-        return f"path_axes: names an axis twice; {has}"
+        return f"path_axes: must not name an axis twice; {has}"
     return None
 
 
 class CompensationRanges(NamedTuple):
     """What is searched, in shares of the settings; a range each."""
 
-    k_p: Any  # share of the k_p of every axis [1]
-    dead_zone: Any  # share of the dead zone [1]
+    k_p: Any  # factor on the k_p of every axis [1]
+    dead_zone: Any  # factor on the dead zone [1]
 
 
 class CompensationSettings(GainsSettings):
@@ -84,11 +84,11 @@ class CompensationSettings(GainsSettings):
 
     own_ranges = CompensationRanges((0.05, 5.0), (0.05, 5.0))
     kind: Literal["dynamic-compensation"]
-    inner: OwnSettings  # settings of the controllers beside which it stands
-    k_p: Gain  # gain on what the errors exceed the dead zone by, LG09 eq. 3 [command/error]
+    inner: OwnSettings  # settings of the wrapped controllers
+    k_p: Gain  # gain on the excess of the errors over the dead zone, LG09 eq. 3 [command/error]
     dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
-    programmed_speed: Positive  # v: speed of the path that the gain is for [error/s]
-    path_axes: tuple[Label, ...] = ()  # axes whose speeds make that of the path; none: all
+    programmed_speed: Positive  # v: speed along the path that the gain refers to [error/s]
+    path_axes: tuple[Label, ...] = ()  # axes that make up the speed along the path; none: all
 
     @property
     def staged(self) -> bool:

@@ -1,17 +1,17 @@
 """What the page shows of dynamic compensation."""
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
-    "Beside the command of its own controller each axis is commanded in proportion to its error, "
-    "as far as the length of all errors together is beyond a dead zone and as fast as the path is "
-    "moving (Lin & Gai 2009, eq. 3 to 6). The length counts mm and deg alike."
+    "To the command of its controller each axis adds one in proportion to its error, to "
+    "the excess of the length of all errors over a dead zone, and to the speed along the "
+    "path (Lin & Gai 2009, eq. 3 to 6). The length adds mm and deg."
 )
 
 
-def sections(record: CompensationDesign, shown: Shown) -> list[Section]:
+def sections(record: CompensationDesign, shown: ReportContext) -> list[Section]:
     """Its numbers with units, then what is inside."""
     rows = [["dead zone, e_max", f"{record.dead_zone:.6g}", "units of the errors"]]
     along = ", ".join(axis.upper() for axis in record.path_axes) or "all axes"

@@ -59,8 +59,8 @@ def notes(record: FuzzyRecord) -> list[str]:
     lines = ["error and error_change in BLU, output in units of the command"]
     if record.adapts:
         lines.append(
-            f"terms and rules are those that the adaptation of an {record.kind} "
-            "starts from; the adaptation itself is not here"
+            f"terms and rules are those from which the adaptation of an {record.kind} "
+            "starts; the adaptation itself is not included"
         )
     elif record.control_form() == "PI":
         lines.append("form PI: the output is the change of the command in a sample")

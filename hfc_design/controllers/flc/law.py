@@ -20,7 +20,7 @@ class Compensation(NamedTuple):
 
     forward: Sequence[Scalar]  # (3,) coefficients of V^2, V, 1 for V >= 0 in mm/s
     backward: Sequence[Scalar]  # (3,) the same for V < 0
-    highest_velocity_mm_s: Scalar  # at and above it there is no compensation
+    highest_velocity_mm_s: Scalar  # speed from which there is no compensation
     breakaway: Sequence[Scalar]  # (2,) command at rest towards + and towards -
     smallest_error: Scalar  # [BLU] below it an axis at rest is left alone
     blu_mm: Scalar  # length of a BLU

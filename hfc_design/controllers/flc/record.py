@@ -17,8 +17,8 @@ from hfc_design.controllers.kind import (
     DeadZone,
     Target,
     controller_named,
+    dead_zone_note,
     later,
-    zone_told,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
@@ -33,7 +33,7 @@ class NamesRecord(Record):
 
     error: Label = "error"  # name of the error in exported files
     error_change: Label = "error_change"  # name of its change in exported files
-    output: Label = "rules"  # name of what the rules say in exported files
+    output: Label = "rules"  # name of the output of the rules in exported files
     #: name of the whole system in exported files; left out: that of the output
     engine: Label | None = Field(None, exclude_if=lambda name: name is None)
 
@@ -41,7 +41,9 @@ class NamesRecord(Record):
     def _differ(self) -> Self:
         names = [name.casefold() for name in (self.error, self.error_change, self.output)]
         if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(f"two of error, error_change, output are called {twice}")
+            raise ValueError(
+                f"error, error_change and output must have different names (got {twice} twice)"
+            )
         return self
 
 
@@ -62,7 +64,7 @@ def signals_of(names: NamesRecord) -> dict[str, str]:
 
 def _rising(ends: tuple[float, float]) -> tuple[float, float]:
     if not ends[0] < ends[1]:
-        raise ValueError(f"a range has to rise; from {ends[0]} to {ends[1]} it does not")
+        raise ValueError(f"must be an ascending range (got {ends[0]} to {ends[1]})")
     return ends
 
 
@@ -84,9 +86,9 @@ class TriangleRecord(Record):
     """
 
     label: Label  # name of the term
-    left: Finite | None = None  # where it begins; left out: it reaches all the way [BLU]
-    centre: Finite  # where it is 1 [BLU]
-    right: Finite | None = None  # where it ends; left out: it reaches all the way [BLU]
+    left: Finite | None = None  # left end [BLU]; left out: unbounded
+    centre: Finite  # centre, where it is 1 [BLU]
+    right: Finite | None = None  # right end [BLU]; left out: unbounded
 
     def edges(self) -> tuple[float, float, float]:
         """Left, centre, right."""
@@ -116,9 +118,9 @@ class CompensationRecord(Record):
     #: coefficients of V^2, V and 1 for V >= 0 in mm/s [command]
     forward: tuple[Finite, Finite, Finite]
     backward: tuple[Finite, Finite, Finite]  # the same for V < 0 [command]
-    highest_velocity_mm_s: Positive  # at and above it there is no compensation [mm/s]
+    highest_velocity_mm_s: Positive  # speed from which there is no compensation [mm/s]
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards - [command]
-    smallest_error: Positive  # below it an axis at rest is left alone [BLU]
+    smallest_error: Positive  # error below which an axis at rest is not moved [BLU]
     blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU [mm]
 
 
@@ -127,14 +129,15 @@ class FuzzyRecord(ControllerRecord):
 
     error_terms: Terms  # triangles of the error, in order
     error_change_terms: Terms  # triangles of its change in a sample, in order
-    rules: RulesRecord  # a row for each term of the error, a column for each of its change
-    integral_gain: Finite  # of the integral of the error beside the table [units/(BLU s)]
+    #: rule table: a row for each term of the error, a column for each of its change
+    rules: RulesRecord
+    integral_gain: Finite  # gain on the integral of the error [units/(BLU s)]
     #: friction that is compensated at low speed; left out: none
     low_velocity: CompensationRecord | None = None
-    dead_zone: DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
-    #: what inputs and output are called in exported files
+    dead_zone: DeadZone = 0.0  # errors up to this count as 0 [BLU]
+    #: names of inputs and output in exported files
     names: NamesRecord = Field(NamesRecord(), exclude_if=NamesRecord().__eq__)
-    #: where a variable begins and ends in exported files; changes no command [BLU, command]
+    #: ranges of the variables in exported files [BLU, command]; no effect on commands
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
@@ -191,7 +194,7 @@ class FuzzyRecord(ControllerRecord):
         low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
         return self.model_copy(update={"low_velocity": low})
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres, and to the velocity that is compensated."""
         ranges = {
             name: max(abs(term.centre) for term in terms)
@@ -207,10 +210,10 @@ class FuzzyRecord(ControllerRecord):
     def connecting(self) -> list[str]:
         """What happens to the signals inside."""
         notes = [] if self.control_form() == "P" else [CHANGES]
-        notes += zone_told(self)
+        notes += dead_zone_note(self)
         if low := self.low_velocity:
             highest = low.highest_velocity_mm_s / low.blu_mm
-            description = f"not of the reference; from {highest!r} on nothing is compensated"
+            description = f"not of the reference; from {highest!r} upwards nothing is compensated"
             notes.append(f"`velocity` is that of the axis and {description}.")
         return notes
 
@@ -242,7 +245,7 @@ class FlcDesign(FuzzyRecord):
     settings = later(f"{HERE}.record", "FlcSettings")
     genome = later(f"{HERE}.genome", "FuzzyGenome")
     sections = later(f"{HERE}.section", "sections")
-    #: P: the error alone; PI: the command adds up what the table says; PD: it is that
+    #: P: the error only; PI: the output of the table is summed; PD: the output is the command
     form: Literal["P", "PI", "PD"] = "PD"
 
     @field_validator("rules")
@@ -273,37 +276,43 @@ def terms_fault(terms: Terms) -> str | None:
     for k, term in enumerate(terms):
         if (term.left is None) != (k == 0) or (term.right is None) != (k == len(terms) - 1):
             ends = f"left of {labels[0]} and right of {labels[-1]}"
-            return f"{term.label}: null has to stand {ends} and nowhere else"
+            return f"{term.label}: null must be {ends} and nowhere else"
     for term in terms:
         left, centre, right = term.edges()
         if not left < centre < right:
-            return f"{term.label}: left, centre, right = {left}, {centre}, {right} have to rise"
+            return f"{term.label}: left, centre, right = {left}, {centre}, {right}: must ascend"
     for low, high in pairwise(terms):
         (_, lower, right), (left, upper, _) = low.edges(), high.edges()
         if right <= left:
             ends = f"{low.label}, right {right}, and {high.label}, left {left}"
             return f"there is a gap between {ends}"
         if not (lower <= left and right <= upper):
-            return f"an edge between {low.label} and {high.label} passes the other's centre"
+            return (
+                f"the edges between {low.label} and {high.label} must not pass the other's centre"
+            )
     return None
 
 
 def _labels_fault(labels: list[str]) -> str | None:
     usual = [label for label in labels if label in LABELS]
     if usual != sorted(set(usual), key=LABELS.index):
-        return f"has to hold the labels {', '.join(LABELS)} in this order"
+        return f"must have the labels {', '.join(LABELS)} in this order"
     folded = [label.casefold() for label in labels]
     twice = next((x for x in labels if folded.count(x.casefold()) > 1), None)
-    return f"two terms are called {twice}, or differ in case only" if twice else None
+    return (
+        f"terms must have different names (got {twice} twice, or names that differ only in case)"
+        if twice
+        else None
+    )
 
 
 class FuzzySettings(Ordered, ControllerSettings):
     """Bounds of a search that begins with a fuzzy controller, or with a design's."""
 
     keys_last = ("kind",)
-    start: Any  # design that a search begins with: a built-in name, a file, or a record
-    symmetric: bool = True  # both directions are treated alike
-    #: up to which the integral gain is searched [units/(BLU s)]
+    start: Any  # design that the search starts from: a built-in name, a file, or a record
+    symmetric: bool = True  # whether both directions are treated alike
+    #: largest integral gain of the search [units/(BLU s)]
     largest_integral_gain: NotNegative = 8.0
 
     @field_validator("start", mode="before")
@@ -316,25 +325,25 @@ class FuzzySettings(Ordered, ControllerSettings):
         """A plant without a stable range, or a start that cannot be one."""
         for drive in target.machine.drives:
             if drive.linear is None:
-                unfit = f"is for a feed drive, not for the {drive.name}"
+                unfit = f"needs a feed drive (got {drive.name})"
                 return f"controller.kind = {self.kind!r}: {unfit}"
         if self.start.sample_time_s != target.sample_time:
             return (
-                f"controller.start: runs every {self.start.sample_time_s} s, "
-                f"simulation.sample_time_s is {target.sample_time}"
+                "controller.start: must have the sample time simulation.sample_time_s = "
+                f"{target.sample_time} (got {self.start.sample_time_s})"
             )
         for key in ("error_terms", "error_change_terms"):
             terms = getattr(self.start, key)
             middle = terms[len(terms) // 2]
             if len(terms) % 2 == 0:
                 return (
-                    f"controller.start: has {len(terms)} {key}; a search keeps the middle one on "
-                    "0 and needs an odd number"
+                    f"controller.start: must have an odd number of {key}, as a search "
+                    f"keeps the middle one on 0 (got {len(terms)})"
                 )
             if middle.centre != 0.0:
                 return (
-                    f"controller.start: {middle.label} of its {key} is centred on "
-                    f"{middle.centre}; a search keeps it on 0"
+                    f"controller.start: {middle.label} of its {key} must be centred on 0, "
+                    f"where a search keeps it (got {middle.centre})"
                 )
         return None
 
@@ -343,5 +352,5 @@ class FlcSettings(FuzzySettings):
     """A fuzzy controller of a feed drive."""
 
     kind: Literal["flc"]
-    #: design that a search begins with: a built-in name, a file, or a record
+    #: design that the search starts from: a built-in name, a file, or a record
     start: FlcDesign = Field("jee-koren-2004-flc", validate_default=True)

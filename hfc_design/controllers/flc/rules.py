@@ -33,8 +33,8 @@ class RulesRecord(Record):
     """
 
     labels: LabelTable  # name of the output term of each rule
-    centroids: HeightTable  # what each rule says, in units of the command [command]
-    #: output terms by name; left out: each rule has a number of its own [command]
+    centroids: HeightTable  # output of each rule, in units of the command [command]
+    #: output terms by name [command]; left out: each rule has its own number
     output_terms: dict[Label, Finite] | None = Field(None, exclude_if=lambda terms: terms is None)
 
     @model_validator(mode="before")
@@ -62,10 +62,12 @@ class RulesRecord(Record):
     def _labels_name_numbers(self) -> Self:
         rows, needed = ([len(row) for row in table] for table in (self.labels, self.centroids))
         if uneven := next((i for i, count in enumerate(needed) if count != needed[0]), None):
-            message = f"has {needed[uneven]} entries, row 0 has {needed[0]}"
+            message = f"must have {needed[0]} entries, as row 0 (got {needed[uneven]})"
             raise ValueError(f"centroids.{uneven}: {message}")
         if rows != needed:
-            raise ValueError(f"labels: has not the shape of centroids, {len(needed)} x {needed[0]}")
+            raise ValueError(
+                f"labels: must have the shape of centroids, {len(needed)} x {needed[0]}"
+            )
         terms = self.output_terms
         if fault := _unnamed(self.labels, LABELS if terms is None else terms):
             raise ValueError(fault)
@@ -93,7 +95,7 @@ class RulesRecord(Record):
         for label in filter(by_label.__contains__, LABELS):
             lowest = min(by_label[label])
             if highest[0] > lowest[0]:
-                return _told(below, highest, label, lowest)
+                return _text(below, highest, label, lowest)
             highest, below = max(by_label[label]), label
         return None
 
@@ -113,11 +115,12 @@ class RulesRecord(Record):
 Cell = tuple[float, int, int]
 
 
-def _told(low: str, higher: Cell, high: str, lower: Cell) -> str:
+def _text(low: str, higher: Cell, high: str, lower: Cell) -> str:
     (a, i, j), (b, m, n) = higher, lower
     return (
-        f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a larger "
-        "label has to have the larger centroid; left out, labels follow from the centroids"
+        f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a "
+        "larger label must have a larger centroid; if left out, labels follow from the "
+        "centroids"
     )
 
 
@@ -127,7 +130,9 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
     for i, row in enumerate(labels):
         for j, label in enumerate(row):
             if label not in names:
-                return f"labels.{i}.{j} = {label!r}: is no output term; {one_of(str(label), names)}"
+                return (
+                    f"labels.{i}.{j} = {label!r}: unknown output term; {one_of(str(label), names)}"
+                )
     return None
 
 
@@ -143,7 +148,9 @@ def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
     for key in keys:
         _, start, name = key.partition("rules.output_terms.")
         if start and name not in used:
-            return f"{key}: no rule has this output term; {one_of(name, used, 'the rules have')}"
+            return (
+                f"{key}: must be the output term of a rule; {one_of(name, used, 'the rules use')}"
+            )
     return None
 
 

@@ -17,7 +17,7 @@ from hfc_design.controllers.flc.record import (
     called,
     signals_of,
 )
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neighbours import Partition, memberships
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
@@ -30,24 +30,24 @@ from hfc_design.stability.stable_range import stable_range
 from plants import Drive
 
 ORIGINAL = "as designed"
-HELD = ", as the adaptation holds them from the first sample on"
+HELD = ", as limited by the adaptation from the first sample"
 #: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
 FORMS = {
-    "P": "In the form P it takes the change for zero. ",
-    "PI": "In the form PI the rules say by how much what they command is to change. ",
+    "P": "In the form P the change is taken as zero. ",
+    "PI": "In the form PI the output of the rules is the change of their command. ",
     "PD": "",
 }
 #: Name, value, unit.
 Parameters = Sequence[tuple[str, float | str, str]]
 
 
-def sections(record: FlcDesign, shown: Shown) -> list[Section]:
+def sections(record: FlcDesign, shown: ReportContext) -> list[Section]:
     """The table, the terms, the gains in the stable range."""
     form = ("form of the controller (JK95 eq. 1)", record.form, "\u2013")
     return [controller(record, FORMS[record.form], before=[form]), stable_gains(record, shown)]
 
 
-def table_sections(record: FuzzyRecord, shown: Shown) -> list[Section]:
+def table_sections(record: FuzzyRecord, shown: ReportContext) -> list[Section]:
     """The same of another kind, as far as it is the same."""
     return [controller(record), stable_gains(record, shown)]
 
@@ -59,10 +59,10 @@ def controller(
     names = record.names
     if signals_of(names):
         kind += (
-            f"Where the table comes from the error is called {names.error}, its change "
-            f"{names.error_change}, and what the rules say {names.output}. "
+            f"In the source of the table the error is called {names.error}, its change "
+            f"{names.error_change}, and the output {names.output}. "
         )
-    integral = "To what the rules command it adds the integral of the error. "
+    integral = "The integral of the error is added to the output of the rules. "
     if not record.integral_gain:
         integral = "There is no integral of the error. "
     text = (
@@ -72,7 +72,7 @@ def controller(
     )
     rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
     if record.dead_zone:
-        rows.append(("an error up to this counts as 0", record.dead_zone, "BLU"))
+        rows.append(("errors up to this count as 0", record.dead_zone, "BLU"))
     low = record.low_velocity
     if low is not None:
         for name, curve in (("forward", low.forward), ("backward", low.backward)):
@@ -104,7 +104,7 @@ def controller(
             Drawing(
                 terms(record, f"terms {ORIGINAL}"),
                 "Membership functions of the error and of its change",
-                "What the terms mean: the degree to which an error and its change belong to each.",
+                "Meaning of the terms: the degree to which an error and its change belong to each.",
             ),
             drawn_surface(record, f"control surface {ORIGINAL}", HELD * record.adapts),
         ],
@@ -116,15 +116,15 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
-        f"Control surface: what the rules command over both inputs{whose}. Where a term of each is "
-        "highest one rule says it alone, elsewhere several together."
-        + f" An error of up to {zone:g} BLU enters as 0."
+        f"Control surface: the output of the rules over both inputs{whose}. Where a term "
+        "of each input is highest a single rule decides, elsewhere several together."
+        + f" Errors up to {zone:g} BLU enter as 0."
         * bool(zone),
     )
 
 
 def stable_gains(
-    record: FuzzyRecord, shown: Shown, adapted: Mapping[str, FuzzyRecord] = {}
+    record: FuzzyRecord, shown: ReportContext, adapted: Mapping[str, FuzzyRecord] = {}
 ) -> Section:
     """Sectors of the table in the stable range of the axis with the largest gain."""
     gains = record.table_gains()
@@ -143,10 +143,10 @@ def stable_gains(
         "2004, section 3). The range is that of a drive without friction, of "
         f"{drive['gain']:g} (BLU/s)/unit and {1e3 * drive['time_constant']:g} ms; "
         f"it ends at K₁ = {gain_range.k1_bound:.4g} unit/BLU. Gains outside it may still "
-        "settle in the motions of this page, which \u201cCan I use it?\u201d tells by simulation; "
-        "the range is about every motion of that drive.",
+        "settle in the motions of this page, which \u201cCan I use it?\u201d tests by simulation; "
+        "the range is valid for every motion of that drive.",
         Listing(
-            "Gains of the rules [unit/BLU]; eq. 13 and 14 look at the centres of the terms alone.",
+            "Gains of the rules [unit/BLU]; eq. 13 and 14 use only the centres of the terms.",
             ["gains of", "K₁", "K₂", "inside"],
             rows,
         ),
@@ -173,7 +173,7 @@ def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) ->
     panels = []
     for key, label in zip(("error_terms", "error_change_terms"), labels, strict=True):
         side_terms: Terms = getattr(record, key)
-        span = _reach(side_terms)
+        span = _ranges(side_terms)
         curves = {term.label: _triangle(term, span) for term in side_terms}
         grey = () if before is None else getattr(before, key)
         old = [_triangle(term, span) for term in grey]
@@ -220,7 +220,7 @@ def surface(record: FuzzyRecord, title: str) -> Surface:
 def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
     """The error and its change, as far as their terms are drawn."""
     names = record.names
-    error, change = _reach(record.error_terms), _reach(record.error_change_terms)
+    error, change = _ranges(record.error_terms), _ranges(record.error_change_terms)
     return (
         Side(called(names.error, USUAL.error, "error"), "BLU", (-error, error)),
         Side(
@@ -231,7 +231,7 @@ def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
     )
 
 
-def _reach(terms: Terms) -> float:
+def _ranges(terms: Terms) -> float:
     return BEYOND * max(abs(term.centre) for term in terms)
 
 

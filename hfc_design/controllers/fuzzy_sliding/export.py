@@ -42,7 +42,7 @@ def notes(record: SlidingDesign) -> list[str]:
     """What a rule table does not hold."""
     return [
         "error and error_rate in the units of the drive, output in those of its command",
-        "the switching part is not here, nor the adaptation, which starts from these rules",
+        "the switching part and the adaptation, which starts from these rules, are not included",
     ]
 
 

@@ -9,7 +9,7 @@ from hfc_design.controllers import surfaces
 from hfc_design.controllers.fuzzy_sliding.export import units as rule_units
 from hfc_design.controllers.fuzzy_sliding.law import degrees, sliding
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
@@ -127,10 +127,11 @@ def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
 
 
 ABOUT = (
-    "The command is what the rules conclude from the error and its rate, and a part that pushes "
-    "towards the surface s = de/dt + λe, in proportion to s within the boundary layer (Lin & Gai "
-    "2009, eq. 9 to 13). Each rule that fires moves by its share of the judgement, the last column "
-    "of P with the error (eq. 14), and stays within its largest move."
+    "The command is the output of the rules for the error and its rate, plus a switching "
+    "part that pushes towards the surface s = de/dt + λe, in proportion to s within the "
+    "boundary layer (Lin & Gai 2009, eq. 9 to 13). Each rule that fires moves by its "
+    "share of the judgement, the last column of P with the error (eq. 14), and stays "
+    "within its largest move."
 )
 
 
@@ -142,7 +143,7 @@ class Learning(NamedTuple):
     moves: Floats  # (steps, 7, 7) of the consequents from where they were designed
 
 
-def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
+def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
     """The controller; of each axis where it was in the phase plane and what its rules learnt."""
     report = [_controller(record, shown)]
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
@@ -164,7 +165,7 @@ def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) ->
     return Learning(signals["error"], signals["error_rate"], np.array(moves))
 
 
-def _controller(record: SlidingDesign, shown: Shown) -> Section:
+def _controller(record: SlidingDesign, shown: ReportContext) -> Section:
     units, layer, adaptation = shown.units, record.sliding, record.adaptation
     error, rate, command = units["error"], units["error_rate"], units["command"]
     of_error, of_rate = record.judge()
@@ -185,17 +186,17 @@ def _controller(record: SlidingDesign, shown: Shown) -> Section:
     cells = [[name, f"{value:.5g}", unit] for name, value, unit in rows]
     table = np.array(record.table())
     drawing = Drawing(
-        rules(table, "rules to begin with", f"command [{command}]"),
+        rules(table, "initial rules", f"command [{command}]"),
         "Heat map of the rule table",
         "Rule table: the command for each pair of terms, from large negative (LN) to large "
         "positive (LP).",
     )
-    drawn = _surface(record, shown, "surface to begin with", "to begin with")
+    drawn = _surface(record, shown, "initial surface", "before it learns")
     listing = Listing("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
     return Section("The controller", ABOUT, listing, [drawing, drawn])
 
 
-def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Section:
+def _learnt(record: SlidingDesign, shown: ReportContext, name: str, motion: Learning) -> Section:
     command = shown.units["command"]
     moved = record.with_moves(tuple(map(tuple, motion.moves[-1].tolist())))
     after, every = np.array(moved.table()), record.sample_time_s
@@ -203,30 +204,30 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
         Drawing(
             phase_plane(record, shown.units, name, motion.error, motion.rate),
             f"Error and its rate of {name} against the sliding surface",
-            f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. What lies "
-            "beyond the layer is pushed with all of k.",
+            f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. "
+            "Beyond the layer the full k pushes.",
         ),
         Drawing(
             over_time(motion.moves, every, f"[{command}]", f"rules of {name} over time"),
             f"Moves of the rules of {name} over time",
-            "What each rule has moved by: a block for each term of the error, in it a row for each "
-            "term of its rate, LN on top.",
+            "How far each rule has moved: a block for each term of the error, with a row "
+            "for each term of its rate, LN on top.",
         ),
         Drawing(
             rules(after, f"rules of {name} at the end", f"moved by [{command}]", motion.moves[-1]),
-            f"Heat map of the learnt rule table of {name}",
+            f"Heat map of the learned rule table of {name}",
             f"Rule table of {name} at the end of the motion: the numbers are the commands "
-            f"[{command}] by then, the colours what they have moved by.",
+            f"[{command}] by then, the colours how far they have moved.",
         ),
         _surface(moved, shown, f"surface of {name} at the end", f"of {name} at the end"),
     ]
-    return Section(f"What {name} learns", "", None, drawings)
+    return Section(f"Learning of {name}", "", None, drawings)
 
 
-def _surface(record: SlidingDesign, shown: Shown, title: str, when: str) -> Drawing:
+def _surface(record: SlidingDesign, shown: ReportContext, title: str, when: str) -> Drawing:
     return surfaces.drawing(
         surface(record, shown.units, title),
-        f"Control surface {when}: what the rules command, without the switching part"
+        f"Control surface {when}: the output of the rules, without the switching part"
         + " and without the linear gains" * (record.pid is not None)
         + ".",
     )

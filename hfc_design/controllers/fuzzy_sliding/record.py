@@ -37,7 +37,7 @@ class SurfaceRecord(Record):
 class ErrorDynamicsRecord(Record):
     """``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
 
-    #: k_2 [1/s2] and k_1 [1/s] of the error's own dynamics [1/s2, 1/s]
+    #: k_2 [1/s2] and k_1 [1/s] of the desired error dynamics [1/s2, 1/s]
     gains: tuple[Positive, Positive]
     weights: tuple[tuple[Finite, Finite], tuple[Finite, Finite]]  # Q of the Lyapunov equation [1]
 
@@ -46,7 +46,7 @@ class ErrorDynamicsRecord(Record):
         (a, b), (c, d) = self.weights
         if b != c or not (a > 0.0 and a * d > b * c):
             raise ValueError(
-                f"weights = [[{a}, {b}], [{c}, {d}]]: has to be symmetric and positive definite"
+                f"weights = [[{a}, {b}], [{c}, {d}]]: must be symmetric and positive definite"
             )
         return self
 
@@ -63,27 +63,28 @@ class ErrorDynamicsRecord(Record):
 class AdaptationRecord(Record):
     """How the consequents learn."""
 
-    rate: NotNegative  # gamma, how fast consequents are learnt, LG09 eq. 14 [command/error]
-    largest_move: NotNegative  # of a consequent from where it began, either way [command]
+    rate: NotNegative  # gamma, learning rate of the consequents, LG09 eq. 14 [command/error]
+    #: largest move of a consequent from its start, in both directions [command]
+    largest_move: NotNegative
     #: left out: both poles at -lambda, and the Q for which ``E' P_2`` is s
     error_dynamics: ErrorDynamicsRecord | None = Field(None, exclude_if=not_)
-    #: of the consequents, that have been learnt so far [command]
+    #: moves of the consequents learned so far [command]
     moves: Table | None = Field(None, exclude_if=not_)
 
 
 class PidRecord(Record):
     """Linear gains beside the rules."""
 
-    k_p: Finite = 0.0  # on the error [command/error]
-    k_i: Finite = 0.0  # on its integral [command/(error s)]
-    k_d: Finite = 0.0  # on its rate [command s/error]
+    k_p: Finite = 0.0  # gain on the error [command/error]
+    k_i: Finite = 0.0  # gain on its integral [command/(error s)]
+    k_d: Finite = 0.0  # gain on its rate [command s/error]
 
 
 class SlidingDesign(ControllerRecord):
     """A controller of kind ``fuzzy-sliding``."""
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
-    summary = "fuzzy rules that adapt beside a sliding mode with a boundary layer (Lin & Gai 2009)"
+    summary = "adaptive fuzzy rules plus a sliding mode with a boundary layer (Lin & Gai 2009)"
     settings = later(f"{HERE}.record", "SlidingSettings")
     genome = later(f"{HERE}.genome", "SlidingGenome")
     rule_base = later(f"{HERE}.export", "RULES")
@@ -92,11 +93,11 @@ class SlidingDesign(ControllerRecord):
     sections = later(f"{HERE}.pictures", "sections")
     largest_error: Positive  # centre of LP; that of LN is the same below zero [error]
     largest_error_rate: Positive  # the same of its rate [error/s]
-    #: what each rule says; rows: error, columns: its rate, both LN to LP [command]
+    #: output of each rule [command]; rows: error, columns: its rate, both LN to LP
     consequents: Table
     sliding: SurfaceRecord  # the switching part
-    adaptation: AdaptationRecord  # how the consequents are learnt
-    pid: PidRecord | None = Field(None, exclude_if=not_)  # PID beside it; left out: none
+    adaptation: AdaptationRecord  # learning of the consequents
+    pid: PidRecord | None = Field(None, exclude_if=not_)  # added PID; left out: none
 
     @model_validator(mode="after")
     def _moved_within(self) -> Self:
@@ -104,8 +105,8 @@ class SlidingDesign(ControllerRecord):
         for i, row in enumerate(learning.moves or ()):
             for j, move in enumerate(row):
                 if abs(move) > learning.largest_move:
-                    allowed = f"at most largest_move = {learning.largest_move} either way"
-                    raise ValueError(f"adaptation.moves.{i}.{j} = {move}: has to be {allowed}")
+                    allowed = f"between -largest_move and largest_move = {learning.largest_move}"
+                    raise ValueError(f"adaptation.moves.{i}.{j} = {move}: must be {allowed}")
         return self
 
     def law(self, limit: float | None) -> AxisLaw:
@@ -117,7 +118,7 @@ class SlidingDesign(ControllerRecord):
         dynamics = self.adaptation.error_dynamics
         return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost centres."""
         return {"error": self.largest_error, "error_rate": self.largest_error_rate}
 
@@ -158,7 +159,7 @@ class SlidingDesign(ControllerRecord):
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         learning = self.adaptation.model_copy(update={"rate": 0.0})
         return self.model_copy(update={"adaptation": learning})
@@ -200,10 +201,10 @@ class SlidingSettings(ControllerSettings):
     kind: Literal["fuzzy-sliding"]
     #: a design or a record; left out: LG09 Table 2 with the scales of the machine
     start: SlidingDesign | None = Field(None, exclude_if=lambda start: start is None)
-    #: [low, high] of numbers that are searched, other than about the start [of the number]
+    #: search ranges [low, high], where they differ from those around the start [of the number]
     ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
-    consequents: bool = False  # whether every consequent is searched too
-    symmetric: bool = True  # both directions are treated alike
+    consequents: bool = False  # whether all consequents are searched too
+    symmetric: bool = True  # whether both directions are treated alike
 
     _controller_of = field_validator("start", mode="before")(controller_named)
 
@@ -226,13 +227,13 @@ class SlidingSettings(ControllerSettings):
             command, speed = scales(target)
             if not (isfinite(command) and isfinite(speed) and command > 0.0 and speed > 0.0):
                 return (
-                    "controller.start: is missing; without one limits.command and a drive that "
-                    "tells its top speed are needed"
+                    "controller.start: is missing; without it limits.command and a drive "
+                    "with a known top speed are needed"
                 )
         elif self.start.sample_time_s != target.sample_time:
             return (
-                f"controller.start: runs every {self.start.sample_time_s} s, "
-                f"simulation.sample_time_s is {target.sample_time}"
+                "controller.start: must have the sample time simulation.sample_time_s = "
+                f"{target.sample_time} (got {self.start.sample_time_s})"
             )
         return None
 

@@ -51,8 +51,8 @@ class GainsSettings(ControllerSettings):
 
     own_ranges: ClassVar[Ranges]  # of the kind
     own_plants: ClassVar[tuple[str, ...]] = ()  # that they are for, by name; none: for any
-    #: [low, high] of gains that are searched, other than the kind's own; an own plant needs all, as
-    #: the kind's are for plants that it comes with [of the gain]
+    #: search ranges [low, high] of gains, where they differ from those of the kind [of the gain];
+    #: needed for all gains of your own plant, as those of the kind are for certain plants
     ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
 
     @model_validator(mode="after")
@@ -75,10 +75,10 @@ class GainsSettings(ControllerSettings):
         missing = [name for name in self.own_ranges._fields if name not in self.ranges]
         if not missing or not self.own_plants or plant in self.own_plants:
             return None
-        known = f"those that {self.kind!r} has are for {', '.join(self.own_plants)}"
+        known = f"the ranges of {self.kind!r} are for {', '.join(self.own_plants)}"
         return (
-            f"{', '.join(missing)}: no range; {known}, not for {plant} {counted}; give each its "
-            "[low, high], or take kind = 'pid+ff', which finds its own"
+            f"{', '.join(missing)}: no range; {known}, not for {plant} {counted}; give "
+            "each a [low, high], or use kind = 'pid+ff', which derives its ranges"
         )
 
     @property
@@ -148,7 +148,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
     """The kind of a user's own ``law``; UserError: it cannot be searched."""
     source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
-        raise UserError(f"{source}: ranges has to be a NamedTuple of (low, high)")
+        raise UserError(f"{source}: ranges must be a NamedTuple of (low, high)")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, source, Path())
 
     code, reads = law._replace(ranges=()), _asked_for(law)
@@ -156,7 +156,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
         "key": "gains",
         # An own law may do with the sample time what it likes.
         "structure": lambda record: (code, Constant(record.sample_time_s)),
-        "summary": "an own law",
+        "summary": "your law",
         "reads": lambda record: reads,
     }
     return kind_of_gains(law.name, law.ranges, _sample, _start, **options)

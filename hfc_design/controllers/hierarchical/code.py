@@ -74,7 +74,7 @@ def _largest_deviation(
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """
-    gains, source_options = design.law_gains(), layout_of(design).reach
+    gains, source_options = design.law_gains(), layout_of(design).input_range
 
     def root(degrees: Graded, inputs: Floats) -> Floats:
         output = outputs(ARRAYS, degrees, source_options, gains, list(inputs.T))[0][-1].output

@@ -7,8 +7,8 @@ import numpy as np
 from hfc_design.controllers.genome import Genome, Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.controllers.hierarchical.laws import LinearLaws, laws_for
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
+from hfc_design.controllers.hierarchical.seed_laws import SeedLaws, laws_for
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 
@@ -66,7 +66,7 @@ class HierarchicalGenome(Genome):
             np.clip(limit * plane + noise, -limit, limit),
         )
 
-    def laws(self) -> LinearLaws | None:
+    def laws(self) -> SeedLaws | None:
         """Laws of few numbers for the nominal drive, to begin with; None where it has none."""
         return laws_for(self)
 

@@ -118,7 +118,7 @@ class Layout(NamedTuple):
         return partial(xp.call, memberships, xp, self.terms)
 
     @property
-    def reach(self) -> Reach:
+    def input_range(self) -> Reach:
         """(column, row) of each unit: the sources that it may have."""
         count = len(self.inputs)
         if self.canonical:
@@ -247,7 +247,7 @@ def sample(
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     learnt = _learning(xp, layout, gains, memory, signals["error"])
-    units, root = outputs(xp, layout.graded(xp), layout.reach, gains, values, learnt)
+    units, root = outputs(xp, layout.graded(xp), layout.input_range, gains, values, learnt)
     fuzzy = layout.output_scale * units[-1].output
     remembered = {name: signals[name] for name in layout.remembered}
     if layout.linear is None:

@@ -13,7 +13,7 @@ from hfc_design.controllers.gains.genome import STEP
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.controllers.hierarchical.planes import passing
+from hfc_design.controllers.hierarchical.linear_tables import passthrough
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.controllers.linear.genome import resonators_of
@@ -132,7 +132,7 @@ class LinearHierarchyGenome(Genome):
             kp=gains.kp,
             ki=ki,
             kd=gains.kd,
-            kept=nothing,
+            filter_pole=nothing,
             signals=signals if len(signals) else None,
             resonators=turning.reshape(-1, 2, len(ki)) if len(turning) else (),
             **{"load": nothing, **forward},
@@ -197,17 +197,6 @@ class LinearHierarchyGenome(Genome):
 
 def _idle(settings: HierarchicalSettings, units: int) -> Floats:
     """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
-    levels = passing(settings)
+    levels = passthrough(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
-
-
-def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
-    """Of a hierarchy beside a PD alone, or on a linear part."""
-    if settings.linear is None:
-        return HierarchicalGenome(settings, target)
-    if settings.schedules:
-        from hfc_design.controllers.hierarchical.scheduled_genome import ScheduledGenome
-
-        return ScheduledGenome(settings, target)
-    return LinearHierarchyGenome(settings, target)

@@ -25,8 +25,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Target,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
@@ -47,16 +47,16 @@ HERE = "hfc_design.controllers.hierarchical"
 class PdRecord(Record):
     """Gains of the PD part (LL eq. 6)."""
 
-    kp: Finite  # on the error [command/error]
-    kd: Finite  # on its rate [command s/error]
+    kp: Finite  # gain on the error [command/error]
+    kd: Finite  # gain on its rate [command s/error]
 
 
 class LinearRecord(Record):
     """What a linear part has beside kp and kd: integral, state feedback, resonators and so on."""
 
-    ki: Finite = 0.0  # on the integral of the error [command/(error s)]
-    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell [command/signal]
-    feed_forward: FeedForwardRecord = FeedForwardRecord()  # gains on what is known ahead
+    ki: Finite = 0.0  # gain on the integral of the error [command/(error s)]
+    signals: dict[Label, Finite] = {}  # gains on signals of the drive's sensors [command/signal]
+    feed_forward: FeedForwardRecord = FeedForwardRecord()  # feed-forward gains
     resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
@@ -65,8 +65,8 @@ class LinearRecord(Record):
 class ScheduledRecord(LinearRecord):
     """A linear law that the root's output scales, instead of one number."""
 
-    kp: Finite = 0.0  # on the error [command/error]
-    kd: Finite = 0.0  # on its rate [command s/error]
+    kp: Finite = 0.0  # gain on the error [command/error]
+    kd: Finite = 0.0  # gain on its rate [command s/error]
 
 
 class LinearPart(LqiSettings):
@@ -79,7 +79,7 @@ class InputRecord(Record):
     """One input of the hierarchy and its scale to the normalised universe."""
 
     name: Label  # signal that is read
-    scale: Positive  # what it is multiplied by; the result counts up to 1 [1/signal]
+    scale: Positive  # factor on the signal [1/signal]; the result is limited to 1
 
 
 Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_INPUTS)]
@@ -89,8 +89,8 @@ class TermRecord(Record):
     """One linguistic term: a Gaussian with a flat top (LL eq. 3)."""
 
     label: Label  # name of the term
-    centre: Finite  # where its plateau is, of a scaled input [1]
-    half_width: NotNegative  # of its plateau [1]
+    centre: Finite  # centre of its plateau, of a scaled input [1]
+    half_width: NotNegative  # half width of its plateau [1]
     rate: Positive  # c of exp(-c d^2), d the distance from its plateau [1]
 
 
@@ -100,13 +100,13 @@ Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TER
 class UnitRecord(Record):
     """One unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
 
-    #: its place in the heap; units stand in the order of evaluation, the root last
+    #: its place in the tree; units are in order of evaluation, the root last
     id: int = Field(ge=0, le=1000)
     #: input of its columns: a signal, or unit-N for the output of another
     column_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
     #: input of its rows: a signal, or unit-N for the output of another
     row_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
-    consequents: Table  # what each rule says; rows and columns in the order of the terms [1]
+    consequents: Table  # output of each rule [1]; rows and columns in the order of the terms
 
 
 def _with_error_scale(described: Any) -> Any:
@@ -115,8 +115,8 @@ def _with_error_scale(described: Any) -> Any:
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
         raise ValueError(
-            "adaptation.error_scale: is missing, and no input that is always read is named error, "
-            "whose scale could stand for it"
+            "adaptation.error_scale: is missing, and no input named error is always "
+            "read, whose scale could replace it"
         )
     return described
 
@@ -127,7 +127,7 @@ class HierarchicalDesign(ControllerRecord):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
     settings = later(f"{HERE}.record", "HierarchicalSettings")
-    genome = later(f"{HERE}.linear_genome", "genome_of")
+    genome = later(f"{HERE}.scheduled_genome", "genome_of")
     units_that_matter = later(f"{HERE}.units", "units_that_matter")
     reads = later(f"{HERE}.rules", "reads")
     rule_base = later(f"{HERE}.rules", "RULES")
@@ -135,23 +135,23 @@ class HierarchicalDesign(ControllerRecord):
     lookup = later(f"{HERE}.code", "tabulated")
     pictures = later(f"{HERE}.pictures", "pictures")
     sections = later(f"{HERE}.section", "sections")
-    pd: PdRecord  # gains of the PD beside the hierarchy, LL eq. 6
-    #: further linear gains beside kp and kd; left out: a PD alone
+    pd: PdRecord  # gains of the PD, LL eq. 6
+    #: further linear gains in addition to kp and kd; left out: only a PD
     linear: LinearRecord | None = Field(None, exclude_if=not_)
-    #: linear law that the root's output scales; left out: output_scale alone
+    #: linear law scaled by the root's output; left out: only output_scale
     scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)
     inputs: Inputs  # signals that the hierarchy reads, with their scales
-    output_scale: Positive  # command of a root's output of 1 [command]
+    output_scale: Positive  # command for an output of 1 of the root [command]
     terms: Terms  # seven linguistic terms of every input, in order
     #: two-input fuzzy units, at most five
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
-    #: of the root's table in the loop; left out: it stays
+    #: adaptation of the root's table in the loop; left out: none
     adaptation: Adaptation | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _schedules_beside_a_linear_part(self) -> "HierarchicalDesign":
         if self.scheduled and not self.linear:
-            raise ValueError("scheduled: needs a linear part beside it, whose integral it shares")
+            raise ValueError("scheduled: needs a linear part, whose integral it shares")
         return self
 
     @model_validator(mode="after")
@@ -161,27 +161,29 @@ class HierarchicalDesign(ControllerRecord):
         if fault := too_fast(first, self.sample_time_s):
             raise ValueError(f"linear.resonators: {fault}")
         if others not in ([], [first]):
-            raise ValueError("scheduled.resonators: have to be of the frequencies of linear")
+            raise ValueError("scheduled.resonators: must have the frequencies of linear.resonators")
         return self
 
     @model_validator(mode="after")
     def _is_a_tree(self) -> "HierarchicalDesign":
         waiting = [item.name for item in self.inputs]
         if len(set(waiting)) < len(waiting):
-            raise ValueError(f"inputs: a name stands there twice: {', '.join(waiting)}")
+            raise ValueError(f"inputs: must have different names, repeated: {', '.join(waiting)}")
         if len({term_record.label for term_record in self.terms}) < TERMS:
-            raise ValueError("terms: a label stands there twice")
+            raise ValueError("terms: must have different labels")
         for unit in self.units:
             for source in (unit.column_input, unit.row_input):
                 if source not in waiting:
                     raise ValueError(
-                        f"units: unit {unit.id} reads {source!r}, which is not an input or an "
-                        "earlier unit whose value is still free"
+                        f"units: unit {unit.id} reads {source!r}, which must be an input "
+                        "or an earlier unit that no other unit reads"
                     )
                 waiting.remove(source)
             waiting.append(f"unit-{unit.id}")
         if lost := [x for x in waiting[:-1] if x.startswith("unit-")]:  # an input may be spare
-            raise ValueError(f"units: nothing reads {', '.join(lost)}")
+            raise ValueError(
+                f"units: must all be read, except the root; nothing reads {', '.join(lost)}"
+            )
         return self
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
@@ -198,7 +200,7 @@ class HierarchicalDesign(ControllerRecord):
         adaptation = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": adaptation})
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation, with the root as it has become."""
         pairs = zip(self.units, self.tables(), strict=True)
         units = tuple(unit.model_copy(update={"consequents": table}) for unit, table in pairs)
@@ -243,12 +245,12 @@ class HierarchicalDesign(ControllerRecord):
             part.law_gains() if (part := self.scheduled_part) else None,
         )
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to where inputs are clamped; others as far as the laws beside the hierarchy ask."""
         ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
-            ranges |= part.reach(limit or self.output_scale) if part else {}
-        ranges |= reach_of({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
+            ranges |= part.input_range(limit or self.output_scale) if part else {}
+        ranges |= input_ranges({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
         inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the furthest last
         return ranges | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
 
@@ -257,7 +259,7 @@ class HierarchicalDesign(ControllerRecord):
         names = [item.name for item in self.inputs if item.name.startswith(PREVIOUS)]
         notes = ["`error_rate` is not filtered inside."]
         description = (
-            "is that of the sample before, and remembered inside: there is nothing to connect."
+            "is that of the previous sample, and remembered inside: nothing needs to be connected."
         )
         return [*notes, *(f"`{name}` {description}" for name in names)]
 
@@ -288,13 +290,14 @@ class HierarchicalSettings(ControllerSettings):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     #: signals that a hierarchy may read, with their scales
     inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
-    output_scale: Positive = 10.0  # command of a root's output of 1 [command]
+    output_scale: Positive = 10.0  # command for an output of 1 of the root [command]
     #: seven linguistic terms of every input, in order
     terms: Terms = tuple(TermRecord(**published_term._asdict()) for published_term in LIN_LEE_TERMS)
-    adaptation: Adaptation | None = None  # of the root's table in the loop; left out: it stays
-    #: a linear law beside the hierarchy; left out: a PD alone
+    #: adaptation of the root's table in the loop; left out: none
+    adaptation: Adaptation | None = None
+    #: linear law added to the hierarchy; left out: only a PD
     linear: LinearPart | None = Field(None, exclude_if=not_)
-    #: how many of the inputs a hierarchy reads, whichever are found; left out: all
+    #: number of inputs that a hierarchy reads; the search chooses which; left out: all
     used: Annotated[int, Field(ge=2, le=MAX_INPUTS)] | None = Field(None, exclude_if=not_)
     #: whether the root scales a second linear law; needs controller.linear
     schedules: bool = Field(False, exclude_if=not_)
@@ -316,9 +319,9 @@ class HierarchicalSettings(ControllerSettings):
     def fault(self, target: Target) -> str | None:
         """An input that is no signal of every axis, or one that stands there twice."""
         if self.schedules and not self.linear:
-            return "controller.schedules: needs [controller.linear], from which to go to another"
+            return "controller.schedules: needs [controller.linear], which it changes"
         if self.adaptation and self.adaptation.moves:
-            return "controller.adaptation.moves: belong to a design, a search begins without any"
+            return "controller.adaptation.moves: must be left out, they belong to a design"
         if self.linear and (linear_fault := self.linear.fault(target)):
             return linear_fault.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]
@@ -327,11 +330,11 @@ class HierarchicalSettings(ControllerSettings):
             for name in names:
                 if name not in known:
                     return (
-                        f"controller.inputs: {name!r} is no signal of the {drive.name}; "
-                        f"{one_of(name, known)}"
+                        f"controller.inputs: {name!r}: unknown signal of the "
+                        f"{drive.name}; {one_of(name, known)}"
                     )
                 if names.count(name) > 1:
-                    return f"controller.inputs: {name!r} stands there twice"
+                    return f"controller.inputs: {name!r} is listed twice"
         return None
 
 
@@ -351,10 +354,10 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
 class Bounds(Record):
     """Of a search for hierarchies: keys of ``[search]``, with what suits the C-axis."""
 
-    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
+    #: range of kp of initial individuals with a hierarchy [command/error]
     kp_range: Range = (100.0, 10_000.0)
-    kd_range: Range = (30.0, 3_000.0)  # of the same [command s/error]
-    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
+    kd_range: Range = (30.0, 3_000.0)  # the same of kd [command s/error]
+    #: factor around the scales of a hierarchy's inputs [1]; 1: fixed
     scale_range: float = Field(10.0, ge=1)
     inner_limit: float = Field(4.0, gt=0, le=4)  # |consequent| of a hierarchy's inner unit [1]
     root_limit: Positive = 20.0  # |consequent| of a hierarchy's root [1]

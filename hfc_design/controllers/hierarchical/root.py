@@ -28,10 +28,10 @@ class Adaptation(Record):
 
     #: step in a sample for an index of 1 or -1, in units of a consequent [1]
     k_c: NotNegative = 3e-4
-    largest_move: Positive  # of a consequent from where it started [1]
-    #: of the error that judges; left out: that of the input ``error`` [1/error]
+    largest_move: Positive  # largest move of a consequent from its start [1]
+    #: scale of the error that is judged [1/error]; left out: that of the input error
     error_scale: Positive | None = Field(None, exclude_if=not_)
-    #: what the consequents of a design have moved by before; left out: nothing [1]
+    #: moves of the consequents so far [1]; left out: none
     moves: Table | None = Field(None, exclude_if=not_)
 
 

@@ -84,11 +84,11 @@ def notes(record: HierarchicalDesign) -> list[str]:
     lines = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
         added = "integral, resonators" if record.linear.resonators else "integral"
-        lines.append(f"{added}, gains on signals and feed-forward are not here: they are added")
+        lines.append(f"{added}, gains on signals and feed-forward are not included: they are added")
     if record.scheduled is not None:
-        lines.append("the output multiplies a linear law, which is not here either")
+        lines.append("the output multiplies a linear law, which is not included either")
     if record.adaptation is not None:
-        lines.append("the root's table is the one that its adaptation starts from")
+        lines.append("the root's table is the one from which its adaptation starts")
     return lines
 
 

@@ -18,7 +18,7 @@ def factor(record: HierarchicalDesign, points: Floats) -> Floats:
     """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
     layout = layout_of(record)
     degrees = partial(memberships, ARRAYS, layout.terms)
-    units, _ = outputs(ARRAYS, degrees, layout.reach, record.law_gains(), list(points.T))
+    units, _ = outputs(ARRAYS, degrees, layout.input_range, record.law_gains(), list(points.T))
     return np.asarray(record.output_scale * units[-1].output)
 
 
@@ -36,6 +36,6 @@ def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str
     return Drawing(
         figure,
         "The factor on the scheduled law against each scaled input",
-        "How much of the scheduled law is added to the linear part: the output of the root, "
-        "scaled, against each input while all others are 0.",
+        "Factor by which the scheduled law is added to the linear part: the scaled "
+        "output of the root over each input while all others are 0.",
     )

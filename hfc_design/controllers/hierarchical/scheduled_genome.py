@@ -10,6 +10,7 @@ import numpy as np
 
 from hfc_design.controllers.gains.genome import STEP
 from hfc_design.controllers.genome import Genome, Stage
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.linear_genome import (
     EVERYTHING,
@@ -18,7 +19,7 @@ from hfc_design.controllers.hierarchical.linear_genome import (
     LinearHierarchies,
     LinearHierarchyGenome,
 )
-from hfc_design.controllers.hierarchical.planes import passing
+from hfc_design.controllers.hierarchical.linear_tables import passthrough
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
@@ -45,7 +46,7 @@ class ScheduledGenome(Genome):
         self.on_one = LinearHierarchyGenome(settings, target)
         self.structures = self.on_one.structures
         self.leading = self.on_one.fuzzy.sources.min(axis=(1, 2))  # (trees,) first input of each
-        self.passing = passing(settings)
+        self.passing = passthrough(settings)
 
     def empty(self) -> ScheduledHierarchies:
         """Row t has tree t and the first regulator."""
@@ -229,3 +230,11 @@ def _second(population: ScheduledHierarchies) -> LinearHierarchies:
 
 def _scaled(second: Floats, logarithms: Floats) -> Floats:
     return np.asarray(second[:1] * np.exp(np.clip(logarithms, -FAR, FAR)))
+
+
+def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
+    """Of a hierarchy beside a PD alone, on a linear part, or between two."""
+    if settings.linear is None:
+        return HierarchicalGenome(settings, target)
+    kind = ScheduledGenome if settings.schedules else LinearHierarchyGenome
+    return kind(settings, target)

@@ -10,17 +10,17 @@ from hfc_design.controllers.hierarchical.drawn_tree import (
 from hfc_design.controllers.hierarchical.pictures import surface, table
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear import section as linear
 from hfc_design.pictures.section import Drawing, Listing, Section
 
 UNITS = (
-    "What a unit says is the average of the consequents of its rules, each as heavy as it fires; "
-    "the root comes last."
+    "The output of a unit is the average of the consequents of its rules, weighted by "
+    "their firing strengths; the root comes last."
 )
 
 
-def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
+def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
     """The gains, the tree, the units."""
     tree = Drawing(
         drawn_tree(record, shown.machine.drives[0]),
@@ -40,11 +40,11 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
     ]
 
 
-def _unit(record: HierarchicalDesign, shown: Shown, k: int) -> list[Drawing]:
+def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Drawing]:
     """Table and surface of unit ``k`` of the list."""
     unit, root = record.units[k], k == len(record.units) - 1
     name = f"unit {unit.id}{', the root' if root else ''}"
-    begins = " to begin with, before it adapts" if root and record.adaptation else ""
+    begins = " before it adapts" if root and record.adaptation else ""
     return [
         Drawing(
             table(record, k),
@@ -53,7 +53,7 @@ def _unit(record: HierarchicalDesign, shown: Shown, k: int) -> list[Drawing]:
         ),
         surfaces.drawing(
             surface(record, shown.machine.drives[0], k),
-            f"Surface of {name}{begins}: its output over all that its two inputs can be.",
+            f"Surface of {name}{begins}: its output over the ranges of its two inputs.",
         ),
     ]
 

@@ -40,7 +40,7 @@ Node = Any
 def unit_count(inputs: int) -> int:
     """Units that the genes of ``inputs`` inputs can name: U = 2^(i-2) (LL section 3.2)."""
     if not 2 <= inputs <= MAX_INPUTS:
-        raise ValueError(f"a hierarchy has 2 to {MAX_INPUTS} inputs, not {inputs}")
+        raise ValueError(f"inputs must be 2 to {MAX_INPUTS} (got {inputs})")
     return int(2 ** (inputs - 2))
 
 
@@ -112,7 +112,7 @@ def decode(gene: Sequence[int]) -> Tree | None:
     inputs = len(gene)
     units = unit_count(inputs)
     if not all(0 <= unit < units for unit in gene):
-        raise ValueError(f"a gene of {inputs} inputs names units 0 to {units - 1}, not {gene}")
+        raise ValueError(f"a gene of {inputs} inputs must have units 0 to {units - 1} (got {gene})")
     entering: list[list[Node]] = [[] for _ in range(units)]
     for leaf, unit in enumerate(gene):
         entering[unit].append(leaf)

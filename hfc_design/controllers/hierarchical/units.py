@@ -68,7 +68,7 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
 
     degrees = partial(memberships, ARRAYS, layout.terms)
     xp = ARRAYS._replace(pick=picked)
-    units, _ = outputs(xp, degrees, layout.reach, gains, [*points])
+    units, _ = outputs(xp, degrees, layout.input_range, gains, [*points])
     return np.asarray(units[-1].output)
 
 

@@ -74,7 +74,7 @@ class LinearGenome(GainsGenome):
 
     @abstractmethod
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        """kp, ki, kd, kept and the gains on signals, each (n,); both of each resonator.
+        """kp, ki, kd, filter_pole and the gains on signals, each (n,); both of each resonator.
 
         These are called as it and with ``BEHIND``.
         """
@@ -123,7 +123,7 @@ class LinearGenome(GainsGenome):
         for name, multiple in zip(MULTIPLES, FORWARD, strict=True):
             forward[name] = values.get(multiple, 1.0) * forward[name]
         forward["load"] = forward["load"] * self.settings.expected_load
-        numbers = {name: feedback[name] for name in ("kp", "ki", "kd", "kept")} | forward
+        numbers = {name: feedback[name] for name in ("kp", "ki", "kd", "filter_pole")} | forward
         numbers["width"] = values.get("coulomb_width", self.settings.coulomb_width)
         one = np.ones(len(population.tree))
         whole = {name: one * number for name, number in numbers.items()}
@@ -210,7 +210,7 @@ class PidGenome(LinearGenome):
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
         filter_pole = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
-        feedback = values | {"kept": filter_pole}
+        feedback = values | {"filter_pole": filter_pole}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
             # Where the error is answer x its share, gain x answer < 0 makes both fade.

@@ -27,7 +27,7 @@ class LinearGains(NamedTuple):
     kp: Scalar
     ki: Scalar = 0.0
     kd: Scalar = 0.0
-    kept: Scalar = 0.0  # share of the filtered rate that a sample keeps; 0: no filter
+    filter_pole: Scalar = 0.0  # share of the filtered rate that a sample keeps; 0: no filter
     #: On the signals of ``Structure``, (signals, n) of a population; None: on none.
     signals: Any = None
     velocity: Scalar = 0.0
@@ -101,7 +101,7 @@ def commanded(
         The command, the filtered rate of the error, what the command is made of.
     """
     speed = signals["reference_rate"]
-    rate = gains.kept * memory.rate + (1.0 - gains.kept) * signals["error_rate"]
+    rate = gains.filter_pole * memory.rate + (1.0 - gains.filter_pole) * signals["error_rate"]
     pairs = zip(law.structure.signals, gains.signals or (), strict=True)
     parts = Parts(
         gains.kp * signals["error"],

@@ -87,7 +87,7 @@ class LqGenome(LinearGenome):
         weights = np.stack([named_weights.get(name, nothing) for name in self.states.names], axis=1)
         regulator_gains = regulator.regulators(self.states, weights, self.scale)
         gains = dict(zip(self.states.names, regulator_gains.T, strict=True))
-        named = {"kp": gains.pop("error"), "kd": gains.pop("error_rate"), "kept": 0.0}
+        named = {"kp": gains.pop("error"), "kd": gains.pop("error_rate"), "filter_pole": 0.0}
         return {**named, "ki": gains.pop("integral", 0.0), **gains}
 
     def record(self, individual: GainVectors) -> Json:

@@ -13,8 +13,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Target,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.linear.law import (
     AHEAD,
@@ -49,7 +49,7 @@ def rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
     """Validates frequencies: one after the other, and apart."""
     for low, high in pairwise(frequencies):
         if not low < (1.0 - APART) * high:
-            raise ValueError("have to rise, each by 0.1 % at least")
+            raise ValueError("must rise, each by at least 0.1 %")
     return frequencies
 
 
@@ -65,9 +65,9 @@ class ResonatorRecord(Record):
     Both gains in units of the command per unit of the error and s.
     """
 
-    frequency_rad_s: Positive  # where its gain has no bound [rad/s]
+    frequency_rad_s: Positive  # frequency at which its gain is unbounded [rad/s]
     in_phase: Finite  # gain in phase with the error [command/(error s)]
-    quadrature: Finite  # gain a quarter turn ahead of it [command/(error s)]
+    quadrature: Finite  # gain 90 degrees ahead of it [command/(error s)]
 
 
 def rising_resonators(resonators: tuple[ResonatorRecord, ...]) -> tuple[ResonatorRecord, ...]:
@@ -81,7 +81,7 @@ def too_fast(frequencies: Sequence[float], sample_time: float) -> str | None:
     half = math.pi / sample_time
     if not frequencies or frequencies[-1] < half:
         return None
-    return f"{frequencies[-1]:g} rad/s has to be below {half:.6g}, half the sampling frequency"
+    return f"must be below {half:.6g} rad/s, half the sampling frequency (got {frequencies[-1]:g})"
 
 
 Resonators = Annotated[
@@ -94,19 +94,21 @@ Resonators = Annotated[
 class FeedForwardRecord(Record):
     """Commands that need no error: for the motion that is asked for, and for a load."""
 
-    velocity: Finite = 0.0  # on the velocity of the reference [command s/error]
-    acceleration: Finite = 0.0  # on its acceleration [command s2/error]
+    velocity: Finite = 0.0  # gain on the velocity of the reference [command s/error]
+    acceleration: Finite = 0.0  # gain on its acceleration [command s2/error]
     #: command in the direction of the reference, against Coulomb friction [command]
     coulomb: Finite = 0.0
-    #: speed of the reference at which that is whole; left out: none [error/s]
+    #: speed of the reference at which it is full [error/s]; left out: none
     coulomb_width: Positive | None = None
-    load: Finite = 0.0  # on the load that is expected [command/load]
-    expected_load: Finite = 0.0  # the load that is expected [load]
+    load: Finite = 0.0  # gain on the expected load [command/load]
+    expected_load: Finite = 0.0  # expected load [load]
 
     @model_validator(mode="after")
     def _has_a_width(self) -> "FeedForwardRecord":
         if self.coulomb and self.coulomb_width is None:
-            raise ValueError("coulomb_width: is missing, a speed at which coulomb is whole")
+            raise ValueError(
+                "coulomb_width: is missing, the speed at which coulomb reaches its full value"
+            )
         return self
 
 
@@ -114,7 +116,7 @@ def with_own_signals(described: Any) -> Any:
     """Refuses gains on signals that have a key of their own."""
     for name in (*ERRORS, *FOLLOWED):
         if name in described.signals:
-            raise ValueError(f"signals.{name}: has a gain of its own name above")
+            raise ValueError(f"signals.{name}: must be set as the gain of this name")
     return described
 
 
@@ -126,13 +128,13 @@ def resonator_name(k: int) -> str:
 class LinearDesign(ControllerRecord):
     """What the linear kinds have in common; every gain in units of the command."""
 
-    kp: Finite  # on the error [command/error]
-    ki: Finite = 0.0  # on its integral [command/(error s)]
-    kd: Finite = 0.0  # on its rate [command s/error]
-    #: cut-off of the filter before kd; 0 or left out: none [Hz]
+    kp: Finite  # gain on the error [command/error]
+    ki: Finite = 0.0  # gain on its integral [command/(error s)]
+    kd: Finite = 0.0  # gain on its rate [command s/error]
+    #: cut-off frequency of the filter before kd [Hz]; 0 or left out: no filter
     derivative_hz: NotNegative | None = None
-    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell [command/signal]
-    feed_forward: FeedForwardRecord = FeedForwardRecord()  # gains on what is known ahead
+    signals: dict[Label, Finite] = {}  # gains on signals of the drive's sensors [command/signal]
+    feed_forward: FeedForwardRecord = FeedForwardRecord()  # feed-forward gains
     resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
     explain = later(f"{HERE}.code", "EXPLAIN")
@@ -150,23 +152,23 @@ class LinearDesign(ControllerRecord):
         """Signals of a sample."""
         return [*ERRORS, *self.signals, *AHEAD]
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Where each signal alone commands the limit, or 1."""
         ahead = self.feed_forward
         gains = {"error": self.kp, "error_rate": self.kd, **self.signals}
         gains |= {"reference_rate": ahead.velocity, "reference_acceleration": ahead.acceleration}
         whole = {"reference_rate": ahead.coulomb_width} if ahead.coulomb_width else {}
-        return whole | reach_of(gains, limit)
+        return whole | input_ranges(gains, limit)
 
     def connecting(self) -> list[str]:
         """What is filtered inside."""
         if not self.derivative_hz:
             return ["`error_rate` is not filtered inside."]
         cut = f"a low-pass of the first order at {self.derivative_hz!r} Hz before its gain"
-        return [f"`error_rate` passes {cut}: do not filter it once more."]
+        return [f"`error_rate` passes {cut}: do not filter it again."]
 
     @property
-    def kept(self) -> float:
+    def filter_pole(self) -> float:
         """Share of the filtered rate that a sample keeps: a lag of the first order, sampled."""
         if not self.derivative_hz:
             return 0.0
@@ -179,7 +181,7 @@ class LinearDesign(ControllerRecord):
             self.kp,
             self.ki,
             self.kd,
-            self.kept,
+            self.filter_pole,
             tuple(self.signals.values()) or None,
             ahead.velocity,
             ahead.acceleration,
@@ -220,8 +222,7 @@ class PidDesign(LinearDesign):
 class WeightedDesign(LinearDesign):
     """Gains that minimise a sum of squares of weighted signals and of the command."""
 
-    #: command that costs as much as a unit of the signal; for the record, the gains follow
-    #: [command/signal]
+    #: command that costs as much as a unit of the signal [command/signal]; for information only
     weights: dict[Label, NotNegative] = {}
     genome = later(f"{HERE}.lq_genome", "LqGenome")
 
@@ -245,17 +246,16 @@ class LqiDesign(WeightedDesign):
 class LinearSettings(ControllerSettings):
     """What a search for a linear controller starts from and may vary."""
 
-    #: signals of the drive that are fed back beside error and error_rate; left out: all
+    #: signals of the drive fed back in addition to error and error_rate; left out: all
     signals: tuple[Label, ...] | None = None
-    #: [low, high] of numbers that are searched, other than those from the nominal drive [of the
-    #: number]
+    #: search ranges [low, high], where they differ from those of the nominal drive [of the number]
     ranges: dict[Label, Pair] = {}
-    #: at which the drive is linearised; left out: where it slides [error/s]
+    #: speed at which the drive is linearised [error/s]; left out: where it slides
     speed: Positive | None = None
-    #: speed at which the Coulomb feed-forward is whole; left out: it is searched too [error/s]
+    #: speed at which the Coulomb feed-forward is full [error/s]; left out: it is searched too
     coulomb_width: Positive | None = None
-    expected_load: Finite = 0.0  # load that is fed forward [load]
-    #: of a periodic load, or whatever else the error comes back with: a resonator each [rad/s]
+    expected_load: Finite = 0.0  # expected load, which is fed forward [load]
+    #: frequencies of periodic loads or errors, with a resonator for each [rad/s]
     load_frequencies_rad_s: Frequencies = Field((), exclude_if=not_)
 
     @property
@@ -280,14 +280,14 @@ class LinearSettings(ControllerSettings):
             drive_signals = [name for name in drive.inputs if name not in ERRORS]
             for name in self.signals or ():
                 if name not in drive_signals:
-                    no_signal = f"controller.signals: {name!r} is no signal of the {drive.name}"
+                    no_signal = f"controller.signals: {name!r}: unknown signal of the {drive.name}"
                     return f"{no_signal}; {one_of(name, drive_signals)}"
             known = self.names(drive_signals)
             for name in self.ranges:
                 if name not in known:
                     return f"controller.ranges.{name}: unknown; {one_of(name, known)}"
         if len(set(self.signals or ())) < len(self.signals or ()):
-            return "controller.signals: a name stands there twice"
+            return "controller.signals: must have different names"
         return None
 
 
@@ -307,8 +307,8 @@ class PidSettings(LinearSettings):
 class WeightedSettings(LinearSettings):
     """An optimal regulator; without ``signals`` it has all that the drive tells."""
 
-    #: what of each signal is as bad as the largest command (Bryson's rule), where a search starts
-    #: [signal]
+    #: value of each signal that weighs as much as the largest command (Bryson's rule), where the
+    #: search starts [signal]
     tolerances: dict[Label, Positive] = {}
 
     def names(self, signals: list[str]) -> list[str]:
@@ -326,7 +326,7 @@ class WeightedSettings(LinearSettings):
         for name in self.tolerances:
             if name not in weighted:
                 message = f"controller.tolerances.{name}: unknown"
-                return f"{message}; there is {', '.join(weighted)}"
+                return f"{message}; available: {', '.join(weighted)}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
             return "controller.tolerances: need limits.command, the largest command"

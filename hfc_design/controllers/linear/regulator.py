@@ -83,7 +83,8 @@ def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Me
             independent.append(name)
         elif names and name in names:
             raise UserError(
-                f"controller.signals: {name!r} of the {drive_name} follows from the others"
+                f"controller.signals: {name!r} of the {drive_name} is a combination of "
+                "the others; leave it out"
             )
     seen = np.array(rows)
     rest = np.linalg.svd(seen)[2][len(seen) :]
@@ -148,7 +149,7 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
     weights[:, 0], weights[:, 1] = kp, RATE * kd
     gains = regulators(model, weights)
     if not np.isfinite(gains).all():
-        raise UserError("controller: no optimal regulator of this drive was found")
+        raise UserError("controller: found no optimal regulator of this drive")
     small = SMALLEST * np.abs(gains[:, :1])
     gains = np.where(np.abs(gains) < small, small, gains)
     return dict(zip(model.names, gains.T, strict=True))
@@ -191,11 +192,11 @@ def answer(
 ) -> Floats:
     """(n,) error that a command of 1 at ``z`` brings about, complex, in the loop of a PID.
 
-    ``gains`` are kp, ki, kd, kept and those on ``signals``, each (n,).
+    ``gains`` are kp, ki, kd, filter_pole and those on ``signals``, each (n,).
     """
     state = np.linalg.solve(z * np.eye(len(model.b)) - model.a, model.b)
     responses = {name: row @ state for name, row in model.outputs.items()}
-    filtered = gains["kd"] * (1.0 - gains["kept"]) * z / (z - gains["kept"])
+    filtered = gains["kd"] * (1.0 - gains["filter_pole"]) * z / (z - gains["filter_pole"])
     command = (gains["kp"] + gains["ki"] * sample_time / (z - 1.0)) * responses["error"]
     command = command + filtered * responses["error_rate"]
     command = command + sum(gains[name] * responses[name] for name in signals)
@@ -205,7 +206,7 @@ def answer(
 def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:
     """States: the drive, the filtered rate, the integral where there is one."""
     size, rows = len(model.b), model.outputs
-    rate = np.append((1.0 - gains.kept) * rows["error_rate"], [gains.kept, 0.0])
+    rate = np.append((1.0 - gains.filter_pole) * rows["error_rate"], [gains.filter_pole, 0.0])
     command = np.append(gains.kp * rows["error"], [0.0, 1.0]) + gains.kd * rate
     integral = np.append(gains.ki * sample_time * rows["error"], [0.0, 1.0])
     a, b = np.zeros((size + 2, size + 2)), np.append(model.b, [0.0, 0.0])

@@ -1,14 +1,14 @@
 """What the page shows of a linear controller: its gains with units."""
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
 from hfc_design.pictures.section import Listing, Section
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
-def sections(record: LinearDesign, shown: Shown) -> list[Section]:
+def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
     """The gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
     gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
@@ -38,13 +38,13 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
         ("feed-forward of the velocity", ahead.velocity, per("reference_rate")),
         ("feed-forward of the acceleration", ahead.acceleration, per("reference_acceleration")),
         ("feed-forward of Coulomb friction", ahead.coulomb, command),
-        ("speed at which that is whole", ahead.coulomb_width, rate),
+        ("speed at which that is full", ahead.coulomb_width, rate),
         ("feed-forward of the expected load", ahead.load * ahead.expected_load, command),
     ]
     for one in record.resonators:
         name = f"resonator of {one.frequency_rad_s:g} rad/s"
         entries.append((f"{name}, in phase", one.in_phase, summed))
-        entries.append((f"{name}, a quarter turn ahead", one.quadrature, summed))
+        entries.append((f"{name}, quadrature", one.quadrature, summed))
     if isinstance(record, WeightedDesign):
         integral_names = ("integral", *(resonator_name(k) for k in range(len(record.resonators))))
         for name, weight in record.weights.items():

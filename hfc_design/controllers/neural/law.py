@@ -108,8 +108,8 @@ class NeuralGains(NamedTuple):
     error_unit: Scalar  # error of an input of 1 [error]
     change_unit: Scalar  # change in a sample of an input of 1 [error]
     command_unit: Scalar  # command of an output of 1 [command]
-    rate: Scalar  # of learning on line, eta [1]
-    momentum: Scalar  # alpha, share of the step before [1]
+    rate: Scalar  # learning rate on line, eta [1]
+    momentum: Scalar  # alpha, share of the previous step [1]
     slope: Scalar  # of the hidden units, lambda [1]
     xi: Scalar  # weight of the change in the error of the output [1]
 

@@ -14,8 +14,8 @@ from hfc_design.controllers.kind import (
     ControllerRecord,
     Target,
     controller_named,
+    input_ranges,
     later,
-    reach_of,
 )
 from hfc_design.controllers.neural.law import (
     NeuralGains,
@@ -26,7 +26,7 @@ from hfc_design.controllers.neural.law import (
     neural,
     passed,
 )
-from hfc_design.core.arguments import positive, whole
+from hfc_design.core.arguments import check_positive, check_whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked
 
@@ -44,15 +44,17 @@ Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
 class WeightsRecord(Record):
     """Weights of both layers, the threshold of a unit behind those of what it reads."""
 
-    #: of each hidden unit: on error, on its change, threshold [1]
+    #: weights of each hidden unit: on error, on its change, threshold [1]
     hidden: Annotated[tuple[Hidden, ...], Field(min_length=1, max_length=MOST)]
-    output: tuple[Finite, ...]  # on each hidden unit, threshold [1]
+    output: tuple[Finite, ...]  # weights on each hidden unit, threshold [1]
 
     @model_validator(mode="after")
     def _fit(self) -> "WeightsRecord":
         units, count = len(self.hidden), len(self.output)
         if count != units + 1:
-            message = f"has {count} numbers; {units} hidden units and a threshold make {units + 1}"
+            message = (
+                f"must have {units + 1} numbers, one per hidden unit and a threshold (got {count})"
+            )
             raise ValueError(f"output: {message}")
         return self
 
@@ -61,17 +63,17 @@ class NeuralDesign(ControllerRecord):
     """A controller of kind ``neural``; see ``NeuralGains``."""
 
     kind: Literal["neural"] = "neural"
-    summary = "a network that learns off line from another controller, then on line (Huang et al.)"
+    summary = "a network trained off line on another controller, then on line (Huang et al.)"
     settings = later(f"{HERE}.record", "NeuralSettings")
     genome = later(HERE, "NeuralGenome")
     pictures = later(f"{HERE}.section", "pictures")
     sections = later(f"{HERE}.section", "sections")
-    weights: WeightsRecord  # what the network begins with
+    weights: WeightsRecord  # initial weights of the network
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
     command_unit: Positive  # command of an output of 1 [command]
-    rate: Rate = 1e-4  # of learning on line, eta; 0: it does not learn [1]
-    momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005  # alpha, share of the step before [1]
+    rate: Rate = 1e-4  # learning rate on line, eta [1]; 0: no learning
+    momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005  # alpha, share of the previous step [1]
     slope: Positive = 1e-3  # lambda of the hidden units, tanh(lambda net) [1]
     #: weight of the change in the error of the output [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
@@ -92,13 +94,13 @@ class NeuralDesign(ControllerRecord):
         """What is formed inside."""
         return [CHANGES]
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Where the network to begin with, were all its weights of one sign, commands the limit."""
         hidden = list(zip(self.weights.hidden, self.weights.output, strict=False))
         first = self.command_unit * self.slope
         error, change = (first * sum(abs(row[k] * out) for row, out in hidden) for k in (0, 1))
         gains = {"error": error / self.error_unit, "error_change": change / self.change_unit}
-        return reach_of(gains, limit)
+        return input_ranges(gains, limit)
 
     def network(self) -> Weights:
         """What it begins with."""
@@ -140,11 +142,11 @@ class NeuralSettings(GainsSettings):
     own_ranges = RANGES
     own_plants = FEEDS
     kind: Literal["neural"]
-    #: a design whose weights it begins with; left out: ``hidden`` units that know nothing
+    #: design with the initial weights; left out: untrained
     start: NeuralDesign | None = Field(None, exclude_if=not_)
-    #: units of the hidden layer of a network that begins with nothing
+    #: hidden units of an untrained network
     hidden: int = Field(25, ge=1, le=MOST)
-    seed: int = Field(0, ge=0)  # that its first weights are drawn with
+    seed: int = Field(0, ge=0)  # random seed of the initial weights
 
     _controller_of = field_validator("start", mode="before")(controller_named)
 
@@ -152,8 +154,8 @@ class NeuralSettings(GainsSettings):
         """A start that runs at another sample time, or ranges that are for other plants."""
         if self.start is not None and self.start.sample_time_s != target.sample_time:
             return (
-                f"controller.start: runs every {self.start.sample_time_s} s, "
-                f"simulation.sample_time_s is {target.sample_time}"
+                "controller.start: must have the sample time simulation.sample_time_s = "
+                f"{target.sample_time} (got {self.start.sample_time_s})"
             )
         return super().fault(target)
 
@@ -196,12 +198,12 @@ def begun(
         UserError: start is of another kind, or a number is not allowed.
     """
     if start is not None and not isinstance(start, NeuralDesign):
-        raise UserError(f"--start: is of kind {start.kind}; has to be of kind neural")
+        raise UserError(f"--start: must be of kind neural (got {start.kind})")
     for key, low, high in (("hidden", 1, MOST), ("seed", 0, None), ("passes", 1, None)):
-        whole(f"--{key}", getattr(lesson, key), low, high)
-    positive("--training-rate", lesson.rate)
+        check_whole(f"--{key}", getattr(lesson, key), low, high)
+    check_positive("--training-rate", lesson.rate)
     if lesson.rate > FASTEST:
-        raise UserError(f"--training-rate {lesson.rate:g}: has to be {FASTEST:g} at most")
+        raise UserError(f"--training-rate {lesson.rate:g}: must be at most {FASTEST:g}")
     if start is not None:
         data = start.model_dump()
     else:
@@ -239,7 +241,7 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):
         message = f"--training-rate {lesson.rate:g}: the network diverges"
-        raise UserError(f"{message}; take a lower one, larger units or a smaller slope")
+        raise UserError(f"{message}; use a lower one, larger units or a smaller slope")
     taught = float(np.sqrt(np.mean(commands * commands)))
     return Trained(design, before, after, taught)
 

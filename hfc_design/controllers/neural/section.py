@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
@@ -24,7 +24,7 @@ ABOUT = (
 POINTS, REACH = 61, 10.0
 
 
-def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
+def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
     """The numbers; what the network commands; the same of each axis after the motion."""
     position, volts = shown.units["error"], shown.units["command"]
     rows = [
@@ -35,10 +35,10 @@ def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
         ["rate of learning on line", f"{record.rate:.4g}", ""],
         ["momentum", f"{record.momentum:.4g}", ""],
         ["slope of the hidden units", f"{record.slope:.4g}", ""],
-        ["weight of the change in what is learnt from", f"{record.xi:.4g}", ""],
+        ["weight of the change in the training error", f"{record.xi:.4g}", ""],
     ]
     listing = Listing("The network.", ["number", "value", "unit"], rows)
-    input_limits = _reach(record, shown)
+    input_limits = _ranges(record, shown)
     drawings = [_drawing(record, input_limits, "as designed", shown)]
     for axis, after in at_the_end(record, shown).items():
         name = axis if len(shown.machine.axes) > 1 else "the axis"
@@ -46,7 +46,7 @@ def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
     return [Section("The controller", ABOUT, listing, drawings)]
 
 
-def at_the_end(record: NeuralDesign, shown: Shown) -> dict[str, NeuralDesign]:
+def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDesign]:
     """The network of each axis at the end of the motion, stepped over what the axis measured."""
     designs = {}
     law, gains = neural(record.network(), record.sample_time_s), record.law_gains()
@@ -76,7 +76,7 @@ def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     }
 
 
-def _reach(record: NeuralDesign, shown: Shown) -> Floats:
+def _ranges(record: NeuralDesign, shown: ReportContext) -> Floats:
     """(2,) how large the inputs get."""
     if not shown.signals:
         return np.array([REACH, REACH])
@@ -85,7 +85,9 @@ def _reach(record: NeuralDesign, shown: Shown) -> Floats:
     return np.where(largest > 0.0, largest, REACH)
 
 
-def _drawing(record: NeuralDesign, input_limits: Floats, which: str, shown: Shown) -> Drawing:
+def _drawing(
+    record: NeuralDesign, input_limits: Floats, which: str, shown: ReportContext
+) -> Drawing:
     unit = shown.units["command"]
     figure = framed(3.6, top=0.35, right=STRIP)
     _map(figure, figure.subplots(), record, input_limits, shown)
@@ -98,7 +100,7 @@ def _drawing(record: NeuralDesign, input_limits: Floats, which: str, shown: Show
 
 
 def _map(
-    figure: Figure, axes: Axes, record: NeuralDesign, input_limits: Floats, shown: Shown
+    figure: Figure, axes: Axes, record: NeuralDesign, input_limits: Floats, shown: ReportContext
 ) -> None:
     e, ce = (np.linspace(-far, far, POINTS) for far in input_limits)
     values = command(record, np.stack(np.meshgrid(e, ce), axis=-1))

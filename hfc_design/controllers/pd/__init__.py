@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import reach_of
+from hfc_design.controllers.kind import input_ranges
 from hfc_design.core.numbers import Scalar, Xp
 
 
 class PdGains(NamedTuple):
     """Gains of LL eq. 6."""
 
-    kp: Scalar  # on the error [command/error]
-    kd: Scalar  # on its rate [command s/error]
+    kp: Scalar  # gain on the error [command/error]
+    kd: Scalar  # gain on its rate [command s/error]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
@@ -40,7 +40,7 @@ KIND = kind_of_gains(
     tells=True,
     plants=("c-axis",),
     summary="proportional-derivative: v = kp e + kd de/dt",
-    reach=lambda record, limit: reach_of(
+    reach=lambda record, limit: input_ranges(
         {"error": record.pd.kp, "error_rate": record.pd.kd}, limit
     ),
 )

@@ -8,23 +8,23 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
-from hfc_design.controllers.beside import BesideGenome, SideBySide
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
     Limits,
-    Shown,
+    ReportContext,
     Target,
     kinds,
     later,
 )
+from hfc_design.controllers.product_genome import ProductGenome, ProductPopulation
 from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
 #: Why there are no rule tables.
-INSIDE = "rule tables are but inside it, in its axes' controllers; c and fmu hold all of it"
+INSIDE = "it has rule tables only in its axis controllers; c and fmu contain all of it"
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 
@@ -33,14 +33,16 @@ def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
     """ValueError: a controller inside another one runs at another sample time."""
     if part.sample_time_s != sample_time:
         setting = f"{key}.sample_time_s = {part.sample_time_s}"
-        raise ValueError(f"{setting}: has to be that of all, {sample_time}")
+        raise ValueError(
+            f"{setting}: must be the sample time of the whole controller, {sample_time}"
+        )
 
 
 class PerAxisDesign(ControllerRecord):
     """Controllers of any kinds, by the names of the machine's axes and in their order."""
 
     kind: Literal["per-axis"] = "per-axis"
-    summary = "a controller of its own for every axis of a machine"
+    summary = "a separate controller for every axis of a machine"
     settings = later(__name__, "PerAxisSettings")
     genome = later(__name__, "PerAxisGenome")
     no_rules = INSIDE
@@ -99,7 +101,7 @@ class PerAxisDesign(ControllerRecord):
         """
         if tuple(self.axes) != tuple(limits):
             raise UserError(
-                f"controller.axes: are {', '.join(self.axes)}; the machine has {', '.join(limits)}"
+                f"controller.axes: must be {', '.join(limits)} (got {', '.join(self.axes)})"
             )
         laws = (design.law(limits[axis]) for axis, design in self.axes.items())
         return PerAxis("per-axis", tuple(laws), own_gains=True)
@@ -112,7 +114,7 @@ class PerAxisDesign(ControllerRecord):
                 learned[axis] = after
         return self.model_copy(update={"axes": self.axes | learned}) if learned else None
 
-    def sections(self, shown: Shown) -> list[Any]:
+    def sections(self, shown: ReportContext) -> list[Any]:
         """Those of each axis, with its name before their titles."""
         sections = []
         for axis, design in self.axes.items():
@@ -150,7 +152,7 @@ class OuterDesign(ControllerRecord):
     """``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine."""
 
     no_rules = INSIDE
-    #: what is inside: one controller for every axis, or per-axis, or any of a whole machine
+    #: the wrapped controller: one for every axis, or per-axis, or any of a whole machine
     inner: OwnRecord
 
     @model_validator(mode="before")
@@ -197,7 +199,7 @@ class PerAxisSettings(ControllerSettings):
     """What a search varies on every axis."""
 
     kind: Literal["per-axis"]
-    #: what is searched on each axis by its name
+    #: controller to search for on each axis, by its name
     axes: Annotated[dict[Label, OwnSettings], Field(min_length=1)]
 
     @property
@@ -208,14 +210,14 @@ class PerAxisSettings(ControllerSettings):
     def fault(self, target: Target) -> str | None:
         """Other axes than the machine's, or one that its kind cannot be searched for."""
         if tuple(self.axes) != target.machine.axes:
-            return f"controller.axes: have to be {', '.join(target.machine.axes)}, in this order"
+            return f"controller.axes: must be {', '.join(target.machine.axes)}, in this order"
         for k, (axis, settings) in enumerate(self.axes.items()):
             if fault := settings.fault(target.of(k)):
                 return fault.replace("controller.", f"controller.axes.{axis}.", 1)
         return None
 
 
-class PerAxisGenome(BesideGenome):
+class PerAxisGenome(ProductGenome):
     """Its parts are the axes.
 
     Raises:
@@ -233,7 +235,7 @@ class PerAxisGenome(BesideGenome):
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
         return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
-    def record(self, individual: SideBySide) -> Json:
+    def record(self, individual: ProductPopulation) -> Json:
         """The record of each axis."""
         each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
         return {"kind": "per-axis", "axes": dict(each)}

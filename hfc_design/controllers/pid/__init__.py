@@ -15,15 +15,15 @@ from hfc_design.core.numbers import Own, Scalar, Xp
 class PidRecord(ControllerRecord):
     """What a design may say beside its gains."""
 
-    dead_zone: kind.DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
+    dead_zone: kind.DeadZone = 0.0  # errors up to this count as 0 [BLU]
 
 
 class PidGains(NamedTuple):
     """Gains on an error in BLU: one individual, or a population in the trailing axis."""
 
-    k_p: Scalar  # on the error [units/BLU]
-    k_i: Scalar  # on its integral [units/(BLU s)]
-    k_d: Scalar  # on its rate [units s/BLU]
+    k_p: Scalar  # gain on the error [units/BLU]
+    k_i: Scalar  # gain on its integral [units/(BLU s)]
+    k_d: Scalar  # gain on its rate [units s/BLU]
 
 
 class PidMemory(NamedTuple):
@@ -60,9 +60,9 @@ def sample(
     return command, PidMemory(error, whole), None
 
 
-def _reach(record: Own, limit: float | None) -> dict[str, float]:
+def _ranges(record: Own, limit: float | None) -> dict[str, float]:
     k_p, _, k_d = dict(record.pid).values()
-    return kind.reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
+    return kind.input_ranges({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
 #: On a feed drive.
@@ -79,6 +79,6 @@ KIND = kind_of_gains(
     plants=FEEDS,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
-    reach=_reach,
-    connecting=lambda record: [kind.CHANGES, *kind.zone_told(record)],
+    reach=_ranges,
+    connecting=lambda record: [kind.CHANGES, *kind.dead_zone_note(record)],
 )

@@ -35,7 +35,7 @@ class SocGains(NamedTuple):
     ge: Scalar  # sets per unit of the error [1/error]
     gc: Scalar  # sets per unit of its change in a sample [1/error]
     gu: Scalar  # command for a rule of 1 [command]
-    gamma: Scalar  # share of the error that a correction is to remove [1]
+    gamma: Scalar  # share of the error that a correction removes [1]
     xi: Scalar  # weight of the change in it, that of the error is 1 - xi [1]
 
 

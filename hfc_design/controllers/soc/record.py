@@ -24,7 +24,7 @@ RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.
 class AdaptationRecord(Record):
     """How the rules are corrected, see ``SocGains``."""
 
-    gamma: NotNegative  # share of the error that a correction is to remove [1]
+    gamma: NotNegative  # share of the error that a correction removes [1]
     #: weight of the change in it, that of the error is 1 - xi [1]
     xi: Annotated[float, Field(ge=0, le=1)]
 
@@ -37,20 +37,23 @@ class SocDesign(ControllerRecord):
     """
 
     kind: Literal["soc"] = "soc"
-    summary = "fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)"
+    summary = "fuzzy, learns its 11 x 11 rules from empty tables (Huang & Shy)"
     settings = settings_of(RANGES, FEEDS)
     genome = genome_of_gains
-    no_rules = "it learns its rules in the loop, which that format cannot do; c, fmu, linuxcnc do"
+    no_rules = (
+        "it learns its rules in the loop, which that format cannot represent; use c, "
+        "fmu or linuxcnc"
+    )
     explain = later(HERE, "EXPLAIN")
     pictures = later(f"{HERE}.section", "pictures")
     sections = later(f"{HERE}.section", "sections")
     ge: Positive  # sets per ``error_unit`` of the error [1]
     gc: Positive  # sets per ``error_unit`` of its change in a sample [1]
     gu: Positive  # ``command_unit`` for a rule of 1 [1]
-    adaptation: AdaptationRecord  # how the table is learnt
-    error_unit: Positive = 1.0  # in the drive's unit of the error [error]
-    command_unit: Positive = 1.0  # in the drive's unit of the command [command]
-    #: what it begins with; rows: error, columns: its change, both from -5 to 5 [1]
+    adaptation: AdaptationRecord  # learning of the table
+    error_unit: Positive = 1.0  # size of a count of the error, in the drive's unit [error]
+    command_unit: Positive = 1.0  # size of a count of the command, in the drive's unit [command]
+    #: initial table [1]; rows: error, columns: its change, both from -5 to 5
     table: Table = EMPTY
 
     def law_gains(self) -> SocGains:
@@ -58,7 +61,7 @@ class SocDesign(ControllerRecord):
         ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
 
-    def reach(self, limit: float | None) -> dict[str, float]:
+    def input_range(self, limit: float | None) -> dict[str, float]:
         """Up to the outermost sets."""
         gains = self.law_gains()
         return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
@@ -81,7 +84,7 @@ class SocDesign(ControllerRecord):
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
 
-    def held(self) -> Self:
+    def without_adaptation(self) -> Self:
         """The same without adaptation."""
         still = self.adaptation.model_copy(update={"gamma": 0.0})
         return self.model_copy(update={"adaptation": still})

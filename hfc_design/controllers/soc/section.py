@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hfc_design.controllers import surfaces
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.rules import RuleUnit, Triangle
 from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, SocMemory, degrees, soc
 from hfc_design.controllers.soc.record import SocDesign
@@ -23,7 +23,7 @@ from plants import Drive
 SHARES = (0.02, 0.25, 1.0)
 
 
-def sections(record: SocDesign, shown: Shown) -> list[Section]:
+def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
     """Gains, the rules at the start, and what each axis has learnt by several moments."""
     units = shown.units
     text = (
@@ -41,44 +41,42 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
     }
     rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
     listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
-    caption = "Control surface to begin with, before it learns."
-    begins = (
-        [_surface(record, shown, "rules to begin with", caption)] if np.any(record.table) else []
-    )
+    caption = "Control initial surface, before it learns."
+    begins = [_surface(record, shown, "initial rules", caption)] if np.any(record.table) else []
     if not begins:
-        text += " It begins with rules that say 0 everywhere."
+        text += " It starts with rules that command 0 everywhere."
     report = [Section("The controller", text, listing, begins)]
     if shown.signals:
         limits = shown.largest or (None,) * len(shown.signals)
         drawings: list[Drawing] = []
         for (axis, signals), limit in zip(named(shown).items(), limits, strict=True):
             drawings += _learning(record, shown, axis, learnt(record, signals, limit))
-        text = "Each axis begins with the rules of the design and learns its own while it moves."
-        report.append(Section("What it has learnt", text, None, drawings))
+        text = "Each axis starts with the rules of the design and learns its own while it moves."
+        report.append(Section("Learned rules", text, None, drawings))
     return report
 
 
 def _learning(
-    record: SocDesign, shown: Shown, axis: str, rules: dict[float, Floats]
+    record: SocDesign, shown: ReportContext, axis: str, rules: dict[float, Floats]
 ) -> list[Drawing]:
     """The rules of an axis by several moments, and the last of them with a cursor."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
-    caption = f"Control surface of {axis} at the end of the motion, by the rules of then."
+    caption = f"Control surface of {axis} with the rules at the end of the motion."
     return [
         Drawing(
             tables(rules, record.law_gains().gu, axis, shown.units["command"]),
-            f"Heat maps of the rules that {axis} has learnt",
+            f"Heat maps of the rules learned by {axis}",
             f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
         ),
         _surface(end, shown, f"rules of {axis} at the end", caption),
     ]
 
 
-def _surface(record: SocDesign, shown: Shown, title: str, caption: str) -> Drawing:
+def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) -> Drawing:
     return surfaces.drawing(surface(record, shown.units, title), caption)
 
 
-def named(shown: Shown) -> dict[str, dict[str, Floats]]:
+def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
     """What each axis measured, by the axis' name for people."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}
@@ -140,7 +138,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """For ``hfc plot``: the rules that the design has learnt, or begins with."""
-    empty = " to begin with: it has learnt none" * (not np.any(record.table))
+    empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),
         "terms": {"rules": lambda: _terms(record, drive)},

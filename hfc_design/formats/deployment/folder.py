@@ -21,11 +21,11 @@ def with_check(
 
     ``same`` are vectors of what they do, where it is not exactly that of the design's kind.
     """
-    found = values(design, files, same, note)
+    filled = values(design, files, same, note)
     return {
         **files,
-        "README.md": rendered("deployment/README.md.j2", design, **found),
-        **checked(design, found),
+        "README.md": rendered("deployment/README.md.j2", design, **filled),
+        **checked(design, filled),
     }
 
 
@@ -42,39 +42,39 @@ def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     return {"README.md": rendered("deployment/axes.md.j2", design, **values)}
 
 
-def checked(design: Design, found: Json) -> dict[str, Content]:
+def checked(design: Design, template_values: Json) -> dict[str, Content]:
     """``Makefile``, and ``check/`` with what it compiles beside the sources, and the vectors."""
-    program = rendered("deployment/check.c.j2", design, **found)
+    program = rendered("deployment/check.c.j2", design, **template_values)
     return {
-        "Makefile": rendered("deployment/Makefile.j2", design, **found),
+        "Makefile": rendered("deployment/Makefile.j2", design, **template_values),
         "check": {
             "check.c": program,
-            "vectors.csv": table(design, found["vectors"], found["note"]),
+            "vectors.csv": table(design, template_values["vectors"], template_values["note"]),
         },
     }
 
 
-def table(design: Design, found: Vectors, note: str = "") -> str:
+def table(design: Design, vectors: Vectors, note: str = "") -> str:
     """The vectors as CSV; lines that begin with # say what they are."""
     unit = signal_units(design).get("command", "")
     notes = [
         *([note] if note else []),
-        f"tolerance in double: {found.tolerance.double!r} {unit}",
-        f"tolerance in float: {found.tolerance.single!r} {unit}, where float is 1",
+        f"tolerance in double: {vectors.tolerance.double!r} {unit}",
+        f"tolerance in float: {vectors.tolerance.single!r} {unit}, where float is 1",
     ]
     lines = "".join(f"# {line}\n" for line in head(design, notes))
-    return lines + csv_text([found.columns, *found.rows])
+    return lines + csv_text([vectors.columns, *vectors.rows])
 
 
 def values(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> Json:
     """What the templates read, see ``with_check``."""
-    name, found = code.c_name(design), same or vectors(design)
+    name, test_vectors = code.c_name(design), same or vectors(design)
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)
     used = [x for x in FUNCTIONS if f"#define {x.upper()} {x}" in text]
-    own = {
+    filled = {
         "name": name,
         "note": note,
         "sources": sorted(file for file in files if file.endswith(".c")),
@@ -87,4 +87,4 @@ def values(
         "sizes": saving.size(design),
         "unit": "".join(x for x in signal_units(design).get("command", "") if x not in '%"\\'),
     }
-    return readme.values(design, found) | own
+    return readme.values(design, test_vectors) | filled

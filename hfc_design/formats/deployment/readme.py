@@ -8,12 +8,12 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of
+from hfc_design.files.loop_setup import axes_of
 from hfc_design.formats import saving
 from hfc_design.formats.deployment.signal_conditioning import scene
 from hfc_design.formats.deployment.vectors import Vectors, unused
 from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
-from hfc_design.simulation.in_use import ENOUGH, Told, missed_told, stress_table
+from hfc_design.simulation.acceptance import ENOUGH, TextTable, missed_text, stress_table
 
 
 class Signal(NamedTuple):
@@ -47,15 +47,15 @@ NOT = {
 }
 
 
-def values(design: Design, found: Vectors) -> Json:
+def values(design: Design, vectors: Vectors) -> Json:
     """What the templates of the page read."""
-    axes = found.axes if found.axes != ("",) else ()
+    axes = vectors.axes if vectors.axes != ("",) else ()
     return known(design, axes) | {
-        "axes": found.axes,
-        "signals": _signals(design, list(found.signals), axes, found),
-        "commands": _signals(design, ["command"], axes, found),
-        "path": found.path,
-        "vectors": found,
+        "axes": vectors.axes,
+        "signals": _signals(design, list(vectors.signals), axes, vectors),
+        "commands": _signals(design, ["command"], axes, vectors),
+        "path": vectors.path,
+        "vectors": vectors,
     }
 
 
@@ -84,7 +84,7 @@ class Origin(NamedTuple):
     score: list[Measure]
     chaotic: bool
     usable: str  # whether it is, in words
-    stress: Told | None
+    stress: TextTable | None
 
 
 def origin(design: Design) -> Origin:
@@ -93,7 +93,7 @@ def origin(design: Design) -> Origin:
     sampled: Any = design.provenance.get("sampled")
     with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # none, or it was edited
         (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
-        source += f"; a table sampled from it, off by {off:.3g} at most"
+        source += f"; a table sampled from it, deviating by at most {off:.3g}"
         source += f", {percent(off / (high - low))} of the range of its output"
     used = score.get("usable")
     return Origin(
@@ -107,69 +107,71 @@ def origin(design: Design) -> Origin:
 
 
 def _signals(
-    design: Design, names: list[str], axes: tuple[str, ...], found: Vectors
+    design: Design, names: list[str], axes: tuple[str, ...], vectors: Vectors
 ) -> list[Signal]:
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
-    idle = {*map(identifier, unused(design, found) if "command" not in names else ())}
+    idle = {*map(identifier, unused(design, vectors) if "command" not in names else ())}
     each = {"": (signal_units(design), signal_meanings(design))}
     if axes:
         each = each_axis(design)
     rows: dict[tuple[str, str, str], list[str]] = {}
     largest: dict[tuple[str, str, str], float] = {}
     for of, (units, meanings) in each.items():
-        own = (of,) if of else found.axes
+        of_axes = (of,) if of else vectors.axes
         for name in names:
             row = identifier(name), plain(units.get(name, "")), plain(meanings.get(name, ""))
             rows.setdefault(row, []).append(of)
-            sizes = (found.largest(axis, name) for axis in own)
+            sizes = (vectors.largest(axis, name) for axis in of_axes)
             largest[row] = max(largest.get(row, 0.0), *sizes)
-    told = {row: NOT_USED if row[0] in idle else f"{x:.3g}" for row, x in largest.items()}
+    texts = {row: NOT_USED if row[0] in idle else f"{x:.3g}" for row, x in largest.items()}
     order = rows if "" in each else sorted(rows)
-    return [Signal(row[0], ", ".join(rows[row]), *row[1:], told[row]) for row in order]
+    return [Signal(row[0], ", ".join(rows[row]), *row[1:], texts[row]) for row in order]
 
 
 def _connecting(design: Design) -> list[str]:
     """What the kind says, and what is inside of it, once each."""
     record = design.controller
-    found = list(record.connecting())
+    lines = list(record.connecting())
     axes = axes_of(design) if design.kind.controller else ()
-    for own in record.inside(axes).values():
-        found += own.connecting()
-    return list(dict.fromkeys(found))
+    for inner in record.inside(axes).values():
+        lines += inner.connecting()
+    return list(dict.fromkeys(lines))
 
 
 def measures(score: Json) -> list[Measure]:
     """What of a score counts at the machine: of each measure the largest one."""
-    found: dict[str, tuple[float, str]] = {}
+    largest: dict[str, tuple[float, str]] = {}
     for key, value in score.items():
         named = MEASURES.fullmatch(key)
         if named and isinstance(value, int | float) and not isinstance(value, bool):
-            before = found.get(named["name"], (0.0, ""))[0]
-            if named["name"] not in found or abs(value) > abs(before):
-                found[named["name"]] = float(value), named["where"] or ""
-    return [Measure(name, f"{value:.3g}", of) for name, (value, of) in found.items()]
+            before = largest.get(named["name"], (0.0, ""))[0]
+            if named["name"] not in largest or abs(value) > abs(before):
+                largest[named["name"]] = float(value), named["where"] or ""
+    return [Measure(name, f"{value:.3g}", of) for name, (value, of) in largest.items()]
 
 
-def _usable(told: object) -> str:
+def _usable(stored: object) -> str:
     """Whether a design can be used, and on how many machines it passed, in words; "": untold."""
-    if not isinstance(told, dict):
+    if not isinstance(stored, dict):
         return ""
-    numbers = [x for key in KEPT if isinstance(x := told.get(key), int | float)]
+    numbers = [x for key in KEPT if isinstance(x := stored.get(key), int | float)]
     if len(numbers) < len(KEPT):
         return ""
     share, machines, spread = map(float, numbers)
-    off = f"whose parameters are off by up to {100.0 * spread:.3g} %"
-    found = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
-    verdict = told.get("verdict", "yes" if share >= ENOUGH else "no")
-    found = f"usable on {found}" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on {found}"
+    off = f"with parameters within {100.0 * spread:.3g} %"
+    passing = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
+    verdict = stored.get("verdict", "yes" if share >= ENOUGH else "no")
+    passing = (
+        f"usable on {passing}" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on {passing}"
+    )
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
-        if missed := missed_told(told.get("missed", {})):
-            found += f"; {plain(missed)}"
-    return found
+        if missed := missed_text(stored.get("missed", {})):
+            passing += f"; {plain(missed)}"
+    return passing
 
 
-def _stress(told: Any) -> Told | None:
+def _stress(stored: Any) -> TextTable | None:
     """What it was tried under; None: untold."""
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
-        return stress_table(told["stress"]) if told["stress"] else None
+        return stress_table(stored["stress"]) if stored["stress"] else None
     return None

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, Limits
+from hfc_design.files.loop_setup import machine, own_scenario, with_converter
 from hfc_design.files.machine import Axis, SensorSettings
-from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats.writing import meanings_of
 from plants import Drive
@@ -49,11 +49,11 @@ def scene(design: Design, reads: Iterable[str]) -> Scene:
     scenario = with_converter(scenario, design)
     alike: list[Sensed] = []
     for axis in (axis for axis in axes if design.axis in ("", axis.name)):
-        own = _sensed(axis, scenario, tuple(reads))
-        same = [k for k, one in enumerate(alike) if one._replace(axes=()) == own]
+        sensed = _sensed(axis, scenario, tuple(reads))
+        same = [k for k, one in enumerate(alike) if one._replace(axes=()) == sensed]
         k = same[0] if same else len(alike)
         before = alike[k].axes if same else ()
-        alike[k : k + 1] = [own._replace(axes=(*before, axis.name))]
+        alike[k : k + 1] = [sensed._replace(axes=(*before, axis.name))]
     return Scene(scenario.name, "", named, tuple(alike))
 
 
@@ -82,8 +82,8 @@ def _rates(drive: Drive, axis: Axis, reads: tuple[str, ...]) -> tuple[str, ...]:
     speeds = {rate: 1.0 + 0.7 * k for k, rate in enumerate(drive.encoders.values())}
     moving = state._replace(**speeds)
     before, after = drive.signals(fixed, state), drive.signals(fixed, moving)
-    own = [name for name in before if before[name] != after[name]]
-    return tuple(name for name in reads if name == "error_rate" or name in own)
+    changed = [name for name in before if before[name] != after[name]]
+    return tuple(name for name in reads if name == "error_rate" or name in changed)
 
 
 def _counts(drive: Drive, axis: Axis) -> bool:

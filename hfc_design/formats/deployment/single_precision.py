@@ -70,13 +70,13 @@ def commands(
     steps = begins + np.minimum(np.arange(lengths.max())[:, None], lengths - 1)  # (longest, parts)
     lanes = rows[steps].swapaxes(1, 2).reshape(len(steps), rows.shape[1], -1)
     views = map(view_of, lanes.astype(np.float32))
-    found = _stepped(
+    stepped = _stepped(
         _controller(design, axes, law),
         single(design.controller.law_gains()),
         views,
         lanes.shape[-1],
     )
-    parts = found.reshape(len(steps), len(begins), rows.shape[2], -1)
+    parts = stepped.reshape(len(steps), len(begins), rows.shape[2], -1)
     each = [parts[:length, k] for k, length in enumerate(lengths)]
     return np.concatenate(each).swapaxes(0, 1)
 
@@ -84,23 +84,23 @@ def commands(
 def _controller(design: Design, axes: tuple[str, ...], law: AxisLaw | None) -> Controller:
     if law is None:
         return design.commanding(axes)
-    own = PerAxis(design.kind.name, (law,))
-    return rate_limited(own, design.limits.commands(axes), design.changes(axes))
+    per_axis = PerAxis(design.kind.name, (law,))
+    return rate_limited(per_axis, design.limits.commands(axes), design.changes(axes))
 
 
 def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes: int) -> Floats:
     """(steps, lanes, axes)."""
-    zero, found = np.zeros(lanes, np.float32), []
+    zero, stored = np.zeros(lanes, np.float32), []
     memory = begun(controller, SINGLE, zero, gains)
     with np.errstate(all="ignore"):
         for k, view in enumerate(views):
             before = memory if k else primed(controller, SINGLE, gains, memory, view)
-            told, after = controller.step(SINGLE, gains, before, view)
-            found.append(np.stack([zero + command for command in told], axis=1))
-            finite = np.isfinite(found[-1]).all(axis=1)
-            kept = partial(np.where, finite)  # what is remembered of each try
-            memory = after if finite.all() else jax.tree.map(kept, after, memory)
-    return np.stack(found, dtype=np.float64)
+            commanded, after = controller.step(SINGLE, gains, before, view)
+            stored.append(np.stack([zero + command for command in commanded], axis=1))
+            finite = np.isfinite(stored[-1]).all(axis=1)
+            chosen = partial(np.where, finite)  # what is remembered of each try
+            memory = after if finite.all() else jax.tree.map(chosen, after, memory)
+    return np.stack(stored, dtype=np.float64)
 
 
 #: Of a command in double precision, in shares of the largest one.

@@ -17,24 +17,24 @@ COUNT = SWEEPS + STEPS + REST + SMALL + CHANCE
 RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 30)))
 #: How far the inputs go, in shares of the range.
 BEYOND = 1.4
-#: The change of an error in a sample, as a signal of ``Kind.reach``.
+#: The change of an error in a sample, as a signal of ``ControllerRecord.input_range``.
 CHANGE = "error_change"
 
 
-def reach(
+def input_ranges_of(
     record: ControllerRecord, axes: tuple[str, ...], limits: dict[str, float | None]
 ) -> dict[str, dict[str, float]]:
-    """How far the range of a controller goes on each axis, see ``Kind.reach``.
+    """How far the range of a controller goes on each axis, see ``ControllerRecord.input_range``.
 
     Of what is made around others it is the farther one of both.
     """
-    found = {axis: dict(record.reach(limits[axis])) for axis in axes}
-    for inner_axis, own in record.inside(axes).items():
+    ranges = {axis: dict(record.input_range(limits[axis])) for axis in axes}
+    for inner_axis, inner in record.inside(axes).items():
         of = (inner_axis,) if inner_axis else axes
-        for axis, sizes in reach(own, of, limits).items():
+        for axis, sizes in input_ranges_of(inner, of, limits).items():
             for name, size in sizes.items():
-                found[axis][name] = max(size, found[axis].get(name, 0.0))
-    return found
+                ranges[axis][name] = max(size, ranges[axis].get(name, 0.0))
+    return ranges
 
 
 def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[list[float]]:
@@ -103,12 +103,12 @@ def _shares(random: Random) -> Iterator[float]:
     phase, slow, fast = pi * random.random(), random.uniform(70.0, 110.0), random.uniform(9.0, 14.0)
     for k in range(SWEEPS):
         yield 0.8 * sin(phase + tau * k / slow) + 0.2 * sin(tau * k / fast)
-    held, value = 0, 0.0
+    samples_left, value = 0, 0.0
     for _ in range(STEPS):
-        if held == 0:
-            held = random.randrange(1, 12)
+        if samples_left == 0:
+            samples_left = random.randrange(1, 12)
             value = 0.0 if random.random() < 0.15 else random.uniform(-1.0, 1.0)
-        held -= 1
+        samples_left -= 1
         yield value
     yield from (0.0 for _ in range(REST))
     yield from (0.05 * sin(phase + tau * k / fast) for k in range(SMALL))

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, AxisLaw, PathView, View
-from hfc_design.controllers.kind import needed
+from hfc_design.controllers.kind import require
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of, own_scenario
+from hfc_design.files.loop_setup import axes_of, own_scenario
 from hfc_design.formats.deployment import single_precision, test_inputs
 from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
@@ -44,9 +44,9 @@ class Vectors(NamedTuple):
     def columns(self) -> list[str]:
         """Names of all columns, inputs before commands."""
         heads = [f"{axis}." if axis else "" for axis in self.axes]
-        told = [f"{head}{identifier(name)}" for head in heads for name in self.signals]
+        inputs = [f"{head}{identifier(name)}" for head in heads for name in self.signals]
         commands = [f"{head}command" for head in heads]
-        return ["reset", "float", *told, *(f"path.{x}" for x in self.path), *commands]
+        return ["reset", "float", *inputs, *(f"path.{x}" for x in self.path), *commands]
 
     def largest(self, axis: str, name: str) -> float:
         """How large a signal of an axis gets, or its "command"."""
@@ -60,15 +60,15 @@ class Vectors(NamedTuple):
     def rows(self) -> list[list[float]]:
         """What stands in these columns."""
         each = zip(self.resets, self.tolerance.alike, self.inputs, self.commands, strict=True)
-        return [[int(reset), int(alike), *given, *told] for reset, alike, given, told in each]
+        return [[int(reset), int(alike), *given, *outputs] for reset, alike, given, outputs in each]
 
 
 def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     """The vectors of a design, or of the part of one axis; ``law`` as of ``runtime.Controller``."""
     kind, axes = design.kind, _axes(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
-    if own := design.connected:
-        names = tuple(own.units)
+    if connection := design.connected:
+        names = tuple(connection.units)
         law = _connected_law(design, law) if kind.law else None
     path = PATH[: len(of_path(design))]
     inputs = _inputs(design, axes, names, len(path))
@@ -83,8 +83,8 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     count = len(near)
     tolerance = single_precision.tolerance(np.array(commands), in_single[:count], in_single[count:])
     resets = tuple(k in test_inputs.RESETS for k in range(len(inputs)))
-    told = ("",) if kind.law else axes
-    return Vectors(told, names, path, resets, inputs, commands, tolerance)
+    heads = ("",) if kind.law else axes
+    return Vectors(heads, names, path, resets, inputs, commands, tolerance)
 
 
 def _axes(design: Design) -> tuple[str, ...]:
@@ -94,10 +94,10 @@ def _axes(design: Design) -> tuple[str, ...]:
 
 def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
     """The law of a connected design, or another one, with what connects it."""
-    plain = needed(design.kind.law, design, NO_CODE)
+    plain = require(design.kind.law, design, NO_CODE)
     limit = design.limits.of(design.axis).command
-    found: AxisLaw = design.connected.around(law or plain(design.controller, limit))
-    return found
+    connected: AxisLaw = design.connected.around(law or plain(design.controller, limit))
+    return connected
 
 
 def _unrated(design: Design) -> Design:
@@ -107,34 +107,34 @@ def _unrated(design: Design) -> Design:
     return design.model_copy(update={"limits": design.limits.without_rate()})
 
 
-def deviation(design: Design, found: Vectors) -> float:
+def deviation(design: Design, vectors: Vectors) -> float:
     """The largest difference of the vectors' commands, of another law, from the design's own."""
-    return _furthest(found, _commands(design, found.signals, found.inputs))
+    return _furthest(vectors, _commands(design, vectors.signals, vectors.inputs))
 
 
-def of_the_last_digit(design: Design, found: Vectors) -> float:
+def of_the_last_digit(design: Design, vectors: Vectors) -> float:
     """The largest difference of commands where all inputs are off by a last digit of theirs.
 
     What learns may make much of that, as of the last digit of an ``EXP`` that is another one's.
     """
-    inputs, random = np.array(found.inputs), np.random.default_rng(0)
+    inputs, random = np.array(vectors.inputs), np.random.default_rng(0)
     inputs *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], inputs.shape)
-    return _furthest(found, _commands(design, found.signals, inputs.tolist()))
+    return _furthest(vectors, _commands(design, vectors.signals, inputs.tolist()))
 
 
-def _furthest(found: Vectors, commands: list[list[float]]) -> float:
-    return float(np.abs(np.array(commands) - np.array(found.commands)).max())
+def _furthest(vectors: Vectors, commands: list[list[float]]) -> float:
+    return float(np.abs(np.array(commands) - np.array(vectors.commands)).max())
 
 
-def unused(design: Design, found: Vectors) -> set[str]:
+def unused(design: Design, vectors: Vectors) -> set[str]:
     """The signals that no command depends on, as where their gains are 0."""
-    count, names = len(found.signals), set()
-    for k, name in enumerate(found.signals):
-        without = np.array(found.inputs)
+    count, names = len(vectors.signals), set()
+    for k, name in enumerate(vectors.signals):
+        without = np.array(vectors.inputs)
         without[:, k : count * len(_axes(design)) : count] = 0.0
         samples = (SOON, len(without))  # nearly always it shows soon
         if all(
-            _commands(design, found.signals, without[:most].tolist()) == found.commands[:most]
+            _commands(design, vectors.signals, without[:most].tolist()) == vectors.commands[:most]
             for most in samples
         ):
             names.add(name)
@@ -169,18 +169,18 @@ def _commands(
 def _inputs(
     design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: int
 ) -> list[list[float]]:
-    sizes = test_inputs.reach(design.controller, axes, design.limits.commands(axes))
+    sizes = test_inputs.input_ranges_of(design.controller, axes, design.limits.commands(axes))
     for axis, name, most in _moved(design):
-        own = sizes[axis if axis in axes else axes[0]]
-        own[name] = max(own.get(name, 0.0), most)
+        sizes_of_axis = sizes[axis if axis in axes else axes[0]]
+        sizes_of_axis[name] = max(sizes_of_axis.get(name, 0.0), most)
     parts = []
-    for k, (axis, own) in enumerate(sizes.items()):
-        if told := design.connected:
-            own["reference"] = 3.0 * own.get("error", 1.0)
-        rows = test_inputs.driven(names, own, str(k))
-        if told:
-            fed_back = told.fed_back.get(axis) or next(iter(told.fed_back.values()))
-            rows = test_inputs.connected(rows, names, fed_back, own)
+    for k, (axis, sizes_of_axis) in enumerate(sizes.items()):
+        if connection := design.connected:
+            sizes_of_axis["reference"] = 3.0 * sizes_of_axis.get("error", 1.0)
+        rows = test_inputs.driven(names, sizes_of_axis, str(k))
+        if connection:
+            fed_back = connection.fed_back.get(axis) or next(iter(connection.fed_back.values()))
+            rows = test_inputs.connected(rows, names, fed_back, sizes_of_axis)
         parts.append(rows)
     parts += [test_inputs.path(sizes[axes[0]], path)] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
@@ -191,10 +191,13 @@ def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
     with suppress(UserError):  # they cannot be told here
         scenario = own_scenario(design, design.name)
         for motion in scenario.each_motion():
-            for one, own in zip(scenario.plant.each(), motion.samples().axes, strict=True):
-                told = {one.drive.position: own.reference, one.drive.velocity: own.reference_rate}
-                told |= {name: getattr(own, name) for name in FOLLOWED}
-                for name, x in told.items():
+            for one, axis_samples in zip(scenario.plant.each(), motion.samples().axes, strict=True):
+                followed = {
+                    one.drive.position: axis_samples.reference,
+                    one.drive.velocity: axis_samples.reference_rate,
+                }
+                followed |= {name: getattr(axis_samples, name) for name in FOLLOWED}
+                for name, x in followed.items():
                     if x is not None and design.axis in ("", one.name):
                         yield one.name, name, float(np.abs(x).max())
 
@@ -202,7 +205,7 @@ def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
 def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
     """A row of the inputs as the runtime takes it."""
     count = len(names)
-    told = [row[k * count : (k + 1) * count] for k in range(len(axes))]
+    per_axis = [row[k * count : (k + 1) * count] for k in range(len(axes))]
     way = row[len(axes) * count :]
     path = PathView((way[0], way[1]), way[2], way[3] if way[3:] else 0.0) if way else None
-    return View(tuple(dict(zip(names, each, strict=True)) for each in told), path)
+    return View(tuple(dict(zip(names, each, strict=True)) for each in per_axis), path)

@@ -14,7 +14,7 @@ from markdown_it import MarkdownIt
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of
+from hfc_design.files.loop_setup import axes_of
 from hfc_design.formats import compiling
 from hfc_design.formats.deployment import readme
 from hfc_design.formats.fmu.control import commands_machine
@@ -85,8 +85,8 @@ def _sources(model: Model, design: Design, version: str, token: str) -> dict[str
     }
     names = (*AROUND, f"{version}.c")
     if taken := model.sources.keys() & set(names):
-        told = f"an FMU has a {min(taken)} of its own"
-        raise UserError(f"design {design.name}: {told}; give the design another name")
+        message = f"the name {min(taken)} is used inside an FMU"
+        raise UserError(f"design {design.name}: {message}; give the design another name")
     return model.sources | {name: rendered(f"fmu/{name}.j2", design, **values) for name in names}
 
 

@@ -8,9 +8,9 @@ from hfc_design.controllers.controller import FOLLOWED, units_of
 from hfc_design.core.numbers import Json, State
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import machine, own_scenario, with_converter
 from hfc_design.files.machine import Axis, measured_apart
 from hfc_design.files.motions import started
-from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, plant_code
 from hfc_design.formats.connection import connect
@@ -90,8 +90,8 @@ def loop(design: Design) -> Model:
 def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
     """What a design was made for, in its first motion, and its axes as they are fed back."""
     every = design.controller.sample_time_s
-    own = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
-    scenario = with_converter(own, design).each_motion()[0]
+    loop_scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
+    scenario = with_converter(loop_scenario, design).each_motion()[0]
     pairs = zip(machine(design, scenario).each(), scenario.machine.drives, strict=True)
     axes = [axis._replace(drive=drive) for axis, drive in pairs]
     for axis in axes:
@@ -143,13 +143,13 @@ def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
     """A parameter of the plant, which may be negative or positive where the drive says so."""
     value = float(getattr(axis.parameters, key))
     unit, what = drive.parameter_units.get(key, ""), f"{_words(key)} of the {drive.name}"
-    found = Variable(name, "parameter", unit, what, value)
+    variable = Variable(name, "parameter", unit, what, value)
     least = LEAST if drive.fault({key: 0.0}) else 0.0
     if value >= 0.0 and drive.fault({key: -TINY}):
-        return found._replace(lowest=least)
+        return variable._replace(lowest=least)
     if value <= 0.0 and drive.fault({key: TINY}):
-        return found._replace(highest=0.0 - least)
-    return found
+        return variable._replace(highest=0.0 - least)
+    return variable
 
 
 def _sensing(
@@ -238,17 +238,17 @@ def _controllers(
 ) -> tuple[list[Json], dict[str, str]]:
     """The controller of the machine, or that of each axis, and the files of all."""
     if commands_machine(design):
-        own = connect(design, scenario)
-        return [part(own, "controller")], code.sources(own)
+        connected = connect(design, scenario)
+        return [part(connected, "controller")], code.sources(connected)
     parts: list[Json] = []
     files: dict[str, str] = {}
     each = design.by_axis()
     for k, axis in enumerate(axes):
-        own = each.get(axis.name, design)
+        connected = each.get(axis.name, design)
         if axis.name not in each and len(axes) > 1:  # whose sensors may be others
-            own = own.model_copy(update={"name": f"{design.name}-{axis.name}"})
-            own._axis = axis.name
-        own = connect(own, scenario)
-        files |= code.sources(own)
-        parts.append(part(own, f"controller_{k}"))
+            connected = connected.model_copy(update={"name": f"{design.name}-{axis.name}"})
+            connected._axis = axis.name
+        connected = connect(connected, scenario)
+        files |= code.sources(connected)
+        parts.append(part(connected, f"controller_{k}"))
     return parts, files

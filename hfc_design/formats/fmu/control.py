@@ -5,7 +5,7 @@ from itertools import chain
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import axes_of
+from hfc_design.files.loop_setup import axes_of
 from hfc_design.formats import code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.laws import of_path
@@ -40,12 +40,12 @@ def controller(design: Design) -> Model:
     inputs: list[list[Variable]] = []
     outputs: list[Variable] = []
     for head, axis in heads.items():
-        units, told = each.get(axis) or each[""]
+        units, meanings = each.get(axis) or each[""]
         inputs.append([])
         for x in read:
-            start, what = STARTS.get(x, 0.0), told.get(x, x)
+            start, what = STARTS.get(x, 0.0), meanings.get(x, x)
             inputs[-1].append(Variable(f"{head}{x}", "input", units.get(x, ""), what, start))
-        unit, meaning = units.get("command", ""), told.get("command", "what the drive is to do")
+        unit, meaning = units.get("command", ""), meanings.get("command", "what the drive is to do")
         outputs.append(Variable(f"{head}command", "output", unit, meaning, discrete=True))
     path, tripped = path_variables(design), [TRIPPED] if design.connected else []
     variables = [TIME, *chain(*inputs), *path, *outputs, *tripped]
@@ -55,7 +55,7 @@ def controller(design: Design) -> Model:
         "faulty": FAULTY,
         "controller": called,
         "controllers": [part(design, "controller")],
-        "inputs": [[x.name for x in own] for own in inputs],
+        "inputs": [[x.name for x in variables] for variables in inputs],
         "outputs": [x.name for x in outputs],
         "tripped": [x.name for x in tripped],
         "whole": whole,
@@ -70,8 +70,8 @@ def controller(design: Design) -> Model:
 
 def part(design: Design, member: str) -> Json:
     """What the templates read of a controller, which is a member of the model's state."""
-    own = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
-    return own | {"saved": saving.saved(design)}
+    values = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
+    return values | {"saved": saving.saved(design)}
 
 
 def path_variables(design: Design) -> list[Variable]:

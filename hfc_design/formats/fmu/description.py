@@ -96,8 +96,8 @@ class BaseUnit(NamedTuple):
         both = {key: self.exponents.get(key, 0) for key in (*self.exponents, *other.exponents)}
         for key, exponent in other.exponents.items():
             both[key] += power * exponent
-        kept = {key: exponent for key, exponent in both.items() if exponent}
-        return BaseUnit(self.factor * other.factor**power, kept)
+        exponents = {key: exponent for key, exponent in both.items() if exponent}
+        return BaseUnit(self.factor * other.factor**power, exponents)
 
 
 def _derived(factor: float = 1.0, **exponents: int) -> BaseUnit:
@@ -135,11 +135,11 @@ def base_unit(unit: str) -> BaseUnit | None:
     """
     tokens, at = [], 0
     while at < len(unit.rstrip()):
-        found = TOKEN.match(unit, at)
-        if found is None:
+        match = TOKEN.match(unit, at)
+        if match is None:
             return None
-        tokens.append(found)
-        at = found.end()
+        tokens.append(match)
+        at = match.end()
     return _product(tokens[::-1]) if tokens else None
 
 

@@ -17,15 +17,21 @@ from pathlib import Path
 from hfc_design.controllers.per_axis import PerAxisDesign
 from hfc_design.core.numbers import Json, number_of
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import about, content, decoded
+from hfc_design.core.texts import as_user_error, content, decoded
 from hfc_design.files.design import Design, with_learned
 from hfc_design.formats.reading import csv_tables, fis, fll
-from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of, told
+from hfc_design.formats.reading.design_of import (
+    Wish,
+    assumed,
+    assumptions_text,
+    checked_name,
+    design_of,
+)
 from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
 from hfc_design.formats.saving import taken
 
-__all__ = ["Wish", "assumed", "deviation_told", "imported", "left_out_told", "told"]
+__all__ = ["Wish", "assumed", "assumptions_text", "deviation_told", "imported", "left_out_told"]
 
 #: Ending of a file -> the reader of its language.
 LANGUAGES = {".fll": fll, ".fis": fis}
@@ -47,26 +53,28 @@ def imported(path: Path, wish: Wish) -> Design:
     if ending in LEARNT:
         return _learned(path, ending, wish)
     if ending not in (*LANGUAGES, ".csv"):
-        known = "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"
+        known = "must be a .fll, .fis, .txt or .hal file, or a folder of .csv tables"
         raise UserError(f"{path}: {known}")
     if wish.axis is not None:
-        raise UserError(f"--axis {wish.axis}: is of what an axis has learnt, a .txt or .hal")
-    with about(path):
+        raise UserError(
+            f"--axis {wish.axis}: applies to the learned state of an axis, a .txt or .hal"
+        )
+    with as_user_error(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
         texts, digests = {}, {}
         for file in files:
-            with about(file):
-                found = content(file)
-                texts[file.name] = _text(found)
-            digests[file.name] = hashlib.sha256(found).hexdigest()
+            with as_user_error(file):
+                data = content(file)
+                texts[file.name] = _text(data)
+            digests[file.name] = hashlib.sha256(data).hexdigest()
         system, sample = _system(ending, texts, wish)
         return design_of(system, wish, path, digests, sample)
 
 
-def _text(found: bytes) -> str:
+def _text(data: bytes) -> str:
     """The text of a file; ValueError: there is none."""
-    wide = found.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-    text = decoded(found, "utf-16" if wide else "utf-8-sig")
+    wide = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    text = decoded(data, "utf-16" if wide else "utf-8-sig")
     if not text.strip():
         raise ValueError("is empty")
     return text
@@ -80,9 +88,11 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
     """
     if ending == ".csv":
         if wish.terms:
-            raise UserError("--terms: tables of .csv have as many as they have; it is for others")
+            raise UserError("--terms: does not apply to .csv tables")
         if wish.output is not None:
-            raise UserError(f"--output {wish.output}: tables of .csv have one output")
+            raise UserError(
+                f"--output {wish.output}: does not apply to .csv tables, which have one output"
+            )
         return csv_tables.read(texts), {}
     (text,) = texts.values()
     reader = LANGUAGES[ending]
@@ -100,30 +110,32 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
         conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
         if any(one in conditions[:k] for k, one in enumerate(conditions)):
             raise
-        told = "with --terms 7 it is sampled into triangles, and how far they are off is told"
-        raise ValueError(f"{fault}; {told}") from None
+        message = "with --terms 7 it is sampled into triangles, with a report of the deviation"
+        raise ValueError(f"{fault}; {message}") from None
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
     """The design that ``wish`` names with what its code on a machine has learnt."""
-    from hfc_design.files.pairing import load_design  # with JAX
+    from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
-        raise UserError(f"--like: has to name the design whose code has learnt {path}")
+        raise UserError(f"--like: must name the design whose code wrote {path}")
     others = wish._replace(like=None, axis=None, name=None)
     if odd := next((key for key, value in others._asdict().items() if value), None):
-        raise UserError(f"--{odd.rstrip('s').replace('_', '-')}: is that of {wish.like}")
+        raise UserError(
+            f"--{odd.rstrip('s').replace('_', '-')}: must be left out, it is that of {wish.like}"
+        )
     design = load_design(wish.like)
-    with about(path):
-        found = content(path)
-        told = {"source": path.name, "sha256": hashlib.sha256(found).hexdigest()}
-        design = design_that_learned(_text(found), ending, design, wish.axis, told)
+    with as_user_error(path):
+        data = content(path)
+        source = {"source": path.name, "sha256": hashlib.sha256(data).hexdigest()}
+        design = design_that_learned(_text(data), ending, design, wish.axis, source)
     names = {} if wish.name is None else {"name": checked_name(wish.name)}
     return design.model_copy(update=names)
 
 
 def design_that_learned(
-    text: str, ending: str, design: Design, axis: str | None, told: dict[str, str]
+    text: str, ending: str, design: Design, axis: str | None, source: dict[str, str]
 ) -> Design:
     """The ``design`` with what stands in a file; of several axes the ``axis`` that it is of.
 
@@ -132,36 +144,38 @@ def design_that_learned(
     """
     parts = design.by_axis()
     if axis is None and len(parts) > 1:
-        raise UserError(f"--axis: has to say whose state that is; there is {', '.join(parts)}")
+        raise UserError(f"--axis: must name the axis of the state; available: {', '.join(parts)}")
     if axis is not None:
-        from hfc_design.files.pairing import axes_of  # with JAX
+        from hfc_design.files.loop_setup import axes_of  # with JAX
 
         # There is one state for all.
         together = design.kind.controller and not design.kind.axis_records
         axes = () if together else axes_of(design)
         if axis not in axes:
-            known = ", ".join(axes) or "one state for all"
-            raise UserError(f"--axis {axis}: there is {known}")
+            known = ", ".join(axes) or "one state for all axes"
+            raise UserError(f"--axis {axis}: available: {known}")
     words = re.split(r"[\s,;]+", text.strip())
     numbers = [*map(number_of, words)] if ending == ".txt" else _parameters(text, axis)
-    found = taken(parts.get(axis or "", design), numbers)
+    design_of_part = taken(parts.get(axis or "", design), numbers)
     if axis is not None:
         each = {name: parts.get(name, design).controller for name in axes}
-        found = PerAxisDesign(sample_time_s=found.sample_time_s, axes=each | {axis: found})
-    return with_learned(design, found, told)
+        design_of_part = PerAxisDesign(
+            sample_time_s=design_of_part.sample_time_s, axes=each | {axis: design_of_part}
+        )
+    return with_learned(design, design_of_part, source)
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
     """The learnt parameters of the controller of an axis, in the order of their places."""
-    found = {}
+    numbers = {}
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())
         if one and one["axis"] == (axis and re.sub(r"\W", "_", axis)):
-            found[int(one["place"])] = number_of(one["value"])
-    if not found:
+            numbers[int(one["place"])] = number_of(one["value"])
+    if not numbers:
         name = f"{axis}-controller" if axis else "controller"
-        raise ValueError(f"has no parameter {name}.learnt-00; halcmd save param prints them")
-    missing = next((k for k in range(len(found)) if k not in found), None)
+        raise ValueError(f"must have a parameter {name}.learnt-00, as printed by halcmd save param")
+    missing = next((k for k in range(len(numbers)) if k not in numbers), None)
     if missing is not None:
-        raise ValueError(f"has no parameter learnt-{missing:02}")
-    return [found[k] for k in range(len(found))]
+        raise ValueError(f"must have a parameter learnt-{missing:02}")
+    return [numbers[k] for k in range(len(numbers))]

@@ -28,7 +28,7 @@ def files(path: Path) -> list[Path]:
     """The tables of the folder ``path``, or beside it; ValueError: there is none of rules."""
     folder = path if isdir(path) else path.parent
     if isfile(path) and path.name != FILES[0]:
-        raise ValueError(f"has to be named {FILES[0]}, beside {FILES[1]} and {FILES[2]}")
+        raise ValueError(f"must be named {FILES[0]}, next to {FILES[1]} and {FILES[2]}")
     if not isfile(folder / FILES[0]):
         raise ValueError(f"has no {FILES[0]}; {_instead(folder)}")
     others = [name for name in OTHERS if isfile(folder / name)]
@@ -40,12 +40,12 @@ def _instead(folder: Path) -> str:
     each = folder.iterdir() if isdir(folder) else ()  # its name may be one that no file can have
     others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
-        return "a hierarchy's tables hold no terms to import"
+        return "the tables of a hierarchy contain no terms to import"
     command = f"hfc import {quote(str(folder / others[0]))}"
     if len(others) == 1:
-        return f"of an engine a file is imported, as in {command}"
-    told = f"its {len(others)} files are the units of a hierarchy"
-    return f"{told}; each is imported alone, {command}, and all together from --to json"
+        return f"import a single file of an engine, as in {command}"
+    message = f"its {len(others)} files are the units of a hierarchy"
+    return f"{message}; import each alone, {command}, or all together from --to json"
 
 
 def read(texts: dict[str, str]) -> System:
@@ -58,15 +58,15 @@ def read(texts: dict[str, str]) -> System:
     # Without a name what is there is that of a kind, or nothing.
     rows = tables.get("manifest.csv", [])
     named = [row[0].text for row in rows if row[-1].text == FILES[0]]
-    own = len(named) == 1 and named[0] not in KINDS.known
-    output = system.Output(named[0] if own else "")
-    found = System("", inputs, output, {}, SIGNALS)
+    unnamed = len(named) == 1 and named[0] not in KINDS.known
+    output = system.Output(named[0] if unnamed else "")
+    read_system = System("", inputs, output, {}, SIGNALS)
     labels = {}
     if "labels.csv" in tables:
         labels = {place: cell.text for place, cell in _cells(tables["labels.csv"], inputs)}
     for place, cell in _cells(rules, inputs):
-        found.add(cell, place, system.Singleton(labels.get(place, ""), cell.number()))
-    return found
+        read_system.add(cell, place, system.Singleton(labels.get(place, ""), cell.number()))
+    return read_system
 
 
 def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
@@ -74,13 +74,13 @@ def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int
     error, change = (item.labels for item in inputs)
     header, *rest = table
     if len(header) != len(change) + 1:
-        told = f"{len(header)} cells; needed are a corner and {len(change)} labels"
-        raise header[0].fault(told)
+        message = f"must have a corner and {len(change)} labels (got {len(header)} cells)"
+        raise header[0].fault(message)
     columns = [label.place(change, f"label in {FILES[2]}") for label in header[1:]]
     for label, *cells in rest:
         row = label.place(error, f"label in {FILES[1]}")
         if len(cells) != len(change):
-            raise label.fault(f"{len(cells)} numbers; needed are {len(change)}")
+            raise label.fault(f"must have {len(change)} numbers (got {len(cells)})")
         for column, cell in zip(columns, cells, strict=True):
             yield (row, column), cell
 
@@ -98,7 +98,7 @@ def _rows(file: str, text: str) -> Rows:
 def _input(name: str, rows: Rows) -> Input:
     header, *rest = rows
     if [cell.text for cell in header] != HEADER:
-        raise header[0].fault(f"the first line has to be {','.join(HEADER)}")
+        raise header[0].fault(f"the first line must be {','.join(HEADER)}")
     return system.input_of(
         header[0]._replace(text=name), -inf, inf, [_shape(cells) for cells in rest]
     )
@@ -106,7 +106,7 @@ def _input(name: str, rows: Rows) -> Input:
 
 def _shape(cells: list[Token]) -> Shape:
     if len(cells) != len(HEADER):
-        raise cells[0].fault(f"{len(cells)} cells; needed are {','.join(HEADER)}")
+        raise cells[0].fault(f"must have the cells {','.join(HEADER)} (got {len(cells)} cells)")
     label, left, centre, right = cells
     middle = centre.number()
     below = left.number() if left.text else -inf

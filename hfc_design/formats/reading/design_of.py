@@ -51,19 +51,19 @@ def design_of(
     """
     gaussian, other = (item.terms[0].gaussian for item in system.inputs)
     if gaussian != other:
-        raise ValueError("one input has Gaussian terms and the other straight ones")
+        raise ValueError("both inputs must have terms of one shape (got Gaussian and straight)")
     like = None
     if wish.like is not None:
-        from hfc_design.files.pairing import load_design  # with JAX
+        from hfc_design.files.loop_setup import load_design  # with JAX
 
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
     if kind not in PLANT_OF or (like and like.controller.kind != kind):
         listed = " or ".join(PLANT_OF) if wish.kind is None else kind
-        raise UserError(f"--like {wish.like}: has to be of kind {listed}")
+        raise UserError(f"--like {wish.like}: must be of kind {listed}")
     if (kind == HIERARCHY) != gaussian:
         needed = "Gaussian terms" if kind == HIERARCHY else "triangles"
-        raise ValueError(f"kind {kind} needs {needed}, which are not what the file has")
+        raise ValueError(f"kind {kind} needs {needed}, but the file has others")
     if kind == "aflc" and like is None:
         like = named_design(ADAPTIVE)
     plant_name = wish.plant or (like.plant.name if like else PLANT_OF[kind])
@@ -75,7 +75,7 @@ def design_of(
     if wish.sample_time is not None:
         base["sample_time_s"] = wish.sample_time
     if base["sample_time_s"] is None:
-        raise UserError(f"--sample-time: has to be given for the plant {plant_name}")
+        raise UserError(f"--sample-time: must be given for the plant {plant_name}")
     name = checked_name(path.resolve().stem if wish.name is None else wish.name)
     make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
@@ -102,11 +102,15 @@ def design_of(
     return checked(Design, data, path, path.parent)
 
 
-def told(provenance: Json) -> list[str]:
+def assumptions_text(provenance: Json) -> list[str]:
     """What was made of the file that a user has to know, in lines."""
     names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
     more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
-    line = [f"no identifiers, so renamed: {', '.join(names[:NAMED])}{more}"] if names else []
+    line = (
+        [f"renamed, as names must be identifiers: {', '.join(names[:NAMED])}{more}"]
+        if names
+        else []
+    )
     return [*provenance.get("notes", []), *line]
 
 
@@ -114,19 +118,23 @@ def assumed(wish: Wish, design: Design) -> str:
     """What of a design is neither the file's nor the user's, in a line; "": nothing."""
     if wish.like is not None:
         return ""
-    told = {}
+    assumptions = {}
     if wish.plant is None:
-        told["--plant"] = f"plant {design.plant.name}"
+        assumptions["--plant"] = f"plant {design.plant.name}"
     if wish.sample_time is None:
-        told["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
-    return f"{', '.join(told.values())} assumed: {', '.join(told)}" if told else ""
+        assumptions["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
+    return (
+        f"{', '.join(assumptions.values())} assumed: {', '.join(assumptions)}"
+        if assumptions
+        else ""
+    )
 
 
 def checked_name(name: str) -> str:
     """A name that a design may have; UserError: it is none."""
     if not re.fullmatch(NAME, name):
-        told = "a design's name is letters, digits, . _ and -, 64 at most"
-        raise UserError(f"--name {name[:70]!r}: {told}")
+        message = "must be at most 64 letters, digits, '.', '_' and '-'"
+        raise UserError(f"--name {name[:70]!r}: {message}")
     return name
 
 
@@ -137,10 +145,10 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
     names = [item.name.text for item in system.inputs]
     for name in wish.signals:
         if name not in names:
-            raise UserError(f"--signal {name}: no such input; there is {', '.join(names)}")
+            raise UserError(f"--signal {name}: unknown input; available: {', '.join(names)}")
     first, second = (wish.signals.get(name, name) for name in names)
     if first == second:
-        raise ValueError(f"both inputs are the signal {first!r}")
+        raise ValueError(f"the inputs must be different signals (got {first!r} twice)")
     sides = zip(system.inputs, (first, second), (second, first), strict=True)
     for item, signal, other in sides:
         if signal not in known:
@@ -148,18 +156,18 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
             free = [each for each in known if each != other]
             example = shlex.quote(f"{name or 'NAME'}={free[0]}")
             raise item.name.fault(
-                f"input {name!r}: which signal it is has to be said, as in --signal {example}; "
-                f"there is {', '.join(free)}"
+                f"input {name!r}: needs its signal, as in --signal {example}; available: "
+                f"{', '.join(free)}"
             )
     return first, second
 
 
 def _originals(system: System) -> Json:
     """Names of terms as the file has them, by those of their variables."""
-    found = {item.name.text: item.labels for item in system.inputs}
+    labels = {item.name.text: item.labels for item in system.inputs}
     if system.output.labels:
-        found[system.output.name] = list(system.output.labels)
-    return found
+        labels[system.output.name] = list(system.output.labels)
+    return labels
 
 
 def _variables(system: System) -> list[str]:
@@ -173,10 +181,10 @@ def _renamed(system: System) -> dict[str, str]:
     called = _variables(system)
     names = [*(item.name.text for item in system.inputs), system.output.name or called[2]]
     pairs = [*zip(called, names, strict=True)]
-    for item, own in zip(system.inputs, called, strict=False):
+    for item, called_here in zip(system.inputs, called, strict=False):
         labels = [item.labels[k] for k in item.order]
         terms = identifiers(labels, "term")
-        pairs += [(f"{own}.{new}", old) for new, old in zip(terms, labels, strict=True)]
+        pairs += [(f"{called_here}.{new}", old) for new, old in zip(terms, labels, strict=True)]
     return {new: old for new, old in pairs if new.rpartition(".")[2] != old}
 
 
@@ -186,9 +194,7 @@ def _table(system: System) -> list[list[Singleton]]:
     for i, j in product(first.order, second.order):
         if (i, j) not in system.rules:
             one = f"{first.name.text} is {first.labels[i]}"
-            raise ValueError(
-                f"there is no rule for {one} and {second.name.text} is {second.labels[j]}"
-            )
+            raise ValueError(f"no rule for {one} and {second.name.text} is {second.labels[j]}")
     return [[system.rules[i, j][1] for j in second.order] for i in first.order]
 
 
@@ -219,11 +225,11 @@ def _ranges(error: Input, change: Input, output: Output, table: list[list[Single
     """Ranges of the variables; not those that an export gives them anyway."""
     usual = [range_of([term.edges() for term in item.triangles]) for item in (error, change)]
     usual.append(spread([[one.value for one in row] for row in table]))
-    told = [(item.low, item.high) for item in (error, change, output)]
+    ends_of = [(item.low, item.high) for item in (error, change, output)]
     return {
         name: ends
-        for name, ends, own in zip(VARIABLES, told, usual, strict=True)
-        if -inf < ends[0] < ends[1] < inf and ends != own
+        for name, ends, usual_ends in zip(VARIABLES, ends_of, usual, strict=True)
+        if -inf < ends[0] < ends[1] < inf and ends != usual_ends
     }
 
 
@@ -257,9 +263,9 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     first, second = system.inputs
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
-            raise item.name.fault(f"input {item.name.text}: its range has to lie within -1 and 1")
+            raise item.name.fault(f"input {item.name.text}: its range must be within -1 and 1")
     if [term[1:] for term in first.terms] != [term[1:] for term in second.terms]:
-        raise ValueError("both inputs need the same terms; a hierarchy has one set of them")
+        raise ValueError("both inputs must have the same terms in a hierarchy")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}
     row, column = signals
     table = [[one.value for one in values] for values in _table(system)]

@@ -55,9 +55,9 @@ def read(text: str, wanted: str | None = None) -> System:
     for label, kind, value in terms_in(output):
         kind.one_of(f"kind of the output term {label.text}", ("constant",))
         singletons.append(Singleton(label.text, *numbers_of(value, 1)))
-    told = unquoted(output.get("Name")).text
+    output_name = unquoted(output.get("Name")).text
     low, high = numbers_of(output.get("Range", "[-inf inf]"), 2, finite=False)
-    named = Output(told, low, high, [one.label for one in singletons])
+    named = Output(output_name, low, high, [one.label for one in singletons])
     system = System(unquoted(head.get("Name")).text, (first, second), named, {})
     for _, rule in rules.entries:
         _add(system, rule, singletons)
@@ -70,7 +70,10 @@ def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
     method = unquoted(head.get("AggMethod", "sum")).text
     if method == "sum" or len({*conclusions}) == len(conclusions):
         return []
-    return [f"AggMethod {method}: rules with one conclusion are added as in MATLAB, not in Octave"]
+    return [
+        f"AggMethod {method}: rules with the same conclusion are added as in MATLAB, not as "
+        "in Octave"
+    ]
 
 
 def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Block]:
@@ -86,7 +89,7 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
     for name in SECTIONS:
         if name not in sections:
             needed = ", ".join(SECTIONS)
-            raise Token(1, "").fault(f"there is no section [{name}]; needed are {needed}")
+            raise Token(1, "").fault(f"section [{name}] is missing; needed are {needed}")
     head = sections["System"]
     for k, (key, value) in enumerate(head.entries):
         if key.endswith(("Type", "Method")):
@@ -94,36 +97,36 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
         check_known(key, unquoted(value), system, "[System]")
     for key, allowed in system.items():
         if allowed and not head.all(key):
-            raise head.name.fault(f"[System] has no {key}; needed is {key}='{allowed[0]}'")
+            raise head.name.fault(f"[System] must have {key}='{allowed[0]}'")
     outputs = [sections[name] for name in sections if OUTPUT.fullmatch(name)]
     check_count(head, "NumOutputs", len(outputs))
     check_count(head, "NumRules", len(sections["Rules"].entries))
     k = chosen([unquoted(section.get("Name")) for section in outputs], wanted)
     rules = [_of_output(rule, len(outputs), k) for _, rule in sections["Rules"].entries]
-    found = Block(sections["Rules"].name, [("", rule) for rule in rules if rule])
-    return [head, sections["Input1"], sections["Input2"], outputs[k], found]
+    checked = Block(sections["Rules"].name, [("", rule) for rule in rules if rule])
+    return [head, sections["Input1"], sections["Input2"], outputs[k], checked]
 
 
 def _of_output(rule: Token, count: int, k: int) -> Token | None:
     """A rule as if there were but output number ``k`` of ``count``; None: it says nothing of it."""
-    if count == 1 or not (found := rule.match(RULE)):
+    if count == 1 or not (match := rule.match(RULE)):
         return rule
-    first, second, numbers, weight, connection = found
+    first, second, numbers, weight, connection = match
     terms = numbers.words()
     if len(terms) != count:
-        raise rule.fault(f"a rule has to name terms of {count} outputs (got {len(terms)})")
+        raise rule.fault(f"a rule must name terms of {count} outputs (got {len(terms)})")
     text = f"{first.text} {second.text}, {terms[k].text} ({weight.text}) : {connection.text}"
     return rule._replace(text=text) if numbers_in(rule, terms[k : k + 1]) != [0] else None
 
 
-def numbers_in(rule: Token, found: Sequence[Token]) -> list[int]:
+def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
     """The numbers of terms in a rule."""
     numbers = []
-    for part in found:
+    for part in tokens:
         whole = part._replace(text=part.text.strip()).match(NUMBER)
         if not whole:
-            told = f"the number of a term has to be whole (got {part.text.strip()[:20]})"
-            raise rule.fault(f"{told}; decimals are hedges, of Octave alone")
+            message = f"the number of a term must be whole (got {part.text.strip()[:20]})"
+            raise rule.fault(f"{message}; decimals are hedges, which only Octave has")
         numbers.append(int(whole[0].text))
     return numbers
 
@@ -138,19 +141,19 @@ def _sections(text: str) -> dict[str, Block]:
             if not OUTPUT.fullmatch(name):
                 title[0].one_of("section", SECTIONS)
             if name in sections:
-                raise line.fault(f"a second section [{name}]")
+                raise line.fault(f"section [{name}] is given twice")
             current = sections[name] = Block(title[0], [])
         elif current is None:
-            raise line.fault(f"{line.text[:40]!r} stands before any section; [System] comes first")
+            raise line.fault(f"{line.text[:40]!r} must come after a section, [System] first")
         elif current is sections.get("Rules"):
             current.entries.append(("", line))
         elif pair := line.pair("="):
             if (current.name.text, pair[0].text) in seen:
-                raise line.fault(f"{pair[0].text} stands there twice")
+                raise line.fault(f"{pair[0].text} is given twice")
             seen.add((current.name.text, pair[0].text))
             current.entries.append((pair[0].text, pair[1]))
         else:
-            raise line.fault(f"{line.text[:40]!r} is no line of a .fis, which is Key=value")
+            raise line.fault(f"{line.text[:40]!r} must be Key=value")
     return sections
 
 
@@ -173,26 +176,26 @@ def _shape(label: Token, kind: Token, value: Token) -> Shape:
 
 def terms_in(section: Block) -> list[list[Token]]:
     """Label, shape and numbers of each term, MF1 first."""
-    found: list[list[Token]] = []
+    terms: list[list[Token]] = []
     for key, value in section.entries:
         if key in ("Name", "Range", "NumMFs"):
             continue
         term = value.match(TERM)
-        if key != f"MF{len(found) + 1}" or not term:
-            wanted = f"MF{len(found) + 1}='NAME':'SHAPE',[NUMBERS]"
-            told = f"{key[:20]}={value.text[:40]} cannot be imported"
+        if key != f"MF{len(terms) + 1}" or not term:
+            wanted = f"MF{len(terms) + 1}='NAME':'SHAPE',[NUMBERS]"
+            message = f"{key[:20]}={value.text[:40]} cannot be imported"
             quotes = ", names between apostrophes" * ("'" not in value.text)
-            raise value.fault(f"{told}; here belongs {wanted}{quotes}")
-        found.append(term)
-    check_count(section, "NumMFs", len(found))
-    return found
+            raise value.fault(f"{message}; must be {wanted}{quotes}")
+        terms.append(term)
+    check_count(section, "NumMFs", len(terms))
+    return terms
 
 
 def check_count(section: Block, key: str, count: int) -> None:
     """Refuses a number of entries that is not theirs."""
     value = section.get(key)
     if value.text != str(count):
-        raise value.fault(f"{key}={value.text[:20]}, but there are {count}")
+        raise value.fault(f"{key} must be {count}, the number that follow (got {value.text[:20]})")
 
 
 def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
@@ -200,7 +203,7 @@ def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
     inner = value._replace(text=value.text.strip("[]").replace(",", " "))
     numbers = [word.number() if finite else word.edge() for word in inner.words()]
     if len(numbers) != count:
-        raise value.fault(f"{value.text[:60]} has to be {count} numbers")
+        raise value.fault(f"{value.text[:60]} must be {count} numbers")
     return numbers
 
 
@@ -209,22 +212,22 @@ def corners_of(kind: str, value: Token, count: int) -> list[float]:
     numbers = numbers_of(value, count, finite=kind != "trapmf")
     a, b, c, d = numbers if kind == "trapmf" else (0.0, 0.0, 0.0, 0.0)
     if (a == -inf) != (b == -inf) or (c == inf) != (d == inf):
-        raise value.fault(f"{value.text[:60]}: a flank of infinite length has no slope")
+        raise value.fault(f"{value.text[:60]}: a flank must not be infinitely long")
     return numbers
 
 
 def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
-    if not (found := rule.match(RULE)):
-        raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
-    first, second, conclusion = numbers_in(rule, found[:3])
-    weight = found[3]._replace(text=found[3].text.strip())
+    if not (match := rule.match(RULE)):
+        raise rule.fault(f"{rule.text[:40]!r} must be a rule of two inputs, as in 1 1, 1 (1) : 1")
+    first, second, conclusion = numbers_in(rule, match[:3])
+    weight = match[3]._replace(text=match[3].text.strip())
     if weight.number() != 1.0:
-        raise rule.fault(f"a rule of weight {found[3].text} cannot be imported, only of weight 1")
-    found[4].one_of("connection of a rule", ("1",))
+        raise rule.fault(f"the weight of a rule must be 1 (got {match[3].text})")
+    match[4].one_of("connection of a rule", ("1",))
     counts = [*(len(item.labels) for item in system.inputs), len(singletons)]
     for term, count in zip((first, second, conclusion), counts, strict=True):
         if not 1 <= term <= count:
-            raise rule.fault(f"term {term} in a rule; allowed is 1 to {count}, all of them given")
+            raise rule.fault(f"the term of a rule must be 1 to {count} (got {term})")
     system.add(rule, (first - 1, second - 1), singletons[conclusion - 1])
 
 
@@ -252,8 +255,8 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     head, *inputs, output, rules = checked_sections(text, SYSTEM | otherwise, wanted)
     first, second = (_variable(section) for section in inputs)
     conclusions = [] if mamdani else [_conclusion(*term) for term in terms_in(output)]
-    told = _variable(output) if mamdani else _variable(output, shaped=False)
-    ends = (told.low, told.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
+    result = _variable(output) if mamdani else _variable(output, shaped=False)
+    ends = (result.low, result.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
     places = np.linspace(*ends, PLACES)
     shares = np.ones(PLACES)
     shares[[0, -1]] = 0.5
@@ -263,20 +266,20 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     aggregation = aggregation if mamdani else "sum"
     by = conjunction, disjunction, implication, aggregation, defuzzifier
     methods = inference.Methods(*by, places, shares, default=nan)
-    counts = [len(found.terms) for found in (first, second, told)]
-    found = [_rule(rule, counts, mamdani) for _, rule in rules.entries]
+    counts = [len(variable.terms) for variable in (first, second, result)]
+    listed = [_rule(rule, counts, mamdani) for _, rule in rules.entries]
     name = unquoted(head.get("Name")).text
-    base = RuleBase(name, (first, second), told, found, methods, conclusions)
+    base = RuleBase(name, (first, second), result, listed, methods, conclusions)
     if mamdani:
         return base
     values = [value.text for _, _, value in terms_in(output)]
-    return base._replace(notes=notes_on(head, [values[rule.term] for rule in found]))
+    return base._replace(notes=notes_on(head, [values[rule.term] for rule in listed]))
 
 
 def _variable(section: Block, shaped: bool = True) -> Variable:
     low, high = numbers_of(section.get("Range", "[]" if shaped else "[-inf inf]"), 2, shaped)
     if shaped and not low < high:
-        raise section.name.fault(f"[{section.name.text}]: its range has to rise")
+        raise section.name.fault(f"[{section.name.text}]: its range must rise")
     terms = []
     for label, kind, value in terms_in(section):
         if not shaped:
@@ -288,10 +291,10 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
         if kind.text == "dsigmf":
             places = np.linspace(low, high, 10 * PLACES)
             if (sigmoid(places, *numbers[1::-1]) < sigmoid(places, *numbers[:1:-1]) - SAME).any():
-                told = ": where its second sigmoid is the higher one Octave has 0 and MATLAB not"
-                raise label.fault(f"term {label.text}{told}")
+                message = ": where its second sigmoid is higher, Octave gives 0 and MATLAB does not"
+                raise label.fault(f"term {label.text}{message}")
     if not terms:
-        raise section.name.fault(f"[{section.name.text}] has no terms")
+        raise section.name.fault(f"[{section.name.text}] must have terms")
     return Variable(unquoted(section.get("Name")), low, high, terms)
 
 
@@ -304,20 +307,22 @@ def _conclusion(label: Token, kind: Token, value: Token) -> inference.Conclusion
 
 
 def _rule(rule: Token, counts: list[int], mamdani: bool) -> Rule:
-    if not (found := rule.match(RULE)):
-        raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
-    numbers = numbers_in(rule, found[:3])
+    if not (match := rule.match(RULE)):
+        raise rule.fault(f"{rule.text[:40]!r} must be a rule of two inputs, as in 1 1, 1 (1) : 1")
+    numbers = numbers_in(rule, match[:3])
     for number, count in zip(numbers, counts, strict=True):
         if abs(number) > count:
-            raise rule.fault(f"term {number} in a rule; allowed is 1 to {count}, and 0 for any")
+            raise rule.fault(
+                f"the term of a rule must be 1 to {count}, or 0 for any (got {number})"
+            )
     if numbers[2] == 0 or not any(numbers[:2]):
-        raise rule.fault("a rule needs a term of an input and one of the output")
+        raise rule.fault("a rule must have a term of an input and one of the output")
     if numbers[2] < 0 and not mamdani:
-        raise rule.fault(f"not before a conclusion, {numbers[2]}; of Sugeno terms there is none")
-    weight = found[3]._replace(text=found[3].text.strip()).number()
+        raise rule.fault(f"a Sugeno conclusion must not be negated (got {numbers[2]})")
+    weight = match[3]._replace(text=match[3].text.strip()).number()
     if not 0.0 <= weight <= 1.0:
-        raise rule.fault(f"a rule of weight {weight:g}; allowed is 0 to 1")
-    word = "and" if found[4].one_of("connection of a rule", ("1", "2")) == "1" else "or"
+        raise rule.fault(f"the weight of a rule must be 0 to 1 (got {weight:g})")
+    word = "and" if match[4].one_of("connection of a rule", ("1", "2")) == "1" else "or"
     said = [(abs(number) - 1, ["not"] if number < 0 else []) for number in numbers]
     clauses = [Clause(k, *said[k]) for k in (0, 1) if numbers[k]]
     return Rule([*clauses, *[word] * (len(clauses) - 1)], *said[2], weight)

@@ -52,10 +52,10 @@ def read(text: str, wanted: str | None = None) -> System:
     first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
-        found = _singleton(term)
-        if found.label in singletons:
-            raise term.fault(f"term {found.label} stands twice in output {output.name.text}")
-        singletons[found.label] = found
+        value = _singleton(term)
+        if value.label in singletons:
+            raise term.fault(f"term {value.label} is given twice in output {output.name.text}")
+        singletons[value.label] = value
     named = Output(output.name.text, *ends_of(output), list(singletons))
     system = System(head.name.text, (first, second), named, {})
     for rule in rules.all("rule"):
@@ -69,7 +69,7 @@ def _check_sums(output: Block, said: list[Singleton]) -> None:
     lock, norm = output.get("lock-range"), output.get("aggregation", "none")
     low, high = ends_of(output)
     if lock.text == "true" and not all(low <= one.value <= high for one in said):
-        raise lock.fault(f"lock-range = true cuts off what lies beyond {low:g} and {high:g}")
+        raise lock.fault(f"lock-range = true limits the output to {low:g} to {high:g}")
     if norm.text not in SUMS and len({one.label for one in said}) < len(said):
         raise norm.fault(f"aggregation = {norm.text} of rules that conclude the same")
 
@@ -90,25 +90,25 @@ def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[B
     for kind, count in COUNTS.items():
         if len(blocks[kind]) != count:
             last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
-            raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
+            raise last.fault(f"must have {count} of {kind} (got {len(blocks[kind])})")
     head = (*blocks["Engine"], Block(Token(1, ""), []))[0]
     return [head, *(block for kind in COUNTS for block in blocks[kind])]
 
 
 def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
     """The entries of a rule block without what they conclude of other outputs."""
-    found = []
+    clauses = []
     for key, value in block.entries:
         condition, then, rest = value.text.partition(" then ")
         said, by, weight = rest.partition(" with ")
         parts = said.split(" and ")
         if len(parts) > 1 and any(len(part.split()) > 3 for part in parts):
             raise value.fault("a hedge before one of several conclusions cannot be imported")
-        own = [part for part in parts if part.split(" is ")[0].strip() == name]
-        if key != "rule" or own or not then:
-            text = f"{condition}{then}{' and '.join(own)}{by}{weight}"
-            found.append((key, value if key != "rule" else value._replace(text=text)))
-    return found
+        about = [part for part in parts if part.split(" is ")[0].strip() == name]
+        if key != "rule" or about or not then:
+            text = f"{condition}{then}{' and '.join(about)}{by}{weight}"
+            clauses.append((key, value if key != "rule" else value._replace(text=text)))
+    return clauses
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
@@ -117,33 +117,33 @@ def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
     kind, block = "", None
     for line in lines(text, COMMENT):
         if not (pair := line.pair(":")):
-            raise line.fault(f"{line.text[:40]!r} is no line of FLL, which is key: value")
+            raise line.fault(f"{line.text[:40]!r} must be key: value")
         key, value = pair[0].text, pair[1]
         if key in KEYS:
             kind, block = key, Block(value, [])
             blocks[kind].append(block)
         elif block is None:
-            raise line.fault(f"{key[:40]!r} stands before any block; an FLL starts with Engine:")
+            raise line.fault(f"{key[:40]!r} must come after a block; an FLL starts with Engine:")
         else:
             value = value._replace(text=" ".join(value.text.split()))
             check_known(key, value, allowed[kind], f"{kind} {block.name.text}")
             if key not in ("term", "rule") and block.all(key):
-                raise line.fault(f"{key} stands twice in {kind} {block.name.text}")
+                raise line.fault(f"{key} is given twice in {kind} {block.name.text}")
             block.entries.append((key, value))
     for kind, needed in NEEDED.items():
         for block in blocks[kind]:
             for key in needed:
                 if not block.all(key):
-                    raise block.name.fault(f"{kind} {block.name.text} has no {key}")
+                    raise block.name.fault(f"{kind} {block.name.text} must have {key}")
     return blocks
 
 
 def ends_of(block: Block) -> tuple[float, float]:
     """The range of a variable; ValueError: it is not two numbers."""
-    told = block.get("range", "-inf inf")
-    ends = [word.edge() for word in told.words()]
+    span = block.get("range", "-inf inf")
+    ends = [word.edge() for word in span.words()]
     if len(ends) != 2:
-        raise told.fault(f"range: {told.text!r} has to be two numbers")
+        raise span.fault(f"range: {span.text!r} must be two numbers")
     return ends[0], ends[1]
 
 
@@ -153,9 +153,9 @@ def _numbers(term: Token, kinds: Iterable[str]) -> tuple[Token, str, list[float]
     count = CURVES[kind.one_of(f"shape of the term {label.text}", kinds)].needs
     numbers = [word.edge() for word in rest.words()]
     if len(numbers) == count + 1 and numbers.pop() != 1.0:
-        raise term.fault(f"term {label.text}: only the height 1 can be imported")
+        raise term.fault(f"term {label.text}: its height must be 1")
     if len(numbers) != count:
-        raise term.fault(f"term {label.text}: a {kind.text} has {count} numbers")
+        raise term.fault(f"term {label.text}: a {kind.text} must have {count} numbers")
     return label, kind.text, numbers
 
 
@@ -169,28 +169,28 @@ def _shape(term: Token) -> Shape:
 
 
 def _singleton(term: Token) -> Singleton:
-    if not (found := term.match(SINGLETON)):
-        told = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
-        raise term.fault(told)
-    return Singleton(found[0].text, found[1].number())
+    if not (match := term.match(SINGLETON)):
+        message = f"output term {term.text[:40]!r}: must be NAME Constant NUMBER"
+        raise term.fault(message)
+    return Singleton(match[0].text, match[1].number())
 
 
 def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
     names = [item.name.text for item in system.inputs]
-    if not (found := rule.match(RULE)):
+    if not (match := rule.match(RULE)):
         raise rule.fault(
-            f"rule {rule.text[:60]!r} cannot be imported, only: if {names[0]} is TERM and "
-            f"{names[1]} is TERM then {output} is TERM"
+            f"rule {rule.text[:60]!r} cannot be imported; must be: if {names[0]} is TERM "
+            f"and {names[1]} is TERM then {output} is TERM"
         )
-    *pairs, target, conclusion, weight = found
+    *pairs, target, conclusion, weight = match
     if weight.text and weight.number() != 1.0:
-        raise rule.fault(f"a rule of weight {weight.text} cannot be imported, only of weight 1")
+        raise rule.fault(f"the weight of a rule must be 1 (got {weight.text})")
     target.one_of("output of the rule", (output,))
     terms = {
         name.place(names, "input"): term for name, term in zip(pairs[::2], pairs[1::2], strict=True)
     }
     if len(terms) < len(names):
-        raise rule.fault(f"a rule has to read both inputs, {names[0]} and {names[1]}")
+        raise rule.fault(f"a rule must read both inputs, {names[0]} and {names[1]}")
     first, second = (
         terms[k].place(item.labels, f"term of {names[k]}") for k, item in enumerate(system.inputs)
     )
@@ -228,20 +228,20 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     """
     head, first, second, output, rules = engine(text, ANY, wanted)
     inputs = _variable(first), _variable(second)
-    told = output.get("defuzzifier")
-    name, *more = told.words()
+    defuzzifier = output.get("defuzzifier")
+    name, *more = defuzzifier.words()
     name.one_of("defuzzifier", (*INTEGRALS, *WEIGHTED))
     shaped = name.text in INTEGRALS
     result = _variable(output, shaped)
-    kinds = {} if shaped else _kinds(told, more, output)
+    kinds = {} if shaped else _kinds(defuzzifier, more, output)
     conclusions = [] if shaped else [_conclusion(term, kinds) for term in output.all("term")]
-    count = _count(told, [word.text for word in more]) if shaped else 0
+    count = _count(defuzzifier, [word.text for word in more]) if shaped else 0
     conjunction, disjunction, implication = (
         rules.get(key, "none").text for key in ("conjunction", "disjunction", "implication")
     )
     by = conjunction, disjunction, implication, output.get("aggregation", "none").text
     if shaped and "none" in by[2:]:
-        raise told.fault(f"{name.text} needs an implication and an aggregation, not none")
+        raise defuzzifier.fault(f"{name.text} needs an implication and an aggregation (got none)")
     shares: Floats = np.ones(count)
     width = result.high - result.low
     places = result.low + (shares.cumsum() - 0.5) * (width / max(count, 1))
@@ -252,48 +252,53 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
         raise output.get("range").fault("lock-range = true of a range that falls")
     limits = (result.low, result.high) if locked else (-inf, inf)
     methods = inference.Methods(*by, name.text, places, shares, number, limits)
-    found = [_rule(rule, (*inputs, result), by) for rule in rules.all("rule")]
-    if not found:
-        raise rules.name.fault("there is no rule")
-    base = RuleBase(head.name.text, inputs, result, found, methods, conclusions)
-    if not shaped and by[3] not in SUMS and len({rule.term for rule in found}) < len(found):
-        note = f"{by[3]} of rules with one conclusion is taken as in fuzzylite 8; older ones add"
+    listed = [_rule(rule, (*inputs, result), by) for rule in rules.all("rule")]
+    if not listed:
+        raise rules.name.fault("there are no rules")
+    base = RuleBase(head.name.text, inputs, result, listed, methods, conclusions)
+    if not shaped and by[3] not in SUMS and len({rule.term for rule in listed}) < len(listed):
+        note = (
+            f"{by[3]} of rules with the same conclusion is computed as in fuzzylite 8; "
+            "older versions add"
+        )
         return base._replace(notes=[note])
     return base
 
 
-def _kinds(told: Token, more: list[Token], output: Block) -> dict[str, int]:
+def _kinds(defuzzifier: Token, more: list[Token], output: Block) -> dict[str, int]:
     """Kinds that the terms of a weighted output may have, and how many numbers each has."""
     ramps = any(term.match(TERM)[1].text == "Ramp" for term in output.all("term"))
     kind = "Tsukamoto" if ramps else "TakagiSugeno"
     if [word.text for word in more] not in ([], ["Automatic"], [kind]):
-        raise told.fault(f"defuzzifier: {told.text!r} of terms that are {kind}'s")
+        raise defuzzifier.fault(f"defuzzifier: {defuzzifier.text!r} of terms that are {kind}'s")
     return {"Ramp": 2} if ramps else {"Constant": 1, "Linear": 3}
 
 
-def _count(told: Token, words: list[str]) -> int:
+def _count(defuzzifier: Token, words: list[str]) -> int:
     """Places of the output at which it is integrated."""
     if not words:
         return PLACES
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
     if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
-        raise told.fault(f"defuzzifier: {told.text!r}; allowed are 2 to {MOST_PLACES} places")
+        raise defuzzifier.fault(
+            f"defuzzifier: must have 2 to {MOST_PLACES} places (got {defuzzifier.text!r})"
+        )
     return int(words[0])
 
 
 def _variable(block: Block, shaped: bool = True) -> Variable:
     low, high = ends_of(block)
     if shaped and not low < high:
-        raise block.name.fault(f"{block.name.text}: its range has to rise")
+        raise block.name.fault(f"{block.name.text}: its range must rise")
     if shaped and not np.isfinite((low, high)).all():
-        told = f"range of {block.name.text}: has to be finite, to be sampled"
-        raise block.get("range").fault(told)
+        message = f"range of {block.name.text}: must be finite, to be sampled"
+        raise block.get("range").fault(message)
     terms = [_term(term, shaped) for term in block.all("term")]
     if not terms:
-        raise block.name.fault(f"{block.name.text} has no terms")
+        raise block.name.fault(f"{block.name.text} must have terms")
     labels = [term.label.text for term in terms]
     if twice := next((term for k, term in enumerate(terms) if labels[k] in labels[:k]), None):
-        raise twice.label.fault(f"term {twice.label.text} stands twice in {block.name.text}")
+        raise twice.label.fault(f"term {twice.label.text} is given twice in {block.name.text}")
     return Variable(block.name, low, high, terms)
 
 
@@ -302,7 +307,7 @@ def _term(term: Token, shaped: bool) -> Term:
         return Term(term.match(TERM)[0], np.ones_like, [])
     label, kind, numbers = _numbers(term, CURVES)
     if kind == "Ramp" and numbers[0] == numbers[1]:
-        raise term.fault(f"term {label.text}: a Ramp has to rise or to fall")
+        raise term.fault(f"term {label.text}: a Ramp must rise or fall")
     return inference.term_of(label, CURVES[kind], numbers)
 
 
@@ -314,7 +319,7 @@ def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
     if kind.text == "Linear" and len(numbers) == 2:
         numbers.append(0.0)
     if len(numbers) != kinds[kind.text]:
-        raise term.fault(f"term {label.text}: a {kind.text} has {kinds[kind.text]} numbers here")
+        raise term.fault(f"term {label.text}: a {kind.text} must have {kinds[kind.text]} numbers")
     if kind.text == "Ramp":
         start, end = numbers
         return lambda _x, _y, degree: start + (end - start) * degree
@@ -322,51 +327,53 @@ def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
 
 
 def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Rule:
-    if not (found := rule.match(SAMPLED_RULE)):
-        told = "is no rule, which is if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
-        raise rule.fault(f"{rule.text[:60]!r} {told}")
-    condition, target, conclusion, weight = found
+    if not (match := rule.match(SAMPLED_RULE)):
+        message = "must be if INPUT is TERM and INPUT is TERM then OUTPUT is TERM"
+        raise rule.fault(f"{rule.text[:60]!r} {message}")
+    condition, target, conclusion, weight = match
     *inputs, output = variables
     target.one_of("output of the rule", (output.name.text,))
     number = weight.number() if weight.text else 1.0
     if not 0.0 <= number <= 1.0:
-        raise rule.fault(f"a rule of weight {number:g}; allowed is 0 to 1")
+        raise rule.fault(f"the weight of a rule must be 0 to 1 (got {number:g})")
     term, hedges = _said(conclusion, output)
     if hedges:  # which fuzzylite would apply to how much the rule fires
-        raise conclusion.fault(f"a hedge before a conclusion, {conclusion.text[:40]!r}")
+        raise conclusion.fault(
+            f"a hedge before a conclusion is not allowed (got {conclusion.text[:40]!r})"
+        )
     return Rule(_condition(condition, inputs, by), term, [], number)
 
 
-def _condition(told: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
+def _condition(condition: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
     """Clauses, "and" and "or" behind what they join; "and" comes before "or"."""
-    found: list[Clause | str] = []
+    clauses: list[Clause | str] = []
     waiting, words, before = ["("], [], ""
-    for text in [*WORD.findall(told.text), ")"]:
+    for text in [*WORD.findall(condition.text), ")"]:
         if text not in ("and", "or", ")", "("):
             words.append(text)
             continue
         if (text == "(" and words) or (text != "(" and bool(words) == (before == ")")):
-            wanted = f"before {text!r} has to stand INPUT is TERM"
-            raise told.fault(f"{wanted} (got {' '.join([before, *words]).strip()[:40]!r})")
+            wanted = f"before {text!r} must be INPUT is TERM"
+            raise condition.fault(f"{wanted} (got {' '.join([before, *words]).strip()[:40]!r})")
         if words:
-            found.append(_clause(told._replace(text=" ".join(words)), inputs))
+            clauses.append(_clause(condition._replace(text=" ".join(words)), inputs))
         ahead = {"(": (), "and": ("and",)}.get(text, ("and", "or"))
         while waiting and waiting[-1] in ahead:
-            found.append(waiting.pop())
+            clauses.append(waiting.pop())
         if text == ")" and not waiting:
-            raise told.fault("a bracket that closes more than there is")
+            raise condition.fault("a bracket closes without an opening one")
         waiting[len(waiting) - (text == ")") :] = [] if text == ")" else [text]
         if text in ("and", "or") and by[text == "or"] == "none":
-            raise told.fault(f"{text} joins by a norm which the rule block has not: none")
+            raise condition.fault(f"{text} needs a norm of the rule block (got none)")
         words, before = [], text
     if waiting:
-        raise told.fault("a bracket that does not close")
-    return found
+        raise condition.fault("a bracket is not closed")
+    return clauses
 
 
-def _clause(told: Token, inputs: list[Variable]) -> Clause:
-    if not (pair := told.match(CLAUSE)):
-        raise told.fault(f"{told.text[:40]!r} is no INPUT is TERM")
+def _clause(text: Token, inputs: list[Variable]) -> Clause:
+    if not (pair := text.match(CLAUSE)):
+        raise text.fault(f"{text.text[:40]!r} must be INPUT is TERM")
     k = pair[0].place([item.name.text for item in inputs], "input")
     return Clause(k, *_said(pair[1], inputs[k]))
 

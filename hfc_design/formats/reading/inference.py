@@ -156,7 +156,7 @@ def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
     widths = [number for k, number in enumerate(numbers) if k not in curve.places]
     rising = all(a <= b for a, b in pairwise(places)) or curve.falls
     if not rising or not all(widths):
-        raise label.fault(f"term {label.text}: its corners have to rise, its widths not to be 0")
+        raise label.fault(f"term {label.text}: its corners must rise, its widths must not be 0")
     begin, end = places[(len(places) - 1) // 2], places[len(places) // 2]  # of its top
     if not (all(map(isfinite, numbers)) or (curve.reaches and begin < inf and end > -inf)):
         raise label.fault(f"term {label.text}: only straight flanks may reach to -inf or inf")
@@ -195,11 +195,11 @@ def folded(
     joins: dict[str, Callable[[T, T], T]],
 ) -> T:
     """What a condition gives, from what its clauses give."""
-    held: list[T] = []
+    waiting: list[T] = []
     for part in condition:
-        joined = joins[part](held.pop(), held.pop()) if isinstance(part, str) else leaf(part)
-        held.append(joined)
-    return held.pop()
+        joined = joins[part](waiting.pop(), waiting.pop()) if isinstance(part, str) else leaf(part)
+        waiting.append(joined)
+    return waiting.pop()
 
 
 class Rule(NamedTuple):
@@ -267,14 +267,14 @@ class RuleBase(NamedTuple):
     def _outputs(self, values: tuple[Floats, Floats]) -> Floats:
         rules = self._grouped([self._firing(rule, values) for rule in self.rules])
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            found = self._averaged(rules, values) if self.conclusions else self._integrated(rules)
-        found = np.where(np.isfinite(found), found, self.methods.default)
-        return np.clip(found, *self.methods.limits)
+            outputs = self._averaged(rules, values) if self.conclusions else self._integrated(rules)
+        outputs = np.where(np.isfinite(outputs), outputs, self.methods.default)
+        return np.clip(outputs, *self.methods.limits)
 
     def _averaged(self, rules: list[tuple[Rule, Floats]], values: tuple[Floats, Floats]) -> Floats:
         total = sum((degree for _, degree in rules), np.zeros_like(values[0]))
-        told = [degree * self.conclusions[rule.term](*values, degree) for rule, degree in rules]
-        average = sum(told, np.zeros_like(total)) / total
+        weighted = [degree * self.conclusions[rule.term](*values, degree) for rule, degree in rules]
+        average = sum(weighted, np.zeros_like(total)) / total
         return average if self.methods.defuzzifier in AVERAGES else average * total
 
     def _integrated(self, rules: list[tuple[Rule, Floats]]) -> Floats:
@@ -284,8 +284,8 @@ class RuleBase(NamedTuple):
         for rule, degree in rules:
             shape = hedged(self.output.terms[rule.term].degree(methods.places), rule.hedges)
             whole = norm(whole, implied(degree[:, None], shape))
-        found = DEFUZZIFIERS[methods.defuzzifier](whole, methods.places, methods.shares)
-        return np.where((whole > 0.0).any(axis=1), found, np.nan)
+        integrated = DEFUZZIFIERS[methods.defuzzifier](whole, methods.places, methods.shares)
+        return np.where((whole > 0.0).any(axis=1), integrated, np.nan)
 
     def _grouped(self, firing: list[Floats]) -> list[tuple[Rule, Floats]]:
         """Rules with what they fire at, one a conclusion where that does not change the output.
@@ -296,11 +296,11 @@ class RuleBase(NamedTuple):
         if not (self.conclusions or self.methods.aggregation in ("max", "Maximum")):
             return list(each)
         norm = NORMS[self.methods.aggregation]
-        found: dict[tuple[int, tuple[str, ...]], tuple[Rule, Floats]] = {}
+        groups: dict[tuple[int, tuple[str, ...]], tuple[Rule, Floats]] = {}
         for rule, degree in each:
             key = rule.term, tuple(rule.hedges)
-            found[key] = rule, norm(found[key][1], degree) if key in found else degree
-        return list(found.values())
+            groups[key] = rule, norm(groups[key][1], degree) if key in groups else degree
+        return list(groups.values())
 
     def _firing(self, rule: Rule, values: tuple[Floats, Floats]) -> Floats:
         def degree(clause: Clause) -> Floats:

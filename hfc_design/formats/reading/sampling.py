@@ -43,7 +43,7 @@ class Side(NamedTuple):
     values: Floats  # (points,) from the lowest to the highest of its range
     allowed: Integers  # places in ``values`` at which a centre can lie
     centres: int  # how many
-    held: int | None  # number of the centre that stays on 0
+    centre_place: int | None  # number of the centre that stays on 0
 
 
 def fitted(
@@ -55,10 +55,10 @@ def fitted(
     axes = [side.values[side.allowed] for side in sides]
     odd = _is_odd(coarse / scale, axes)
     starts = [[_even(side, axis) for side, axis in zip(sides, axes, strict=True)]]
-    own = [_own(*each) for each in zip(sides, axes, inputs, strict=True)]
-    starts += [[own[0], own[1]]] if own[0] and own[1] else []
-    found = [_moved(coarse / scale, axes, start, sides, odd) for start in starts]
-    best = found[-1][1] if _less(found[-1][0], found[0][0]) else found[0][1]
+    starts_of = [_cores(*each) for each in zip(sides, axes, inputs, strict=True)]
+    starts += [[starts_of[0], starts_of[1]]] if starts_of[0] and starts_of[1] else []
+    tried = [_moved(coarse / scale, axes, start, sides, odd) for start in starts]
+    best = tried[-1][1] if _less(tried[-1][0], tried[0][0]) else tried[0][1]
     return sides[0].allowed[best[0]], sides[1].allowed[best[1]]
 
 
@@ -71,7 +71,7 @@ def _is_odd(grid: Floats, axes: list[Floats]) -> bool:
 
 def _even(side: Side, axis: Floats) -> list[int]:
     """Evenly spaced, on either side of 0 where one stays there."""
-    if side.held is None:
+    if side.centre_place is None:
         wanted = np.linspace(axis[0], axis[-1], side.centres)
     else:
         half = side.centres // 2 + 1
@@ -80,12 +80,14 @@ def _even(side: Side, axis: Floats) -> list[int]:
     return _different([int(np.abs(axis - value).argmin()) for value in wanted], len(axis))
 
 
-def _own(side: Side, axis: Floats, variable: Variable) -> list[int]:
+def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
     """Where the file's terms are highest; none if these are not as many, or miss 0."""
-    found = sorted({core(term.degree(axis)) for term in variable.terms})
-    if len(found) != side.centres or (side.held is not None and axis[found[side.held]] != 0.0):
+    cores = sorted({core(term.degree(axis)) for term in variable.terms})
+    if len(cores) != side.centres or (
+        side.centre_place is not None and axis[cores[side.centre_place]] != 0.0
+    ):
         return []
-    return found
+    return cores
 
 
 def core(degree: Floats) -> int:
@@ -112,35 +114,36 @@ def _moved(
     """The deviation, and the places after each has moved to where it is least."""
     counts = [len(axis) for axis in axes]
     places = [
-        _paired(own, count) if odd else [*own] for own, count in zip(places, counts, strict=True)
+        _paired(chosen, count) if odd else [*chosen]
+        for chosen, count in zip(places, counts, strict=True)
     ]
-    within = [straight(axis, axis[own]) for axis, own in zip(axes, places, strict=True)]
+    within = [straight(axis, axis[chosen]) for axis, chosen in zip(axes, places, strict=True)]
     least = _deviation(grid, within, places)
     for _ in range(SWEEPS):
         before = least
         for side in (0, 1):
             moving = range(len(places[side]) // 2 if odd else len(places[side]))
             for k in moving:
-                if k == sides[side].held:
+                if k == sides[side].centre_place:
                     continue
                 for tried in _tries(places[side], k, counts[side], odd):
                     trial = [*within]
                     trial[side] = straight(axes[side], axes[side][tried])
                     both = [*places]
                     both[side] = tried
-                    if _less(found := _deviation(grid, trial, both), least):
-                        least, within, places = found, trial, both
+                    if _less(deviation := _deviation(grid, trial, both), least):
+                        least, within, places = deviation, trial, both
         if least >= before:
             break
     return least, places
 
 
-def _tries(own: list[int], k: int, count: int, odd: bool) -> Iterator[list[int]]:
+def _tries(chosen: list[int], k: int, count: int, odd: bool) -> Iterator[list[int]]:
     """The places with the one of number ``k`` anywhere between its neighbours."""
-    low = own[k - 1] + 1 if k else 0
-    high = own[k + 1] if k + 1 < len(own) else count
+    low = chosen[k - 1] + 1 if k else 0
+    high = chosen[k + 1] if k + 1 < len(chosen) else count
     for place in range(low, min(high, count // 2) if odd else high):
-        tried = [*own[:k], place, *own[k + 1 :]]
+        tried = [*chosen[:k], place, *chosen[k + 1 :]]
         yield _paired(tried, count) if odd else tried
 
 
@@ -186,7 +189,7 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Jso
     row, column = np.argwhere(off >= (1.0 - SAME) * off.max())[0]
     names = [variable.name.text for variable in base.inputs]
     at = (sides[0].values[row], sides[1].values[column])
-    told = {
+    report = {
         "terms": f"{len(x)} x {len(y)}",
         "largest_deviation": float(off.max()),
         "at": dict(zip(names, map(float, at), strict=True)),
@@ -194,55 +197,55 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Jso
         "points": f"{len(sides[0].values)} x {len(sides[1].values)}",
     }
     if pairs := base.left_out():
-        told["without_rule"] = pairs
+        report["without_rule"] = pairs
     inputs = _input(base.inputs[0], x), _input(base.inputs[1], y)
     labels = [term.label.text for term in base.output.terms]
     output = Output(base.output.name.text, base.output.low, base.output.high, labels)
     system = System(base.name, inputs, output, {}, notes=base.notes)
     for i, j in product(range(len(x)), range(len(y))):
         system.add(base.output.name, (i, j), Singleton("", float(table[i, j])))
-    return system, told
+    return system, report
 
 
-def deviation_told(told: Json, chosen: bool) -> str:
+def deviation_told(report: Json, chosen: bool) -> str:
     """The largest deviation of a table in a line: where it is, and of how many points.
 
     Where nobody has ``chosen`` the number of terms, it says that there could be more.
     """
-    low, high = told["output_range"]
-    most = told["largest_deviation"]
+    low, high = report["output_range"]
+    most = report["largest_deviation"]
     share = f" ({percent(most / (high - low))} of its range)" if high > low else ""
-    at = ", ".join(f"{name} = {value:.4g}" for name, value in told["at"].items())
-    more = f"; more terms, --terms up to {MOST}, usually make that smaller"
-    full = chosen or most == 0.0 or told["terms"] == f"{MOST} x {MOST}"
+    at = ", ".join(f"{name} = {value:.4g}" for name, value in report["at"].items())
+    more = f"; more terms, --terms up to {MOST}, usually reduce this"
+    full = chosen or most == 0.0 or report["terms"] == f"{MOST} x {MOST}"
     return (
-        f"sampled to {told['terms']} terms: output off by {most:.3g} at most{share}, at {at}; "
-        f"of {told['points']} points{'' if full else more}"
+        f"sampled to {report['terms']} terms: output deviates by at most {most:.3g}{share}, "
+        f"at {at}; compared at {report['points']} points{'' if full else more}"
     )
 
 
-def left_out_told(told: Json) -> str:
+def left_out_told(report: Json) -> str:
     """Which pairs of terms have no rule, in a line; "": all have one."""
-    pairs = told.get("without_rule", [])
+    pairs = report.get("without_rule", [])
     if not pairs:
         return ""
     more = f" and {len(pairs) - NAMED} more pairs" if len(pairs) > NAMED else ""
-    return f"no rule for {'; '.join(pairs[:NAMED])}{more}: there the rules beside them decide"
+    return f"no rule for {'; '.join(pairs[:NAMED])}{more}: there the neighbouring rules decide"
 
 
 def _side(variable: Variable, count: int) -> Side:
     low, high = variable.low, variable.high
     name = variable.name.text
     if not (max(abs(low), abs(high)) <= LARGEST and high - low >= SMALLEST * LARGEST):
-        told = f"its range has to lie within {-LARGEST:g} and {LARGEST:g} and not be a point"
-        raise variable.name.fault(f"input {name}: {told}")
+        message = f"its range must be within {-LARGEST:g} and {LARGEST:g} and not empty"
+        raise variable.name.fault(f"input {name}: {message}")
     marks = [place for term in variable.terms for place in term.places if low < place < high]
     marks += [0.0] if low < 0.0 < high else []
     even = _short(np.linspace(low, high, POINTS))
     values = np.unique(np.concatenate([even, marks]))
     allowed = np.flatnonzero(np.isin(values, np.concatenate([even[::COARSE], marks])))
-    held = count // 2 if low < 0.0 < high and count % 2 else None
-    return Side(values, allowed, count, held)
+    centre = count // 2 if low < 0.0 < high and count % 2 else None
+    return Side(values, allowed, count, centre)
 
 
 def _short(values: Floats) -> Floats:
@@ -256,22 +259,22 @@ def _short(values: Floats) -> Floats:
 def _on(base: RuleBase, x: Floats, y: Floats) -> Floats:
     """Outputs on a grid; ValueError: there is none at one of its points."""
     first, second = (part.ravel() for part in np.meshgrid(x, y, indexing="ij"))
-    found = base.outputs(first, second).reshape(len(x), len(y))
-    found[np.abs(found) < ROUNDING * np.abs(found).max()] = 0.0
-    bad = np.argwhere(~np.isfinite(found))
+    surface = base.outputs(first, second).reshape(len(x), len(y))
+    surface[np.abs(surface) < ROUNDING * np.abs(surface).max()] = 0.0
+    bad = np.argwhere(~np.isfinite(surface))
     if len(bad):
         a, b = (variable.name.text for variable in base.inputs)
         i, j = bad[0]
         raise ValueError(f"no rule fires at {a} = {x[i]:g}, {b} = {y[j]:g}: there is no output")
-    return np.asarray(found)
+    return np.asarray(surface)
 
 
 def _input(variable: Variable, centres: Floats) -> Input:
     grid = np.linspace(variable.low, variable.high, POINTS)
     cores = [float(grid[core(term.degree(grid))]) for term in variable.terms]
     order = sorted(range(len(cores)), key=cores.__getitem__)
-    own = [variable.terms[k].label.text for k in order]
-    labels = _labels(own, [float(x) for x in centres])
+    texts = [variable.terms[k].label.text for k in order]
+    labels = _labels(texts, [float(x) for x in centres])
     shapes = []
     for k, label in enumerate(labels):
         token = variable.name._replace(text=label)
@@ -281,10 +284,10 @@ def _input(variable: Variable, centres: Floats) -> Input:
     return input_of(variable.name, variable.low, variable.high, shapes)
 
 
-def _labels(own: list[str], centres: list[float]) -> list[str]:
+def _labels(given: list[str], centres: list[float]) -> list[str]:
     """The file's own where they are as many; else numbers, beside 0 with their sign."""
-    if len(own) == len(centres):
-        return own
+    if len(given) == len(centres):
+        return given
     half = len(centres) // 2
     if len(centres) % 2 == 0 or centres[half] != 0.0:
         return [f"T{k}" for k in range(1, len(centres) + 1)]

@@ -44,7 +44,7 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
     underscore, ``prefix`` stands before what would begin with a digit. Of a name of which nothing
     is left the place decides: one of ``stand_ins``, or ``prefix`` with a number from 1 on.
     """
-    found: list[str] = []
+    result: list[str] = []
     taken: set[str] = set()
     for place, name in enumerate(names):
         text = re.sub(r"[^A-Za-z0-9]+", "_", _plain(name)).strip("_")
@@ -57,8 +57,8 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
             number += 1
             text = f"{short[: LONGEST - 4].rstrip('_')}_{number}"
         taken.add(text.casefold())
-        found.append(text)
-    return found
+        result.append(text)
+    return result
 
 
 #: Key -> values that can be imported.
@@ -70,7 +70,7 @@ ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf", re.ASCII)
 #: Shapes of every language that are Gaussian.
 GAUSSIANS = ("Gaussian", "GaussianProduct", "gaussmf", "gauss2mf")
-_SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"
+_SHOULDER = "must be 1 from its centre to the end of the range, as a design's outermost term is"
 
 
 class Token(NamedTuple):
@@ -86,13 +86,13 @@ class Token(NamedTuple):
 
     def match(self, pattern: re.Pattern[str]) -> "list[Token]":
         """The groups of a pattern; none if this is something else."""
-        found = pattern.fullmatch(self.text)
-        return [self._replace(text=part or "") for part in found.groups()] if found else []
+        match = pattern.fullmatch(self.text)
+        return [self._replace(text=part or "") for part in match.groups()] if match else []
 
     def pair(self, between: str) -> "list[Token]":
         """What stands before and behind the first ``between``; none if there is none."""
-        key, found, value = self.text.partition(between)
-        parts = (key, value) if found else ()
+        key, separator, value = self.text.partition(between)
+        parts = (key, value) if separator else ()
         return [self._replace(text=part.strip()) for part in parts]
 
     def words(self) -> "list[Token]":
@@ -103,27 +103,27 @@ class Token(NamedTuple):
         """A finite number."""
         value = self.edge()
         if not isfinite(value):
-            raise self.fault(f"{self.text} has to be a finite number")
+            raise self.fault(f"{self.text} must be a finite number")
         return value
 
     def edge(self) -> float:
         """A number that may be infinite."""
         if not NUMBER.fullmatch(self.text):
-            raise self.fault(f"{self.text[:40]!r} has to be a number")
+            raise self.fault(f"{self.text[:40]!r} must be a number")
         return float(self.text)
 
     def one_of(self, key: str, allowed: Iterable[str]) -> str:
         """The text, if it is allowed as the value of a key."""
         if self.text not in allowed:
             listed = " or ".join(allowed)
-            raise self.fault(f"{key} = {self.text[:40]!r} cannot be imported, only {listed}")
+            raise self.fault(f"{key} = {self.text[:40]!r} cannot be imported; must be {listed}")
         return self.text
 
     def place(self, labels: Sequence[str], what: str) -> int:
         """Where the text stands among ``labels``."""
         if self.text not in labels:
             known = ", ".join(labels[:TERMS]) + (", ..." if len(labels) > TERMS else "")
-            raise self.fault(f"{self.text[:40]!r} is no {what}; there is {known}")
+            raise self.fault(f"{self.text[:40]!r}: unknown {what}; available: {known}")
         return labels.index(self.text)
 
 
@@ -135,7 +135,7 @@ class Block(NamedTuple):
 
     def all(self, key: str) -> list[Token]:
         """The values of a key."""
-        return [value for found, value in self.entries if found == key]
+        return [value for name, value in self.entries if name == key]
 
     def get(self, key: str, default: str = "") -> Token:
         """The value of a key."""
@@ -154,16 +154,16 @@ def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
     names = [name.text for name in outputs]
     listed = ", ".join(names)
     if wanted is None and len(names) > 1:
-        raise outputs[1].fault(f"{len(names)} outputs; --output has to name one of {listed}")
+        raise outputs[1].fault(f"--output must name one of the outputs {listed}")
     if wanted is not None and wanted not in names:
-        raise UserError(f"--output {wanted}: no such output; there is {listed}")
+        raise UserError(f"--output {wanted}: unknown output; available: {listed}")
     return 0 if wanted is None else names.index(wanted)
 
 
 def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
     """Refuses what is not known: what it means is not known, so that it cannot be left out."""
     if key not in allowed:
-        raise value.fault(f"{where}: key {key[:40]!r} is not known")
+        raise value.fault(f"{where}: unknown key {key[:40]!r}")
     if allowed[key]:
         value.one_of(key, allowed[key])
 
@@ -190,8 +190,9 @@ class Shape(NamedTuple):
             return self.low
         if (self.low <= lowest) == (self.high >= highest):
             raise self.fault(
-                f" is flat from {self.low} to {self.high}; a design has triangles, and only the "
-                f"outermost are flat, out to the end of the range ({lowest} to {highest})"
+                f" must be a triangle (got flat from {self.low} to {self.high}); only the "
+                f"outermost terms may be flat, up to the end of the range ({lowest} to "
+                f"{highest})"
             )
         return self.high if self.low <= lowest else self.low
 
@@ -202,19 +203,19 @@ def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) ->
     ``letters`` are a for the first number and so on, of left, low, high and right; - and + are
     infinite.
     """
-    told = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
-    left, low, high, right = (told[letter] for letter in letters)
+    ends = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
+    left, low, high, right = (ends[letter] for letter in letters)
     if kind in GAUSSIANS:
         shape = Shape(label, True, left, low, high, right)
         if left != right:
-            raise shape.fault(": both flanks have to be equally wide (LL eq. 3)")
+            raise shape.fault(": both flanks must be equally wide (LL eq. 3)")
         if not (low <= high and 1e-9 <= left <= 1e9):
-            raise shape.fault(": its top may not fall, its width has to be 1e-9 to 1e9")
+            raise shape.fault(": its top must not fall, its width must be 1e-9 to 1e9")
         return shape
     low, high = -inf if left == -inf else low, inf if right == inf else high  # a shoulder
     shape = Shape(label, False, left, low, high, right)
     if not (left <= low <= high <= right) or high == -inf or low == inf:
-        raise shape.fault(": its corners have to rise, and cannot all be infinite")
+        raise shape.fault(": its corners must rise, and must not all be infinite")
     return shape
 
 
@@ -269,20 +270,20 @@ class System(NamedTuple):
 def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> Input:
     """An input; ValueError: its terms are not those of a design."""
     if not FEWEST <= len(shapes) <= MOST:
-        told = f"input {name.text} has {len(shapes)} terms; a design has {FEWEST} to {MOST}"
-        raise name.fault(told)
+        fault = f"input {name.text} must have {FEWEST} to {MOST} terms (got {len(shapes)})"
+        raise name.fault(fault)
     if not low < high:
-        raise name.fault(f"input {name.text}: its range has to rise")
+        raise name.fault(f"input {name.text}: its range must rise")
     labels = [shape.label.text for shape in shapes]
     for shape in shapes:
         if labels.count(shape.label.text) > 1:
-            raise shape.fault(f" stands twice in input {name.text}")
+            raise shape.fault(f" is given twice in input {name.text}")
     if len({shape.gaussian for shape in shapes}) > 1:
-        raise name.fault(f"input {name.text} mixes Gaussian and straight terms; a design does not")
+        raise name.fault(f"input {name.text} must not mix Gaussian and straight terms")
     centres = [shape.centre(low, high) for shape in shapes]
     if shapes[0].gaussian and len(shapes) != TERMS:
-        told = f"input {name.text} has {len(shapes)} Gaussian terms; a hierarchy has {TERMS}"
-        raise name.fault(f"{told}; --terms N samples them into triangles")
+        fault = f"input {name.text} must have {TERMS} Gaussian terms (got {len(shapes)})"
+        raise name.fault(f"{fault}; --terms N samples them into triangles")
     order = sorted(range(len(shapes)), key=centres.__getitem__)
     terms = [shapes[k] for k in order]
     if terms[0].gaussian:
@@ -309,7 +310,7 @@ def _triangle(
         raise term.fault(f", the highest, {_SHOULDER}")
     left, right = None if lowest else term.left, None if highest else term.right
     if -inf in (left, right) or inf in (left, right):
-        raise term.fault(": only the outermost reach infinity")
+        raise term.fault(": only the outermost terms may reach infinity")
     if centre in (left, right):
-        raise term.fault(f" has a vertical edge at {centre}")
+        raise term.fault(f" must not have a vertical edge (got one at {centre})")
     return TriangleRecord(label=label, left=left, centre=centre, right=right)

@@ -5,8 +5,8 @@ from hfc_design.pictures.files import small_address
 from hfc_design.report import Page, rendered
 from hfc_design.report.comparison import plots, tables, traces
 from hfc_design.report.errors import errors
-from hfc_design.simulation.comparison import SCORES, Bout, Comparison
-from hfc_design.simulation.settling import EXPLAINED
+from hfc_design.simulation.comparison import SCORES, Comparison, MotionComparison
+from hfc_design.simulation.stability_criteria import EXPLAINED
 
 #: So many panels below each other fit on a page.
 PRINTED = 5
@@ -48,12 +48,12 @@ def page(comparison: Comparison, command: str = "") -> Page:
     )
 
 
-def _shown(comparison: Comparison, bout: Bout) -> Json:
+def _shown(comparison: Comparison, bout: MotionComparison) -> Json:
     """What the page shows of a motion: tables, and where it is not all together what moved."""
     main, first = bout.compared()[0], next(iter(comparison.designs))
     differences = [x for x in comparison.differences if x.motion == bout.name]
     shown = [x for x in differences if (x.metric, x.first) == (main, first)]
-    found: Json = {
+    values: Json = {
         "name": bout.name,
         "lines": tables.lines(bout),
         "metric": tables.called(bout, main),
@@ -65,14 +65,14 @@ def _shown(comparison: Comparison, bout: Bout) -> Json:
         ],
     }
     if bout.scenario is None:
-        return found
+        return values
     panels = traces.panels(bout)
     parts = (panels[k : k + PRINTED] for k in range(0, len(panels), PRINTED))
-    return found | {
+    return values | {
         "description": bout.scenario.description,
         "every": tables.lines(bout, every=True),
         "contour": plots.contours(bout),
-        "errors": errors({name: one.motion for name, one in bout.found.items()}),
+        "errors": errors({name: one.motion for name, one in bout.results.items()}),
         "curves": [plots.motions(bout, part) for part in parts],
         "data": traces.data(bout, panels),
     }

@@ -30,7 +30,7 @@ from hfc_design.report.comparison.tables import titled
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.report.panels import Panel, draw, stacked
 from hfc_design.report.plots import SMALLEST, draw_path
-from hfc_design.simulation.comparison import Bout, Comparison, Difference
+from hfc_design.simulation.comparison import Comparison, Difference, MotionComparison
 
 #: Slices of time of a curve that is printed.
 SLICES = 150
@@ -129,10 +129,10 @@ def _few_decades(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
+def motions(bout: MotionComparison, shown: Sequence[Panel]) -> Figure:
     """The panels below each other."""
-    time = next(iter(bout.found.values())).motion.time
-    figure, places = stacked(shown, legend_room(len(bout.found) + 1, 3))
+    time = next(iter(bout.results.values())).motion.time
+    figure, places = stacked(shown, legend_room(len(bout.results) + 1, 3))
     for axes, panel in zip(places, shown, strict=True):
         labels = distinct(panel.curves, 24)
         styles = (stroke(k) | {"label": labels[name]} for k, name in enumerate(panel.curves))
@@ -156,14 +156,14 @@ def legend_room(names: int, columns: int) -> float:
     return 0.25 + 0.17 * ceil(names / columns)
 
 
-def contours(bout: Bout) -> tuple[Figure, str] | None:
+def contours(bout: MotionComparison) -> tuple[Figure, str] | None:
     """Every design's deviations from a path in X-Y, enlarged alike, and by how much; None: no such.
 
     They are drawn normal to the path; around a circle as a ball bar shows them, by angle. What has
     diverged is left out.
     """
-    labels = distinct(bout.found, 24)
-    paths = ((k, name, one.motion.contour) for k, (name, one) in enumerate(bout.found.items()))
+    labels = distinct(bout.results, 24)
+    paths = ((k, name, one.motion.contour) for k, (name, one) in enumerate(bout.results.items()))
     known = [
         (stroke(k) | THIN | {"label": labels[name]}, path)
         for k, name, path in paths
@@ -181,7 +181,7 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     axes, scale = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
-    return figure, f"A division, from one grey line to the next, is {length}; {scale}."
+    return figure, f"One division, from one grey line to the next, is {length}; {scale}."
 
 
 Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and its path
@@ -204,7 +204,10 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     path = known[0][1]
     assert isinstance(path.trajectory, Circle)
     enlarged = BAR * path.trajectory.radius_mm / (division * path.millimetres)
-    return axes, f"deviations from the black circle are {enlarged:.0f} times enlarged, outside is +"
+    return (
+        axes,
+        f"deviations from the black circle are {enlarged:.0f} times enlarged, outwards is positive",
+    )
 
 
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
@@ -237,12 +240,12 @@ def ratios(comparison: Comparison) -> Figure:
     first, *others = comparison.designs
     keys = {bout.name: bout.compared() for bout in comparison.bouts}
     columns = {
-        "error, rms": {motion: own[:1] for motion, own in keys.items()},
+        "error, rms": {motion: keys_of[:1] for motion, keys_of in keys.items()},
         "change of the\ncommand, rms": {
-            motion: [key for key in own if "_change" in key] for motion, own in keys.items()
+            motion: [key for key in keys_of if "_change" in key] for motion, keys_of in keys.items()
         },
     }
-    drawn = {title: own for title, own in columns.items() if any(own.values())}
+    drawn = {title: of_motions for title, of_motions in columns.items() if any(of_motions.values())}
     labels = [motion_label(motion) for motion in keys]
     top = 0.28 + legend_room(len(others), 2)
     rows = len(keys) * (len(others) + 1) - 1
@@ -252,8 +255,8 @@ def ratios(comparison: Comparison) -> Figure:
     for axes, (title, metrics) in zip(places, drawn.items(), strict=True):
         points = [
             (k * (len(others) + 1) + others.index(one.second), others.index(one.second) + 1, one)
-            for k, (motion, own) in enumerate(metrics.items())
-            for key in own
+            for k, (motion, keys_of) in enumerate(metrics.items())
+            for key in keys_of
             for one in comparison.of(motion, key)
             if one.first == first and not isnan(one.ratio)
         ]

@@ -12,12 +12,12 @@ from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,
     SCORES,
-    Bout,
     Comparison,
+    DesignStatistics,
     Difference,
-    Side,
+    MotionComparison,
 )
-from hfc_design.simulation.repeats import range_told
+from hfc_design.simulation.repeats import range_text
 
 #: What stands where there is no number.
 NONE = "–"
@@ -27,7 +27,7 @@ class Line(NamedTuple):
     """A row of a table: a cell for each design."""
 
     metric: str  # "" where it is that of the row above
-    of: str  # which machine
+    of: str  # the machine
     cells: list[str]
     best: list[int]  # the designs that are the best here; none where all are alike
 
@@ -42,7 +42,7 @@ class Line(NamedTuple):
         return [k + 2 for k in self.best]
 
 
-def lines(bout: Bout, every: bool = False) -> list[Line]:
+def lines(bout: MotionComparison, every: bool = False) -> list[Line]:
     """How stable the designs are and what they do, the most important first.
 
     Of each metric that is compared the median machine, of the first one the nominal machine and
@@ -52,7 +52,7 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     shares = [float(side.stable.mean()) for side in sides]
     ends = (side.interval for side in sides)
     intervals = [between(100 * low, 100 * high) for low, high in ends]
-    found = [
+    texts = [
         Line("stable machines [%]", "all", [short(100 * x) for x in shares], best(shares, -1)),
         Line("", "interval", intervals, []),
     ]
@@ -69,9 +69,9 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
         for what in of if every or key == compared[0] else ("median",):
             each = zip(of[what], sides, strict=True)
             cells = [_cell(value, factor, side, what, key) for value, side in each]
-            found.append(Line(name, what, cells, best(of[what], -1 if key in SCORES else 1)))
+            texts.append(Line(name, what, cells, best(of[what], -1 if key in SCORES else 1)))
             name = ""
-    return found
+    return texts
 
 
 def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
@@ -87,7 +87,7 @@ def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str,
     return f"{name} [{unit}]" if unit else name, factor
 
 
-def called(bout: Bout, key: str) -> str:
+def called(bout: MotionComparison, key: str) -> str:
     """What a metric of a motion is called, without a unit."""
     return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
@@ -102,9 +102,9 @@ def between(low: float, high: float, write: Callable[[float], str] = short) -> s
     return f"{write(low)}–{write(high)}"
 
 
-def _cell(value: float | None, factor: float, side: Side, what: str, key: str) -> str:
+def _cell(value: float | None, factor: float, side: DesignStatistics, what: str, key: str) -> str:
     if what == "nominal" and key in side.ranges:
-        return range_told(side.ranges[key])
+        return range_text(side.ranges[key])
     if value is not None:
         return short(factor * value)
     share = {"median": HALF, "95 %": NEARLY_ALL}.get(what)
@@ -167,9 +167,9 @@ def rows(comparison: Comparison) -> list[list[object]]:
     keys = list(dict.fromkeys(key for bout in bouts for key in bout.meanings))
     drawn = {bout.name: _parameters(bout) for bout in bouts}
     names = list(dict.fromkeys(key for columns in drawn.values() for key in columns))
-    found: list[list[object]] = [["design", "motion", "machine", "stable", *keys, *names]]
+    table: list[list[object]] = [["design", "motion", "machine", "stable", *keys, *names]]
     for bout in bouts:
-        own = [drawn[bout.name].get(key) for key in names]
+        cells = [drawn[bout.name].get(key) for key in names]
         for name, side in bout.sides.items():
             stable = [side.nominal_stable, *side.stable]
             columns = [
@@ -177,16 +177,16 @@ def rows(comparison: Comparison) -> list[list[object]]:
                 for key in keys
             ]
             for k, truth in enumerate(stable):
-                numbers = (None if x is None else float(x[k]) for x in (*columns, *own))
-                found.append([name, bout.name, k, int(truth), *storable([*numbers])])
-    return found
+                numbers = (None if x is None else float(x[k]) for x in (*columns, *cells))
+                table.append([name, bout.name, k, int(truth), *storable([*numbers])])
+    return table
 
 
-def _parameters(bout: Bout) -> dict[str, Floats]:
+def _parameters(bout: MotionComparison) -> dict[str, Floats]:
     """Every parameter of the machines, (1 + machines,) each, the nominal machine first."""
-    first = next(iter(bout.found.values()))
-    each = zip(first.motion.axes, first.machines.true, strict=True)
-    several = len(first.machines.true) > 1
+    first = next(iter(bout.results.values()))
+    each = zip(first.motion.axes, first.machines.actual, strict=True)
+    several = len(first.machines.actual) > 1
     return {
         f"{axis.name}_{key}" if several else key: column
         for axis, record in each

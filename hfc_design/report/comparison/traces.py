@@ -9,43 +9,43 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.pictures.figure import drawable
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.panels import Evaluations, Panel, drawn_samples
-from hfc_design.simulation.comparison import Bout
+from hfc_design.simulation.comparison import MotionComparison
 from hfc_design.simulation.evaluating import AxisMotion
 
 #: A curve has the lowest and the highest value of each of at most so many slices of time.
 SLICES = 600
 
 
-def panels(bout: Bout) -> list[Panel]:
+def panels(bout: MotionComparison) -> list[Panel]:
     """Error, command, velocity and position of every axis, of a path the errors off it first.
 
     Of the nominal machine. A diverged motion ends where it runs away.
     """
-    each = {name: found.motion for name, found in bout.found.items()}
+    each = {name: result.motion for name, result in bout.results.items()}
     paths = {name: one.contour for name, one in each.items() if one.contour}
-    found = []
+    listed = []
     if paths:
-        unit, errors = next(iter(paths.values())).unit, {x: own.error for x, own in paths.items()}
-        found.append(_panel("contour error", unit, each, errors))
-    if turned := {x: own.turned for x, own in paths.items() if own.turned is not None}:
-        found.append(_panel("orientation error", "deg", each, turned))
+        unit, errors = next(iter(paths.values())).unit, {x: path.error for x, path in paths.items()}
+        listed.append(_panel("contour error", unit, each, errors))
+    if turned := {x: path.turned for x, path in paths.items() if path.turned is not None}:
+        listed.append(_panel("orientation error", "deg", each, turned))
     first = next(iter(each.values()))
     for k, axis in enumerate(first.axes):
         head = f"{axis.name} " if len(first.axes) > 1 else ""
         for what, (signal, values) in _curves(axis).items():
             curves = {name: values(one.axes[k]) for name, one in each.items()}
             reference = axis.reference if what == "position" else None
-            found.append(_panel(head + what, axis.drive.units[signal], each, curves, reference))
-    return found
+            listed.append(_panel(head + what, axis.drive.units[signal], each, curves, reference))
+    return listed
 
 
 def _curves(axis: AxisMotion) -> dict[str, tuple[str, Callable[[AxisMotion], Floats]]]:
     """What is drawn of an axis -> the signal that its unit is that of, and its values."""
     return {
-        "error": ("error", lambda own: own.motion.error),
-        axis.drive.command_name: ("command", lambda own: own.motion.command),
-        "velocity": ("error_rate", lambda own: own.velocity),
-        "position": ("error", lambda own: own.reference - own.motion.error),
+        "error": ("error", lambda axis: axis.motion.error),
+        axis.drive.command_name: ("command", lambda axis: axis.motion.command),
+        "velocity": ("error_rate", lambda axis: axis.velocity),
+        "position": ("error", lambda axis: axis.reference - axis.motion.error),
     }
 
 
@@ -84,9 +84,9 @@ def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
     return np.take_along_axis(whole, order, axis=1).ravel(), size
 
 
-def data(bout: Bout, shown: list[Panel]) -> Json:
+def data(bout: MotionComparison, shown: list[Panel]) -> Json:
     """What the page's script draws: every curve as 32-bit floats, little-endian, in base64."""
-    first = next(iter(bout.found.values())).motion
+    first = next(iter(bout.results.values())).motion
     every = float(first.time[1] - first.time[0]) if len(first.time) > 1 else 1.0
     _, size = extremes(first.time)
     drawn = [

@@ -2,8 +2,8 @@
 // A cursor on each surface tells which rules fire there. Without it the pictures are complete.
 const LEAST = 0.01;  // share of a rule that is listed
 const LARGER = 10;  // steps of an arrow key with Shift
-const HOW = "A click or the arrow keys (with Shift further) move the cursor. " +
-  "Circles are rules that fire, where their terms are highest, as large as their share.";
+const HOW = "Click or use the arrow keys (with Shift in larger steps) to move the cursor. " +
+  "Circles are the rules that fire, at the peaks of their terms; their size is the share of the rule.";
 
 function degree(term, u) {
   if ("sigma" in term) {
@@ -206,8 +206,8 @@ function explore(data, index) {
 
 const surfaces = [...document.querySelectorAll("script.rules")].map(explore);
 if (surfaces.length) {
-  const text = surfaces.length === 1 ? "Its surface, with a cursor"
-    : `Its ${surfaces.length} surfaces, each with a cursor`;
+  const text = surfaces.length === 1 ? "Surface with a cursor"
+    : `${surfaces.length} surfaces, each with a cursor`;
   const link = made("a", { href: "#surface-1", textContent: text });
   document.querySelector("h1").after(made("p", { className: "how" }, link));
 }

@@ -17,8 +17,8 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
-from hfc_design.search.heats import heats
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
+from hfc_design.search.successive_halving import heats
 
 #: How often it is asked in a search which machines are hard, if they were from the start.
 ASKING = 18
@@ -39,8 +39,8 @@ class CmaSettings(Ordered, Bounds, StrategySettings):
     population: int = Field(16, ge=6, le=10_000)
     generations: int = Field(450, ge=1, le=10_000_000)
     step: Positive = 1.0  # factor on the first standard deviations [1]
-    trees: int = Field(4, ge=1, le=1000)  # structures that compete
-    hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines [1]
+    trees: int = Field(4, ge=1, le=1000)  # number of competing structures
+    hardened: Probability = 0.6  # share of the generations, at the end, with difficult machines [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
 
 
@@ -84,7 +84,7 @@ class Cma(NamedTuple):
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
         """The first stage about the genome's first individual."""
         about, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
-        return self._asked(self._begun(place, about, rng), place, rng)
+        return self._candidates(self._begun(place, about, rng), place, rng)
 
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
@@ -105,7 +105,7 @@ class Cma(NamedTuple):
                 score=state.score[survivors],
                 islands=islands,
             )
-        return self._asked(state, place, rng)
+        return self._candidates(state, place, rng)
 
     def tell(self, state: CmaState, candidates: Asked, score: Floats) -> CmaState:
         """The island after its samples have been scored."""
@@ -209,7 +209,7 @@ class Cma(NamedTuple):
     def _stage(self, about: Population, number: int) -> Stage:
         return self.task.genome.stage(number, about if number else None)
 
-    def _asked(
+    def _candidates(
         self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)
@@ -255,7 +255,7 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
     if controller.staged:
         return None
     if "linear" in type(controller).model_fields:
-        return "searches hierarchies on a linear part: add [controller.linear], or use race"
+        return "searches hierarchies with a linear part: add [controller.linear], or use race"
     for axis, axis_controller in getattr(controller, "axes", {}).items():
         if fault := _fault(settings, axis_controller):
             return f"axis {axis}: {fault}"
@@ -289,7 +289,7 @@ STRATEGY = Strategy(
     CmaSettings,
     CmaState,
     Cma,
-    "a distribution that follows what is good (CMA-ES), its stages those of the controller",
+    "covariance matrix adaptation (CMA-ES), in the stages of the controller",
     _fault,
     _sound,
     forgets=lambda settings: int(settings.generations),

@@ -13,7 +13,7 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Ordered, Positive
-from hfc_design.search.by_numbers import Coordinates, coordinates
+from hfc_design.search.coordinates import Coordinates, coordinates
 from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
 
@@ -24,7 +24,7 @@ class LShadeSettings(Ordered, Bounds, StrategySettings):
     keys_last = Bounds.model_fields
     preset: Literal["l-shade"] = "l-shade"
     population: int = Field(80, ge=4, le=100_000)
-    last: int = Field(4, ge=4, le=100_000)  # individuals in the last generation
+    last: int = Field(4, ge=4, le=100_000)  # individuals of the last generation
     generations: int = Field(380, ge=1, le=10_000_000)
     step: Positive = 6.0  # factor on the first standard deviations [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
@@ -105,7 +105,7 @@ class LShade(NamedTuple):
     def _coordinates(self, about: Population) -> Coordinates:
         chart = coordinates(self.task.genome, about)
         if chart is None:
-            raise TypeError("the genome has no coordinates: give it around(about), or use race")
+            raise TypeError("the genome has no coordinates: implement around(about), or use race")
         return chart
 
     def _room(self, generation: int) -> int:
@@ -145,6 +145,6 @@ STRATEGY = Strategy(
     LShadeSettings,
     LShadeState,
     LShade,
-    "differential evolution of all numbers (L-SHADE), for what has no derivative",
+    "differential evolution of all numbers (L-SHADE), for controllers without a derivative",
     sound=_sound,
 )

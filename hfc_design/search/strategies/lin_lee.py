@@ -24,16 +24,17 @@ class LinLeeSettings(StrategySettings):
     #: n, individuals in a generation; the three thirds are rounded
     population: int = Field(30, ge=3, le=10_000_000)
     generations: int = Field(200, ge=1, le=10_000_000)
-    structure_crossover: Probability = 0.3  # p_c1, probability of it [1]
-    structure_mutation: Probability = 0.5  # alpha, probability of it per bit [1]
-    parameter_crossover: Probability = 0.7  # p_c2, probability of it [1]
-    parameter_mutation: Probability = 0.8  # beta, probability of it per number [1]
+    structure_crossover: Probability = 0.3  # p_c1, its probability [1]
+    structure_mutation: Probability = 0.5  # alpha, its probability per bit [1]
+    parameter_crossover: Probability = 0.7  # p_c2, its probability [1]
+    parameter_mutation: Probability = 0.8  # beta, its probability per number [1]
     gain_step: Positive = 10.0  # A_max of the PD gains [command/error, command s/error]
     centre_step: Positive = 0.1  # A_max of the consequent centres [1]
-    kp_range: Range = (10.0, 1_500.0)  # of fresh individuals [command/error]
-    kd_range: Range = (10.0, 1_500.0)  # of fresh individuals [command s/error]
-    stick_penalty: NotNegative = 0.0  # of the share of time that it sticks; the paper has none [1]
-    level_limit: Positive = 2.0  # |common level| of the consequents of a fresh individual [1]
+    kp_range: Range = (10.0, 1_500.0)  # range of new individuals [command/error]
+    kd_range: Range = (10.0, 1_500.0)  # range of new individuals [command s/error]
+    #: weight of the share of time that it sticks [1]; the paper has none
+    stick_penalty: NotNegative = 0.0
+    level_limit: Positive = 2.0  # |common level| of the consequents of a new individual [1]
 
 
 class LinLeeState(NamedTuple):
@@ -203,11 +204,13 @@ def _genes(bits: Mask, inputs: int) -> Integers:
 
 def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | None:
     if controller.kind != "pd+hierarchical-fuzzy":
-        return "searches hierarchies; use race"
+        return "searches only hierarchies; use race"
     if getattr(controller, "linear", None) is not None:
-        return "searches hierarchies beside a PD alone; use cma or race"
+        return "searches only hierarchies with a PD; use cma or race"
     return (
-        "searches hierarchies of all inputs; use race" if getattr(controller, "used", 0) else None
+        "searches only hierarchies of all inputs; use race"
+        if getattr(controller, "used", 0)
+        else None
     )
 
 

@@ -17,11 +17,11 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Ordered, Positive
-from hfc_design.objectives.measures import named
+from hfc_design.objectives.metrics import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
-from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
 from hfc_design.search.distribution import Distribution
+from hfc_design.search.nondominated_archive import Front, Judged, best_first, both, chosen, insert
 from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import Probability, Scored, Strategy, StrategySettings, Task
 
@@ -45,12 +45,14 @@ class Nsga2Settings(Ordered, Bounds, StrategySettings):
     preset: Literal["nsga-ii"] = "nsga-ii"
     population: int = Field(32, ge=4, le=5000)
     generations: int = Field(450, ge=1, le=10_000_000)
-    #: two or three measures that are traded off
+    #: two or three objectives of the front
     objectives: Annotated[tuple[str, ...], AfterValidator(_two_or_three)] = ("tracking", "effort")
-    front: int = Field(48, ge=4, le=1000)  # points that are kept, at most
-    lead: int = Field(0, ge=0)  # of the generations, in which one design is looked for (cma)
-    tournament: int = Field(2, ge=1)  # individuals that a parent is the best of
-    blend: Probability = 0.25  # share of children that mix two parents [1]
+    front: int = Field(48, ge=4, le=1000)  # largest number of points of the front
+    #: number of initial generations that search for a single design (cma)
+    lead: int = Field(0, ge=0)
+    #: individuals of a tournament, of which the best becomes a parent
+    tournament: int = Field(2, ge=1)
+    blend: Probability = 0.25  # share of children from two parents [1]
     step: Positive = 0.2  # first mutation step, relative [1]
     newcomers: Probability = 0.05  # share of children without parents, where structures matter [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
@@ -58,7 +60,7 @@ class Nsga2Settings(Ordered, Bounds, StrategySettings):
     @model_validator(mode="after")
     def _room_for_a_front(self) -> Self:
         if self.lead >= self.generations:
-            raise ValueError("lead < generations does not hold")
+            raise ValueError("lead must be less than generations")
         return self
 
 
@@ -147,7 +149,7 @@ class Nsga2(NamedTuple):
         everybody = both(Judged(*state[:5]), children)
         units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
         best = chosen(everybody, best_first(everybody, units)[: s.population])
-        return Nsga2State(*best, taken_in(state.front, children, s.front), *state[6:])
+        return Nsga2State(*best, insert(state.front, children, s.front), *state[6:])
 
     @property
     def _leader(self) -> cma.Cma:
@@ -197,7 +199,7 @@ def _alike(tree: Integers, one: Integers, rng: np.random.Generator) -> Integers:
 
 def _fault(settings: Nsga2Settings, controller: ControllerSettings) -> str | None:
     if settings.lead and not controller.staged:
-        return f"cannot be led to controllers of kind {controller.kind}: search.lead has to be 0"
+        return f"has no lead for controllers of kind {controller.kind}: search.lead must be 0"
     return None
 
 
@@ -230,7 +232,7 @@ STRATEGY = Strategy(
     Nsga2Settings,
     Nsga2State,
     Nsga2,
-    "the front of two or three objectives (NSGA-II), as hfc design --pareto asks for it",
+    "the Pareto front of two or three objectives (NSGA-II), for hfc design --pareto",
     _fault,
     _sound,
     forgets=lambda settings: settings.lead,

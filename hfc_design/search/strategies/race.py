@@ -10,9 +10,9 @@ from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.search.heats import room, shares
 from hfc_design.search.newton import individuals, some_numbers
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
+from hfc_design.search.successive_halving import room, shares
 
 #: A double may score this much of its original before luck is suspected.
 LUCK = 0.99
@@ -34,14 +34,17 @@ class RaceSettings(Bounds, StrategySettings):
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
     generations: int = Field(100, ge=1, le=10_000_000)
-    informed: Probability = 0.5  # share of the first individuals that know the machine [1]
-    tournament: int = Field(3, ge=1)  # individuals that a parent is the best of
-    blend: Probability = 0.5  # share of children that mix two parents [1]
+    #: share of the initial individuals derived from the machine's model [1]
+    informed: Probability = 0.5
+    #: individuals of a tournament, of which the best becomes a parent
+    tournament: int = Field(3, ge=1)
+    blend: Probability = 0.5  # share of children from two parents [1]
     step: Positive = 0.2  # first mutation step, relative [1]
     stick_penalty: NotNegative = 300.0  # ranked by fitness / (1 + this times the stick share) [1]
-    newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
-    newton_steps: int = Field(4, ge=0)  # of them in one generation
-    newton_numbers: int = Field(96, ge=1)  # that one step moves, drawn anew for each
+    #: number of remaining structures at which Gauss-Newton steps begin
+    newton_islands: int = Field(8, ge=0)
+    newton_steps: int = Field(4, ge=0)  # Gauss-Newton steps per generation
+    newton_numbers: int = Field(96, ge=1)  # numbers changed in a step, chosen at random for each
 
 
 class RaceState(NamedTuple):

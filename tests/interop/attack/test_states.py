@@ -9,7 +9,7 @@ from math import inf, nan
 import pytest
 from attack import FULL, Attack
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS
 
 #: Goes on from every state in a file; or writes one: of ten samples, with every input at 3.

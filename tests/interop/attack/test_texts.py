@@ -15,7 +15,7 @@ from markdown_it import MarkdownIt
 from hfc_design import api
 from hfc_design.core.records import UserError
 from hfc_design.files.design import parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS
 
 #: With a mark that stands in no code.

@@ -9,7 +9,7 @@ import pytest
 from c_program import built, commands
 from exported import with_controller
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
 from hfc_design.runtime import Controller
 

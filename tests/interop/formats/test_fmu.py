@@ -10,7 +10,7 @@ import pytest
 from fmi import ERROR, GOOD, WARNING, Slave
 
 from hfc_design.core.records import RunError
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS, compiling
 from hfc_design.runtime import Controller
 
@@ -224,7 +224,7 @@ def test_the_page_names_every_variable_with_its_unit(to, fmus):
         assert variable.get("description") in re.sub("; before .*", "", columns[3])
         if variable.get("causality") != "parameter":
             assert columns[1] == {"input": "in", "output": "out"}[variable.get("causality")]
-    assert "has to be 0.001 s (1000 Hz)" in read.text
+    assert "must be 0.001 s (1000 Hz)" in read.text
     assert ("ideal tachometer" in read.text) == ("The command is not limited" in read.text)
     assert ("The command is not limited" in read.text) == (to != "fmu-plant")
 

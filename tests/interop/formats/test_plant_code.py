@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import compiling, plant_code
 from plants import PLANTS, machine_of
 

@@ -10,7 +10,7 @@ from c_program import commands as of_the_program
 from sliding import EVERY
 
 from hfc_design.files.design import with_learned
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code, saving
 from hfc_design.runtime import Controller
 

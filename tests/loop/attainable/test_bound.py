@@ -10,17 +10,17 @@ from scipy.integrate import solve_ivp
 
 from hfc_design.attainable.attainable import attainable
 from hfc_design.attainable.certificate import Bounds
-from hfc_design.attainable.freed import ANGLE, MOMENTUM, freed, sampled, undriven
+from hfc_design.attainable.linear_model import ANGLE, MOMENTUM, linear_model, sampled, undriven
 from hfc_design.attainable.open_loop import best_voltage
-from hfc_design.attainable.playing import played, player
-from hfc_design.attainable.reach import reach
+from hfc_design.attainable.reachable import reachable
+from hfc_design.attainable.rollout import rolled_out, rollout_of
 from hfc_design.attainable.sliding import Case, bent
 from hfc_design.files.named_scenario import load_scenario
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative
 
 LIMIT = 250.0
 RAMP = {"limits.command": LIMIT, "simulation.duration_s": 0.1}
-MACHINE = freed(CAxisParameters())
+MACHINE = linear_model(CAxisParameters())
 
 
 @cache
@@ -60,17 +60,17 @@ def test_the_freed_machine_moves_as_lugre_does_under_its_own_bristles():
 def test_bristles_and_states_stay_within_reach():
     """Of a hundred motions by random voltages, load and all."""
     scenario = load_scenario("c-axis-ramp-cutting", RAMP)
-    play = player(scenario)
+    play = rollout_of(scenario)
     one, generator = sampled(MACHINE, 0.001), np.random.default_rng(1)
     start = CAxisState(*play.samples.start[0])
     moved = undriven(MACHINE, play.samples, 1, start)
     loads = play.samples.axes[0].loads
     steps = len(moved) - 1
-    found = reach(MACHINE, one, moved, loads, np.full(steps, LIMIT))
+    found = reachable(MACHINE, one, moved, loads, np.full(steps, LIMIT))
     for k in range(100):
         held = int(generator.integers(1, 50))
         voltage = LIMIT * np.sign(generator.standard_normal(steps // held + 1)).repeat(held)[:steps]
-        states = played(play, np.append(voltage, 0.0)).states
+        states = rolled_out(play, np.append(voltage, 0.0)).states
         z, speed = np.abs(states[:, 5]), np.abs(states[:, 4])
         assert (z[1:] <= found.bristles * (1 + 1e-6)).all(), k
         assert (speed[1:] <= found.speed).all(), k
@@ -82,18 +82,18 @@ def test_bristles_and_states_stay_within_reach():
 
 def test_bristles_follow_what_is_known_of_the_speed():
     """The bounds hold along random motions whose speed is known to within a band, signs too."""
-    play = player(load_scenario("c-axis-ramp", RAMP))
+    play = rollout_of(load_scenario("c-axis-ramp", RAMP))
     one, generator = sampled(MACHINE, 0.001), np.random.default_rng(2)
     moved = undriven(MACHINE, play.samples, 1, CAxisState(*play.samples.start[0]))
     loads, steps = play.samples.axes[0].loads, len(moved) - 1
-    reached = reach(MACHINE, one, moved, loads, np.full(steps, LIMIT))
+    reached = reachable(MACHINE, one, moved, loads, np.full(steps, LIMIT))
     widest = Bounds(np.full(steps, LIMIT), -reached.bristles, reached.bristles)
     case = Case(MACHINE, one, moved, np.zeros(steps), reached, widest, np.inf)
     narrow = 0
     for _ in range(30):
         held = int(generator.integers(10, 80))
         voltage = LIMIT * generator.uniform(-1, 1, steps // held + 1).repeat(held)[:steps]
-        states = played(play, np.append(voltage, 0.0)).states
+        states = rolled_out(play, np.append(voltage, 0.0)).states
         ends = np.stack([states[:-1, 4], states[1:, 4]])
         low, high = ends.min(axis=0) - 2e-4, ends.max(axis=0) + 2e-4
         found = bent(case, low, high, 0.0)
@@ -107,10 +107,10 @@ def test_bristles_follow_what_is_known_of_the_speed():
 def test_the_simulators_steps_change_little():
     """The bound is of the equations: sixteen times finer steps leave the best sum as it is."""
     scenario = load_scenario("c-axis-ramp", RAMP)
-    play, fine = (player(load_scenario(scenario, {"simulation.substeps": n})) for n in (1, 16))
+    play, fine = (rollout_of(load_scenario(scenario, {"simulation.substeps": n})) for n in (1, 16))
     steps = len(play.samples.axes[0].target)
     voltage = best_voltage(play, np.zeros(steps), np.full(steps, LIMIT)).voltage
-    total, own = (np.abs(played(one, voltage).error).sum() for one in (fine, play))
+    total, own = (np.abs(rolled_out(one, voltage).error).sum() for one in (fine, play))
     assert total == pytest.approx(own, rel=1e-3)
 
 

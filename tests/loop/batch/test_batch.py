@@ -6,7 +6,7 @@ from batches import QUICK, batch, files, left_behind, written
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 from hfc_design.batch.runner import Place, run_cells
-from hfc_design.core.lock import claimed
+from hfc_design.core.lock import try_lock
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
         if len(seen) == 3:  # the other three are done: now the claim is given back
             claim.__exit__(None, None, None)
 
-    claim = claimed(out / cells[0].name)
+    claim = try_lock(out / cells[0].name)
     assert claim.__enter__()
     assert "1 running, 3 waiting" in batch("--status", out).output
     run_cells(out, cells, Place(), outcome)

@@ -18,8 +18,8 @@ from wording import refused_command
 from hfc_design.calls.searching import with_gains
 from hfc_design.cli import search_progress
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.evaluating import evaluate
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
@@ -128,7 +128,7 @@ def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path):
 def test_its_velocity_filter_is_told_by_its_frequency_or_its_time_constant():
     """A lag of the first order keeps exp(-T / tau) of its state in a sample."""
     design = with_gains("positioning-stage-move", "pid+ff", {"kp": 1.0, "derivative_s": 0.002})
-    assert design.controller.kept == pytest.approx(exp(-0.001 / 0.002))
+    assert design.controller.filter_pole == pytest.approx(exp(-0.001 / 0.002))
     assert design.controller.derivative_hz == pytest.approx(79.577, abs=1e-3)
 
 

@@ -10,7 +10,7 @@ from wording import refused_command
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS, writing
 
 PD = "pd-only"

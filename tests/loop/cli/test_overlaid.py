@@ -5,8 +5,8 @@ import pytest
 from design_files import written
 from run_folders import hfc, searched
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.report.overlaid import motions
 from hfc_design.simulation.evaluating import evaluate
 

@@ -46,7 +46,7 @@ def test_what_is_inside_is_drawn_and_explained(monkeypatch, tmp_path):
     assert told["parts"] == pytest.approx({"rules": record.law_gains().gu * by_hand})
     assert told["inside"] == "cross-coupled"
     text = ran("explain", path, *at[:-1])
-    assert "what cross-coupled adds depends on the whole machine" in text
+    assert "what cross-coupled adds depends on the whole" in text
 
 
 def test_a_surface_in_space_has_the_same_values_and_labels():

@@ -18,7 +18,7 @@ LL, JK = "lin-lee-1999-table-1", "jee-koren-2004"
 MISTAKES = {
     "attainable feed-drive-circle": "scenario feed-drive-circle",
     f"attainable c-axis-ramp --set limits.command=250 --design {JK}-pid": f"design {JK}-pid",
-    "compare pd-only": "needs two designs at least",
+    "compare pd-only": "needs at least two designs",
     "compare pd-only pd-only": "pd-only",
     "compare pd-only none": "none",
     "compare pd-only pid": "pid",
@@ -32,7 +32,7 @@ MISTAKES = {
     f"plot {LL} tree --out a.gif": "a.gif",
     f"plot {LL} tree --width 5mm --out b.svg": "--width",
     "plot huang-cross-coupled surface --out a.png": "design huang-cross-coupled-x",
-    "plot pd-only motion --out a.png": "motion draws several designs; hfc simulate pd-only --plot",
+    "plot pd-only motion --out a.png": "motion draws several designs; for one use hfc simulate pd-only --plot",
     f"plot pd-only {LL} tree --out a.png": "tree",
     "plot pd-only pd-only motion --out a.png": "pd-only",
     f"plot pd-only {JK}-flc motion --out a.png": f"design {JK}-flc",

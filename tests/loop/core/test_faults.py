@@ -8,8 +8,8 @@ from wording import refused
 import hfc_design.api as hfc
 from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.records import UserError
-from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import builtin_names, load_scenario
+from hfc_design.files.plausibility import plausibility_warnings
 
 
 def tables(value, here=()):
@@ -29,7 +29,7 @@ OPEN = {"parameters", "axes", "start", "constraints", "readings", "tolerances", 
 @pytest.mark.parametrize("name", builtin_names())
 def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(name):
     scenario = load_scenario(name)
-    assert doubts(scenario) == []
+    assert plausibility_warnings(scenario) == []
     whole = scenario.model_dump(mode="json", exclude_none=True)
     for place in tables(whole):
         if OPEN & {*place}:
@@ -39,8 +39,8 @@ def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(nam
         told = plain_lines(refused.value)
         key = ".".join(map(str, (*place, "nmae")))
         (line,) = [line for line in told if key in line]
-        assert f"scenario: {key} = 3: there is no such key; " in line
-        assert "there is " in line.partition("no such key; ")[2]
+        assert f"scenario: {key} = 3: unknown key; " in line
+        assert "available: " in line.partition("unknown key; ")[2]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ TWO = ["pd-only", "lin-lee-1999-table-2"]
         (lambda: hfc.picture("lin-lee-1999-table-2", "surface", "u"), "unit='u'"),
         (
             lambda: hfc.identify("x.csv"),
-            "which machine is it? say plant=, scenario= or cont",
+            "the machine is missing",
         ),
         (lambda: hfc.identify("x.csv", "c-axis", axis="x"), "axis='x'"),
         (lambda: hfc.usable("pd-only", RAMP, machines="20"), "machines='20'"),

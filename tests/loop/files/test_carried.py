@@ -11,9 +11,9 @@ from run_folders import hfc
 from wording import refused, refused_command
 
 from hfc_design.files.design import design_json, named_design
-from hfc_design.files.kept import kept
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario, scenario_of
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.transfer import transfer_report
 from hfc_design.runs.individuals import design_with
 from hfc_design.runs.run import new_run
 from hfc_design.simulation.evaluating import evaluate
@@ -136,7 +136,9 @@ def test_a_load_is_kept_where_the_file_holds_the_same(carried):
     (file.parent / "same.csv").write_text(CUT)
     (file.parent / "other.csv").write_text(CUT + "0.1,2\n")
     told = [
-        kept(found, scenario_of({"name": "n", "load": {"file": name}}, "n", file.parent))[-1]
+        transfer_report(
+            found, scenario_of({"name": "n", "load": {"file": name}}, "n", file.parent)
+        )[-1]
         for name in ("same.csv", "other.csv")
     ]
     assert told[0].split() == ["load", "kept"]

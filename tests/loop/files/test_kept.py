@@ -5,14 +5,14 @@ import json
 from run_folders import hfc
 
 from hfc_design.files.design import changed_design
-from hfc_design.files.kept import HEAD, kept
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.files.transfer import HEAD, transfer_report
 
 
 def told(design, scenario, changes=None):
     """Part -> what is said of it."""
-    head, *lines = kept(design, load_scenario(scenario, changes))
+    head, *lines = transfer_report(design, load_scenario(scenario, changes))
     assert head == HEAD
     return dict(line.split(maxsplit=1) for line in lines)
 

@@ -20,7 +20,7 @@ ROOT = {"controller.adaptation": {"largest_move": 0.8, "k_c": 0.1, "error_scale"
 def stepped(design, evaluation):
     """A runtime that has seen what the axes told the control."""
     machine = Machine(design, evaluation.machine.axes)
-    told = {axis.name: axis.told() for axis in evaluation.axes}
+    told = {axis.name: axis.sensed() for axis in evaluation.axes}
     for k in range(len(evaluation.time)):
         machine.step(
             {axis: {key: float(x[k]) for key, x in own.items()} for axis, own in told.items()}
@@ -73,7 +73,7 @@ def test_axes_that_have_learnt_other_things_have_controllers_of_their_own(level,
     assert found.provenance["learned"] == told
     levels = {name: own.level for name, own in found.controller.axes.items()}
     for axis in evaluation.axes:
-        assert levels[axis.name] == pytest.approx(0.005 * axis.told()["error"].sum(), rel=1e-9)
+        assert levels[axis.name] == pytest.approx(0.005 * axis.sensed()["error"].sum(), rel=1e-9)
     assert levels["x"] != levels["y"]
     # It starts from there, and plain numbers learn the same.
     again = hfc.evaluate(found, scenario)
@@ -144,7 +144,11 @@ def test_numbers_of_an_axis_come_back_as_a_design(tmp_path):
         ("1", ("--axis", "z"), "--axis z"),
         ("1", ("--kind", "aflc"), "--kind"),
         ("1", ("--like", "pd-only"), "design pd-only is of kind pd"),
-        (" ".join(["9"] * 73), (), "what jee-koren-2004-aflc has learnt"),  # no terms that could be
+        (
+            " ".join(["9"] * 73),
+            (),
+            "learned state of jee-koren-2004-aflc",
+        ),  # no terms that could be
         ("1 1_0", (), "TEXT"),
         ("1 1e308", (), "TEXT"),
     ],
@@ -167,5 +171,5 @@ def test_inside_another_controller_it_learns_too(level):
     evaluation = hfc.evaluate(both, scenario)
     inner = hfc.learned_in(both, scenario, evaluation).controller.inner
     for axis in evaluation.axes:
-        wanted = 0.005 * axis.told()["error"].sum()
+        wanted = 0.005 * axis.sensed()["error"].sum()
         assert inner.axes[axis.name].level == pytest.approx(wanted, rel=1e-9)

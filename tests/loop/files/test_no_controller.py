@@ -2,8 +2,8 @@
 
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runs.problem import check_memory
 from hfc_design.simulation.evaluating import evaluate

@@ -6,9 +6,9 @@ import pytest
 from wording import refused
 
 from hfc_design.files.design import Design
-from hfc_design.files.kept import kept
-from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.files.together import differences
+from hfc_design.files.design_set import differences
+from hfc_design.files.loop_setup import load_design, own_scenario
+from hfc_design.files.transfer import transfer_report
 from hfc_design.simulation.evaluating import evaluate
 
 SHORT = {
@@ -51,8 +51,9 @@ def test_on_two_masses_it_moves_as_on_the_one_that_they_are_together():
     errors = ("rms_error_mm", "max_error_mm")
     assert [found["alike"][x] for x in errors] == pytest.approx([one[x] for x in errors], rel=0.01)
     assert found["heavier"]["max_error_mm"] > 1.5 * one["max_error_mm"]
-    assert "  machine  this scenario's: milling-table (made for positioning-stage)" in kept(
-        design, two
+    assert (
+        "  machine  this scenario's: milling-table (made for positioning-stage)"
+        in transfer_report(design, two)
     )
     told = "made for the plant positioning-stage, here milling-table"
     assert told in [*differences(design, two, two)]

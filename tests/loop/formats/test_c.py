@@ -10,7 +10,7 @@ from sliding import EVERY
 from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 from wording import refused, refused_command
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 #: A design of every kind of state. All kinds and options are compiled in tests/interop.
 STATES = {

@@ -159,7 +159,7 @@ def test_what_connected_code_saved_is_taken():
         numbers[0] = -31.5
         rules = saving.taken(design, numbers).rules.centroids
         assert rules[0][0] == -31.5
-    with pytest.raises(ValueError, match=f"holds {len(numbers) + 1} numbers"):
+    with pytest.raises(ValueError, match=f"has {len(numbers) + 1} numbers"):
         saving.taken(design, [*numbers, 0.0])
 
 
@@ -167,7 +167,7 @@ def test_what_connected_code_saved_is_taken():
 def test_of_a_scenario_that_cannot_run_there_is_bare_code_alone(scenario, tmp_path):
     design = hfc.load_design("pd-only")
     own = design.model_copy(update={"provenance": {"scenario": scenario}})
-    with pytest.raises(hfc.UserError, match=r"^design pd-only: it is not known what its sensors"):
+    with pytest.raises(hfc.UserError, match=r"^design pd-only: its sensors are not known"):
         hfc.export(own, "c", tmp_path / "c")
     hfc.export(own, "c", tmp_path / "c", bare=True)
 
@@ -193,7 +193,7 @@ def test_a_signal_that_no_encoder_forms_is_read_by_its_name():
         apart={"warmth": 0.5},
         fields=fields,
         measured=lambda read: read,
-        told=lambda read: {"warmth": 99.0},
+        signals=lambda read: {"warmth": 99.0},
     )
     asked = AxisLaw(lambda xp, law, gains, memory, x: (x["warmth"], memory, None), lambda *_: (), 1)
     begins = Begins(lambda xp, fresh, memory: memory, lambda xp, fresh, memory, first: memory)

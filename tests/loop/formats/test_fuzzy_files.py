@@ -12,7 +12,7 @@ from wiring import command, controller_error, random_signals
 from wording import refused
 
 from hfc_design.files.design import named_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS
 
 LANGUAGES = ["fll", "fcl", "fcl-jfuzzylogic", "fml"]
@@ -66,7 +66,7 @@ def test_the_files_alone_keep_the_rate_of_a_design(name, tmp_path):
 def test_an_adaptive_controller_says_that_its_table_is_a_start(target):
     found = texts(named_design("jee-koren-2004-aflc"), target)
     (rules,) = (text for name, text in found.items() if name.startswith("rules."))
-    assert "the adaptation itself is not here" in rules
+    assert "the adaptation itself is not included" in rules
     assert "state.singletons" in found["controller.m"]
 
 

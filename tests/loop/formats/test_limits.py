@@ -87,7 +87,7 @@ def test_axes_of_limits_alone_are_those_of_the_scenario():
     for axis, limit in {"x": "9.0", "y": "4.0"}.items():
         text = found[f"{axis}/jee_koren_2004_pid_{axis}.c"]
         assert re.findall(r"own = R\((.*)\); /\* command of either sign", text) == [limit]
-        assert f"keeps to {limit} unit" in found[f"{axis}/README.md"]
+        assert f"limited to {limit} unit" in found[f"{axis}/README.md"]
 
 
 def test_a_controller_of_a_whole_machine_keeps_its_rates_in_the_simulator():

@@ -14,8 +14,8 @@ from wiring import silent
 from wording import refused
 
 from hfc_design.files.design import named_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.formats import code
 from hfc_design.formats.plcopen import project
 from hfc_design.formats.st import text_of
@@ -85,7 +85,9 @@ def test_a_component_reads_the_encoder_that_the_scenario_feeds_back():
 def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason():
     found = files(with_controller(FLC, sample_time_s=0.001).model_copy(update={"provenance": {}}))
     assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_feed_drive.comp"})
-    assert "controller.start: runs every 0.01 s, simulation.sample_time_s is" in found["README.md"]
+    assert (
+        "controller.start: must have the sample time simulation.sample_time_s" in found["README.md"]
+    )
     assert "loadrt hfc_jee_koren_2004_flc names=controller\n" in found["controller.hal"]
 
 

@@ -19,8 +19,8 @@ from wording import refused
 
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 

@@ -113,11 +113,11 @@ def test_commands_that_the_drive_does_not_take_are_told():
     fit = fit_with(wanted, WAVE, np.zeros((len(WAVE), 3)))
     (line,) = saturation_warning(fit, np.array([-2.5, -2.0, 0.0, 1.0, 7.0]))
     told = (
-        "NOT USABLE: the model cannot drive its own log: 40 % of the commands are beyond the -2 to"
+        "NOT USABLE: the model cannot reproduce its own log: 40 % of the commands are outside -2 to"
     )
-    assert line.startswith(f"{told} 2 V that the drive takes")
+    assert line.startswith(f"{told} 2 V, where the drive saturates")
     (few,) = saturation_warning(fit, np.append(np.zeros(19), 7.0))
-    assert few.startswith("5 % of the commands are beyond the -2 to 2 V that the drive takes")
+    assert few.startswith("5 % of the commands are outside -2 to 2 V, where the drive saturates")
     assert not saturation_warning(fit, np.array([-2.0, 0.0, 2.0]))
 
 
@@ -141,7 +141,7 @@ def test_a_gap_is_seen_only_where_the_axis_goes_from_flank_to_flank(weight, seen
     after, line = unseen_backlash(one, known, told, 1)
     assert after.state == ("yes" if seen else "no", "yes")
     assert after.value.tolist() == [0.4 if seen else 0.0, weight]
-    assert line.startswith("" if seen else "the backlash is not seen in this log")
+    assert line.startswith("" if seen else "the backlash is not visible in this log")
     assert bool(line) != seen
 
 

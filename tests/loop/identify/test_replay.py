@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from carts import CART, EVERY, Cart, driven, forced, recorded
 
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import closed_loop_residual, delayed, replay, rigid_body

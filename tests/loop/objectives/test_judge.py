@@ -86,7 +86,7 @@ def test_score_of_equation_5_by_hand():
 def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
     limits = {"late_error": "2 mrad", "chatter": 3, "band_time": "0.5 s", "band": "50 urad"}
     scenario = api.load_scenario({"constraints": limits})
-    most = {one.measure.name: one.most for one in scenario.ensemble.constraints}
+    most = {one.metric.name: one.most for one in scenario.ensemble.constraints}
     assert most == pytest.approx({"late_error": 2e-3, "chatter": 3.0, "band_time": 0.5})
     feed = {"plant": {"name": "feed-drive"}, "simulation": {"sample_time_s": 0.01}}
     feed |= {"controller": {"kind": "pid"}, "constraints": {"late_error": "20 um"}}
@@ -98,7 +98,7 @@ def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
 def told(scenario, *names):
     search = f"search={{preset='nsga-ii', objectives={[*names]}}}"
     found = load_scenario(scenario, [search])
-    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+    return [(one.name, one.unit, one.metric and one.metric.name) for one in found.traded]
 
 
 def test_tracking_is_what_the_scenario_tolerates_of_an_error():

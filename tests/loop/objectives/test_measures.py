@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from measuring import MOVE, measured, unsettled
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.motion.contour import (
     local_error,
 )
-from hfc_design.objectives.measures import measure
+from hfc_design.objectives.metrics import metric
 from hfc_design.simulation.evaluating import evaluate
 
 SPEEDS = "spindle_velocity", "rotor_velocity"
 #: Half a turn within what other tests simulate of it too.
 FAST = {"simulation.duration_s": 4.0, "reference.feed_mm_min": 2000.0}
-BOTH = [measure("unsettled"), measure("stick_slip")]
+BOTH = [metric("unsettled"), metric("stick_slip")]
 
 
 @pytest.mark.parametrize("gain", [1.0, 2.0])
@@ -60,7 +60,7 @@ def test_contour_error_and_vectors_of_two_axes():
         "peak_command",
     )
     names += ("estimated_path_error", "estimated_worst_glitch")
-    found = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
+    found = measured("jee-koren-2004-pid", circle, [metric(x) for x in names])
     rms, most, vector, peak, quiet, glitch = found
     evaluation = evaluate("jee-koren-2004-pid", circle)
     x, y = (axis.motion for axis in evaluation.axes)

@@ -60,7 +60,7 @@ def test_the_simulator_does_what_the_runtime_does(toy_design, toy_place):
     scenario = hfc.load_scenario(toy_place / "run" / "config.toml")
     found = hfc.evaluate(toy_design, scenario)
     machine = runtime.Machine(toy_design)
-    told = {axis.name: axis.told() for axis in found.axes}
+    told = {axis.name: axis.sensed() for axis in found.axes}
     for k in range(scenario.simulation.steps):
         signals = {
             name: {key: value[k] for key, value in own.items()} for name, own in told.items()

@@ -55,7 +55,7 @@ def test_fields_of_a_record():
         "own.gain",
         "number",
         2.0,
-        "more than 0",
+        "greater than 0",
     )
     assert (title.type, title.default) == ("text", "valve")
     assert count.required
@@ -78,4 +78,4 @@ def test_sources(text, source):
 
 def test_unknown_names_tell_what_is_near():
     told = str(unknown("plant", "c-axsi", ["c-axis", "feed-drive"]))
-    assert told == "'c-axsi': no such plant; did you mean c-axis? there is c-axis, feed-drive"
+    assert told == "'c-axsi': unknown plant; did you mean c-axis? available: c-axis, feed-drive"

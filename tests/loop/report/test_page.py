@@ -15,7 +15,7 @@ from run_folders import hfc
 from wording import refused, refused_command
 
 from hfc_design.core.records import RunError
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.pictures.curves import SLICES
 from hfc_design.pictures.files import image, save
 from hfc_design.report import plots
@@ -123,7 +123,7 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(lone):
         "The controller",
         "Its units",
         "The loop",
-        "How to run it again",
+        "How to reproduce it",
     ]
     assert text.index("<figure>") < text.index("<table>")
     assert "generations of the search" not in text

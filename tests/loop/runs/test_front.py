@@ -87,7 +87,7 @@ def test_a_pick_needs_a_file_and_a_front(folder, wholes, tmp_path):
     refused_command("pick", folder, "--knee")
     last = len(table(folder / "front.csv"))
     done = hfc("pick", folder, "--point", 0, "--out", tmp_path / "x.json")
-    assert (done.exit_code, done.stderr) == (2, f"hfc: --point 0: there are points 1 to {last}\n")
+    assert (done.exit_code, done.stderr) == (2, f"hfc: --point 0: must be 1 to {last}\n")
     other, _ = wholes()
     found = refused_command("pick", other, "--knee", "--out", tmp_path / "x.json")
     assert found.where == str(other)
@@ -103,7 +103,7 @@ def test_a_damaged_file_is_told(folder):
         kept[:-1] + b"99\n",
     ):
         write_whole(folder / "front.csv", wrong)
-        with pytest.raises(RunError, match=r"front.csv: is gone or damaged"):
+        with pytest.raises(RunError, match=r"front.csv: is missing or damaged"):
             design.finished_run(folder)
     write_whole(folder / "front.csv", kept)
     design.finished_run(folder)

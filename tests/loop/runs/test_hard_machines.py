@@ -41,7 +41,7 @@ def one(problem):
 
 def test_hard_are_those_that_break_most(problem, one, monkeypatch):
     """The error at the end of the ramp grows with the inertia: every machine breaks the limit."""
-    inertia = problem.parts.machines.true[0].own.spindle_inertia
+    inertia = problem.parts.machines.actual[0].inner.spindle_inertia
     heaviest = 1 + np.argsort(-inertia[1:])
     for count in (1, 3):  # twice as many
         monkeypatch.setattr(problems, "HARD", count)
@@ -64,7 +64,7 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
         expected = met_with(problem, one, generation, met)
         assert problem.rank(one, generation, hard=hard) == expected.weighed
         found = problem.scored(one, generation, machines=hard)
-        assert (found.score, found.told) == (expected.rank, expected.weighed)
+        assert (found.score, found.fitness) == (expected.rank, expected.weighed)
     assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
 
 
@@ -73,7 +73,7 @@ def test_a_search_meets_every_stress_in_turn():
     scenario = api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress})
     machines = Problem(scenario).parts.machines
     nominal = scenario.plant.values()[0].coulomb_torque
-    factors = machines.true[0].own.coulomb_torque / nominal
+    factors = machines.actual[0].inner.coulomb_torque / nominal
     assert np.sum(np.isclose(factors, 2.0, rtol=1e-5)) == 3
     assert np.sum(np.isclose(factors, 0.5, rtol=1e-5)) == 3
     assert np.sum(np.isclose(factors, 1.0, rtol=1e-5)) == 6

@@ -10,7 +10,7 @@ from hfc_design.runs import champion
 from hfc_design.runs import run as runs
 from hfc_design.runs.champion import TRIAL, lap_of
 from hfc_design.runs.run import CONFIG, KEPT, new_run, run
-from hfc_design.simulation.in_use import NO, YES
+from hfc_design.simulation.acceptance import NO, YES
 
 SCENARIO = {
     "simulation.duration_s": 0.3,

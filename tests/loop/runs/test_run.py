@@ -14,8 +14,8 @@ from wording import refused
 
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.core.records import RunError
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs import polishing, run, stored
 from hfc_design.runs import run as design
 from hfc_design.simulation.evaluating import evaluate

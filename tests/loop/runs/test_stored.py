@@ -64,7 +64,7 @@ def test_another_version_goes_on_only_anyway(package, both, monkeypatch):
         assert told.exit_code == 1
         which = f"belongs to a run with another {package} ('{now}', here '9.8.7')"
         assert which in told.stderr
-        assert "; with --anyway it goes on" in told.stderr
+        assert "; to continue nevertheless add --anyway" in told.stderr
         assert len(told.stderr.splitlines()) == 1
         assert (part / "checkpoint.npz").read_bytes() == before
         design.finished_run(whole)  # is only read

@@ -13,7 +13,7 @@ from wording import refused, refused_command
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import builtin_designs
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller
 
 WITH_RULES = [name for name in builtin_designs() if load_design(name).kind.explain]

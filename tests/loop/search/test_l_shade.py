@@ -10,7 +10,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
 from hfc_design.runs.individuals import genome_of
-from hfc_design.search.by_numbers import coordinates
+from hfc_design.search.coordinates import coordinates
 from hfc_design.search.differential import ARCHIVE, begun, fewer, learnt, tried
 from hfc_design.search.loop import fault
 from hfc_design.search.strategies.l_shade import LShadeSettings

@@ -11,7 +11,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
-from hfc_design.search.by_numbers import coordinates
+from hfc_design.search.coordinates import coordinates
 from hfc_design.search.loop import fault
 from hfc_design.search.strategies.cma import CmaSettings
 from hfc_design.search.strategies.nsga_ii import Nsga2Settings

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.comparison import EVERY, _together, compare
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
@@ -38,7 +38,7 @@ def test_all_motions_are_as_one_after_the_other(found):
 def test_each_design_does_what_it_does_alone(found):
     comparison, scenarios, _ = found
     for bout, scenario in zip(comparison.bouts, scenarios, strict=False):
-        machines = [one.machines.true for one in bout.found.values()]
+        machines = [one.machines.actual for one in bout.results.values()]
         for a, b in zip(*machines, strict=True):
             np.testing.assert_array_equal(a, b)
         for name, side in bout.sides.items():
@@ -46,7 +46,7 @@ def test_each_design_does_what_it_does_alone(found):
             np.testing.assert_array_equal(side.values[ERROR], alone.values[ERROR])
             np.testing.assert_array_equal(side.stable, alone.stable)
             assert side.nominal[ERROR] == evaluate(DESIGNS[name], scenario).metrics[ERROR]
-            motion = bout.found[name].motion
+            motion = bout.results[name].motion
             error = motion.axes[0].motion.error
             assert np.sqrt(np.mean(error**2)) == pytest.approx(side.nominal[ERROR])
 
@@ -68,11 +68,11 @@ def test_different_machines_are_not_taken_together(found):
     one, other, _ = found[0].bouts
     heavier = {
         name: x._replace(
-            machines=x.machines._replace(told=(x.machines.told[0]._replace(poles=3.0),))
+            machines=x.machines._replace(nominal=(x.machines.nominal[0]._replace(poles=3.0),))
         )
-        for name, x in other.found.items()
+        for name, x in other.results.items()
     }
-    assert _together([one, other._replace(found=heavier)]) == []
+    assert _together([one, other._replace(results=heavier)]) == []
     assert _together([one]) == []
 
 
@@ -80,12 +80,12 @@ def test_other_machines_than_those_of_the_scenario_are_said():
     own = {**SHORT, "robust": {"spread": 0.1, "tolerances": {"stiffness": 0.3}}}
     scenario = load_scenario("c-axis-ramp", own)
     found = compare(DESIGNS, scenario, 0.2, 11)
-    robust = "which are within ±10 %, stiffness ±30 %"
-    assert found.notes == [f"other machines than those of [robust] of c-axis-ramp, {robust}"]
+    robust = "which has ±10 %, stiffness ±30 %"
+    assert found.notes == [f"machines differ from [robust] of c-axis-ramp, {robust}"]
     assert compare(DESIGNS, scenario, 0.1, 11, tolerances={"stiffness": 0.3}).notes == []
     alike = compare(DESIGNS, scenario, machines=11)  # as nothing else is asked
     assert alike.notes == []
     assert (alike.spread, alike.tolerances) == (0.1, {"stiffness": 0.3})
     (bout,) = alike.bouts
-    (drawn,) = bout.found[next(iter(DESIGNS))].machines.true
+    (drawn,) = bout.results[next(iter(DESIGNS))].machines.actual
     assert 0.1 < np.abs(drawn.stiffness / drawn.stiffness[0] - 1.0).max() < 0.3

@@ -63,7 +63,7 @@ def test_the_command_line_says_it(oven, tmp_path):
     done = command("score", lost)
     assert done.exit_code == 0, done.output
     assert "bakes diverges: " in done.stdout
-    assert " s, with 16 substeps too" in done.stdout
+    assert " s, also with 16 substeps" in done.stdout
     told = json.loads(command("score", lost, "--json").stdout)
     assert told["substeps"] == 16
     assert 0.0 <= told["divergence"]["time_s"] <= 0.6

@@ -7,8 +7,8 @@ from populations import HIERARCHICAL, LOADS, plain, simulated
 from wording import refused
 
 import hfc_design.api as hfc
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate, notes
 
 CIRCLE = "feed-drive-circle"
@@ -95,7 +95,7 @@ def test_each_axis_is_told_of_the_encoder_that_is_named():
     own = dict(zip(("position", "motor_position"), found.axes, strict=True))
     for field, axis in own.items():
         np.testing.assert_allclose(axis.motion.command, by_hand(axis, field), atol=1e-9)
-        np.testing.assert_allclose(axis.told()["error"], by_error(axis, field), atol=1e-12)
+        np.testing.assert_allclose(axis.sensed()["error"], by_error(axis, field), atol=1e-12)
         # What is judged is where the table is, whoever knows it.
         true = axis.happens.target - axis.motion.state.position
         np.testing.assert_allclose(axis.motion.error, true, atol=1e-12)

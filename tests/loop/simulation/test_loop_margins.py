@@ -9,7 +9,7 @@ import pytest
 from wording import refused
 
 from hfc_design import api
-from hfc_design.files.pairing import controller_of
+from hfc_design.files.loop_setup import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs.machines import drawn_for
@@ -71,9 +71,9 @@ def test_who_breaks_more_ranks_lower_and_who_keeps_all_is_left_alone():
     assert max(gains) > 0.0
     merits = np.ones((2, 1, 1))
     judged = Judged(merits, np.zeros((2, 1, 1, 0)), np.zeros((2, 1, 1), bool))
-    found = Ensemble((1.0,)).verdict(judged, beside=np.array([0.0, 0.25]))
+    found = Ensemble((1.0,)).verdict(judged, more_violation=np.array([0.0, 0.25]))
     np.testing.assert_array_equal(found.rank, [1.0, -0.25])
-    assert Ensemble((1.0,)).reach(judged, 4, np.array([0.0, 0.25]))[1] == -0.25
+    assert Ensemble((1.0,)).best_rank(judged, 4, np.array([0.0, 0.25]))[1] == -0.25
 
 
 def test_an_unstable_loop_is_broken_however_small_its_sensitivity_is():
@@ -107,7 +107,7 @@ def test_a_machine_that_a_stress_just_does_not_forgive_must_not_grow_as_it_slide
     }
     scenario = api.load_scenario("c-axis-ramp", changes)
     machines = rubbing(scenario, drawn_for(scenario, 199, 7), Applied(friction=2.0))
-    some = np.argsort(-machines.true[0].static_torque)[[10, 13, 16, 19]]
+    some = np.argsort(-machines.actual[0].static_torque)[[10, 13, 16, 19]]
     design = api.load_design("pd-only")
     controller, gains = controller_of(design, scenario)
     loop, found = closed_loop(scenario, controller, 1.0), []
@@ -143,7 +143,7 @@ def test_a_margin_that_no_loop_can_have_is_told_in_a_line(key, value):
 @pytest.mark.parametrize("gap", [0.0, 0.3])
 def test_a_gap_is_said_to_be_why_there_is_no_steady_motion(gap):
     own = api.load_scenario("milling-table-sine").machine.drives[0].parameters(backlash=gap)
-    about, machine = SimpleNamespace(found=[False]), SimpleNamespace(true=(own,))
+    about, machine = SimpleNamespace(exists=[False]), SimpleNamespace(actual=(own,))
     told = _why(None, about, None, 0, machine)
     assert told.startswith("with its backlash " * (gap > 0.0) + "no steady motion was found there")
 

@@ -10,9 +10,9 @@ import pytest
 from one_axis import SCENARIO, printed
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation

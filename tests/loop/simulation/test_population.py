@@ -9,7 +9,7 @@ from populations import LAW, fitness, picked, prepared
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.pd import PdGains, initial_memory, sample
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.packing import packed, unpacked
+from hfc_design.simulation.flattening import packed, unpacked
 
 PD = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
 

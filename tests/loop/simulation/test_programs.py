@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation import compiled
 from hfc_design.simulation.ensemble import evaluate_many
 from hfc_design.simulation.evaluating import evaluate

@@ -3,8 +3,8 @@
 import pytest
 from settled import of_nominal
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 
 SHORT = ["simulation.duration_s=3"]
 

@@ -9,13 +9,13 @@ from scipy.signal import cont2discrete
 
 from hfc_design.api import with_gains
 from hfc_design.core.records import UserError
+from hfc_design.files.loop_setup import controller_of
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.loop_margins import AskedMargins
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import one_machine
-from hfc_design.simulation.stress import PARTS, Applied, _held, _resting, loads, rubbing
+from hfc_design.simulation.stress import PARTS, Applied, _load_first, _resting, loads, rubbing
 from hfc_design.simulation.usable import BEYOND, usable
 from hfc_design.stability.margins import swung
 from plants.around import GOLDEN
@@ -155,7 +155,7 @@ def test_friction_at_rest_is_larger_by_a_share_of_that_of_coulomb(plant, name, l
     parameters = {"coulomb_friction": 60.0, "stiction_rise": 30.0} if plant[0] == "m" else {}
     scenario = load_scenario({"plant": {"name": plant, "parameters": parameters}})
     (one,), (more,) = (
-        rubbing(scenario, one_machine(scenario.plant.values()), Applied(sticking=share)).true
+        rubbing(scenario, one_machine(scenario.plant.values()), Applied(sticking=share)).actual
         for share in (0.0, 0.5)
     )
     assert {key: x for key, x in more._asdict().items() if x != getattr(one, key)} == {
@@ -192,7 +192,7 @@ def test_the_load_is_what_a_motion_has_or_what_a_tenth_of_10_v_holds(load, expec
 def test_it_is_held_where_the_motion_begins():
     scenario = load_scenario(STAGE)
     samples = scenario.samples()
-    longer = _held(scenario, samples)
+    longer = _load_first(scenario, samples)
     (one,), (other,) = samples.axes, longer.axes
     assert len(longer.time) == 4000
     for name in ("reference", "target", "reference_rate"):
@@ -210,10 +210,10 @@ def test_where_it_is_close_four_times_as_many_machines_decide(share, machines):
     robust = STAGE["robust"] | {"tolerances": spread, "unseen": 50}
     scenario = load_scenario({**STAGE, "robust": robust})
     some, _ = drawn(scenario.plant, 1e-6, 50, scenario.run.seed + BEYOND, spread)
-    gains = some.true[0].amplifier_gain
+    gains = some.actual[0].amplifier_gain
     weak = np.sort(gains[:8])[1:3].mean()
     own = found(robust, load=0.05 * 5.0 * weak * KP, share=share, machines=8)
-    (row,) = (one for one in own.stress if one.name.startswith("a load of -"))
+    (row,) = (one for one in own.stress if one.name.startswith("an extra load of -"))
     assert row.share == np.mean(gains[:machines] > weak)
     assert row.holds == (row.share >= share)
 
@@ -229,7 +229,7 @@ def test_backwards_an_axis_that_goes_harder_stays_behind():
     }
     (row,) = found(changes=changes, backwards=1.0).stress
     assert (row.holds, row.part, row.why) == (False, 0.875, "is far off")
-    assert row.breaks == "every motion 87.5 % of its way backwards"
+    assert row.breaks == "every motion 87.5 % backwards"
     (row,) = found(changes={**changes, "constraints.late_error": 1.2 * off}, backwards=1.0).stress
     assert row.holds
 
@@ -271,7 +271,7 @@ def test_where_a_log_shows_no_mode_none_is_tried():
     assert (min(at), max(at)) == (200.0, 250.0)
     assert sum("before the encoder" in one.name for one in told) == 4
     at_the_drive = found(mode_inertia=[0.1], unknown_above_hz=200.0, encoder_at="drive").stress
-    assert [one.name for one in at_the_drive] == [one.name for one in told if "moves" in one.name]
+    assert [one.name for one in at_the_drive] == [one.name for one in told if "moving" in one.name]
     assert not found(mode_inertia=[0.1], unknown_above_hz=250.0).stress
 
 
@@ -285,4 +285,5 @@ def test_a_load_is_held_as_long_as_the_motion_before_it(times):
     changes = {"simulation.duration_s": 1.0, "constraints.late_error": "0.05 mm"}
     changes["reference.distance"] = 1.0
     rows = found(changes=changes, ki=KP, load=times * 0.05 / left).stress
-    assert [one.holds for one in rows if one.name.startswith("a load of")] == 2 * [times < 1.0]
+    loaded = [one.holds for one in rows if one.name.startswith("an extra load of")]
+    assert loaded == 2 * [times < 1.0]

@@ -192,7 +192,7 @@ def test_a_gap_that_keeps_no_flank_is_named_as_the_cause():
     own = {"coulomb_friction": 1e-3, "viscous_friction": 1e-3, "stiction_rise": 0.0}
     with refused() as found:
         nominal(table, table.parameters(backlash=0.3, **own), 0.001)
-    assert "its backlash is why" in str(found.error)
+    assert "its backlash is the cause" in str(found.error)
     assert "spring" not in str(found.error)
     assert nominal(table, table.parameters(backlash=0.0, **own), 0.001).speed > 0.0
 

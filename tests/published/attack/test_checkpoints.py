@@ -159,7 +159,7 @@ def test_what_is_no_file(base, tmp_path):
     for make in (path.mkdir, lambda: path.symlink_to("/dev/zero"), lambda: _sparse(path)):
         path.unlink(missing_ok=True)
         make()
-        with pytest.raises(UserError, match="is no file of at most"):
+        with pytest.raises(UserError, match="must be a file of at most"):
             design.run(design.opened_run(own), own)
         if path.is_dir() and not path.is_symlink():
             path.rmdir()

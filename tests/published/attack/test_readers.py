@@ -21,13 +21,13 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 from hfc_design.batch.results import runs_below
 from hfc_design.core import plugins
-from hfc_design.core.dotted import set_keys
-from hfc_design.core.faults import MOST
+from hfc_design.core.overrides import set_keys
 from hfc_design.core.records import LONGEST, UserError
+from hfc_design.core.validation_errors import MOST
 from hfc_design.files.design import design_json, parse_design, read_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_toml
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import MAX_STEPS
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported

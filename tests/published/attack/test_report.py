@@ -12,8 +12,8 @@ from attack import SEED, Attack, rounds
 from run_folders import batch_folder
 
 from hfc_design.batch.report import report
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.report.page import write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.simulation.evaluating import evaluate

@@ -20,7 +20,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.core import archive
 from hfc_design.core.checkpoint import tidy, write_whole
-from hfc_design.core.lock import HALF, LOCK
+from hfc_design.core.lock import LOCK, TEMPORARY
 from hfc_design.formats.writing import write
 from hfc_design.report import page
 from hfc_design.runs import run, stored
@@ -187,10 +187,10 @@ def test_at_every_call(scenario, tmp_path, monkeypatch):
         unharmed = found == "done" and faults.calls[at - 1] in HARMLESS
         assert unharmed or found == ("killed" if how == "killed" else "told"), faults.calls[at - 1]
         left = contents(out) if out.exists() else {}
-        half = {name.partition("/")[0] for name in left if name.startswith(HALF[0])}
+        half = {name.partition("/")[0] for name in left if name.startswith(TEMPORARY[0])}
         assert len(half) <= (how == "killed"), (half, at, how)
         for name, content in left.items():
-            told = name.startswith(HALF[0]) or name in (LOCK, "checkpoint.npz", "history.csv")
+            told = name.startswith(TEMPORARY[0]) or name in (LOCK, "checkpoint.npz", "history.csv")
             assert told or content == undisturbed[name], (name, at, how)
         if "checkpoint.npz" in left:
             assert archive.is_whole(left["checkpoint.npz"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hfc_design.attainable.attainable import attainable
-from hfc_design.attainable.playing import played, player
+from hfc_design.attainable.rollout import rolled_out, rollout_of
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 
@@ -31,19 +31,19 @@ def test_nobody_is_below_the_bound_and_the_best_voltage_is_close(name):
     for design in DESIGNS:
         error = evaluate(design, scenario).axes[0].motion.error
         assert found.reached < np.abs(error).sum()
-    play, generator = player(scenario), np.random.default_rng(3)
+    play, generator = rollout_of(scenario), np.random.default_rng(3)
     for _ in range(20):
         other = np.clip(found.voltage + generator.normal(0, 5.0, len(found.voltage)), -LIMIT, LIMIT)
-        assert found.bound < np.abs(played(play, other).error).sum()
+        assert found.bound < np.abs(rolled_out(play, other).error).sum()
 
 
 def test_the_best_voltage_does_in_the_simulator_what_is_told_of_it():
     """Fed back through a design's loop: its commands played give its errors, to the last digits."""
     scenario, found = of("c-axis-ramp")
     assert np.abs(found.voltage).max() <= LIMIT
-    assert np.abs(played(player(scenario), found.voltage).error).sum() == found.reached
+    assert np.abs(rolled_out(rollout_of(scenario), found.voltage).error).sum() == found.reached
     motion = evaluate("lin-lee-1999-table-1", scenario).axes[0].motion
-    error = played(player(scenario), np.asarray(motion.command)).error
+    error = rolled_out(rollout_of(scenario), np.asarray(motion.command)).error
     np.testing.assert_allclose(error, motion.error, atol=1e-12)
 
 
@@ -54,7 +54,7 @@ def test_the_target_of_the_step_is_out_of_reach_as_its_scenario_says():
     )
     (found,) = attainable(scenario).values()
     steps = len(found.voltage)
-    error = np.asarray(played(player(scenario), found.voltage).error)
+    error = np.asarray(rolled_out(rollout_of(scenario), found.voltage).error)
     least, best = found.bound / np.sqrt(found.samples * steps), np.sqrt(np.mean(error**2))
     assert 1.3e-3 < least < best < 2.2e-3
     target = scenario.fitness.tolerances["rms_error"].tolerance

@@ -117,7 +117,7 @@ def test_the_scheduler_is_lost(tmp_path, undisturbed, started, cluster):
     first_finished(tmp_path / "out")
     cluster.lose_scheduler()
     code, said = ended(process)
-    assert (code, len(said), "scheduler is lost" in said[0]) == (1, 1, True), said
+    assert (code, len(said), "the scheduler; run the same command" in said[0]) == (1, 1, True), said
     assert batch(tmp_path / "mine.toml", "--out", tmp_path / "out").exit_code == 0
     assert files(tmp_path / "out") == undisturbed
 

@@ -91,7 +91,7 @@ def test_workers_elsewhere_need_the_package(tmp_path, plain, asked, cluster):
     installed(tmp_path, *points)
     code, said = asked()
     assert (code, len(said)) == (1, 3), said
-    for part in ("the worker tcp://", "plant.name = 'sledge'", "is no plant known here"):
+    for part in ("the worker tcp://", "plant.name = 'sledge'", "unknown plant"):
         assert part in said[0]
     package(cluster.path, *points)
     assert asked() == (0, [])

@@ -36,11 +36,19 @@ def test_a_scheduler_with_certificates(tmp_path, tmp_path_factory, monkeypatch):
         half = [TLS[0], *foreign[1:]]
         for options, code, words in (
             ([address], 2, f"--scheduler {address}: needs --tls-ca, --tls-cert, --tls-key"),
-            ([bare], 1, f"--scheduler {bare}: no scheduler answers there"),
-            ([address, *foreign], 1, "no scheduler that knows these certificates answers there"),
-            ([address, *half], 1, "no scheduler that knows these certificates answers there"),
-            ([f"tcp://{bare}", *TLS], 2, "with --tls-ca it has to be tls://HOST:PORT"),
-            (["here:there", *TLS], 2, "is no address"),
+            ([bare], 1, f"--scheduler {bare}: no scheduler answers at this address"),
+            (
+                [address, *foreign],
+                1,
+                "no scheduler that knows these certificates answers at this address",
+            ),
+            (
+                [address, *half],
+                1,
+                "no scheduler that knows these certificates answers at this address",
+            ),
+            ([f"tcp://{bare}", *TLS], 2, "must be tls://HOST:PORT with --tls-ca"),
+            (["here:there", *TLS], 2, "must be an address"),
             ([address, TLS[0], TLS[1], foreign[2]], 2, "KEY_VALUES_MISMATCH"),
         ):
             with monkeypatch.context() as patch:

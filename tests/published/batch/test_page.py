@@ -37,8 +37,8 @@ def test_the_page_of_a_run_is_that_of_hfc_design(tmp_path):
     assert pages[0].read_bytes() == first
     assert "--each" in hfc("report", own, "--each").stderr
     (own / "checkpoint.npz").unlink()
-    assert "is gone" in hfc("report", own).stderr
+    assert "is missing" in hfc("report", own).stderr
     pages[0].unlink()
     found = hfc("report", out, "--each")
     assert found.exit_code == 1
-    assert "1 of the runs got no page of their own" in found.stderr
+    assert "1 of the runs could not get a page" in found.stderr

@@ -79,9 +79,9 @@ def test_a_page_for_a_paper_has_what_the_command_writes(tmp_path):
     assert r"\textbf" in (tmp_path / "b-latex/c-axis-ramp.tex").read_text()
     assert (tmp_path / "b-figures/machines.pdf").exists()
     for wrong, why in [
-        ({"width": "88mm"}, "width: is that of figures"),
-        ({"figures": "png"}, "figures = 'png': has to be one of pdf, svg, pgf"),
-        ({"figures": "pdf", "width": 88}, "width = 88: has to be a text"),
+        ({"width": "88mm"}, "width: applies to figures"),
+        ({"figures": "png"}, "figures = 'png': must be one of pdf, svg, pgf"),
+        ({"figures": "pdf", "width": 88}, "width = 88: must be a string"),
     ]:
         with pytest.raises(hfc.UserError, match=why):
             hfc.report("pd-only", tmp_path / "c.html", scenario=short, **wrong)

@@ -32,7 +32,7 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     }  # fmt: skip
     again = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert again.exit_code == 2
-    assert "already holds a run" in again.stderr
+    assert "already has a run" in again.stderr
     resumed = hfc("design", "--resume", "--out", tmp_path / "run", "--quiet")
     assert resumed.exit_code == 0
     assert resumed.stderr == "hfc: warning: the design is not usable as it is\n"  # no progress

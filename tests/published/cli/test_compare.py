@@ -70,7 +70,7 @@ def test_a_folder_of_page_table_and_numbers(tmp_path):
     again = "hfc compare lin-lee-1999-table-1 pd-only --scenario c-axis-ramp --scenario c-axis-step"
     assert again in page
     again = hfc("compare", *TWO, *SHORT, "--out", out)
-    assert (again.exit_code, "exists already" in again.stderr) == (2, True)
+    assert (again.exit_code, "already exists" in again.stderr) == (2, True)
 
 
 def test_single_files_and_own_scenario_of_the_first(tmp_path):

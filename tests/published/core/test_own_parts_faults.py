@@ -39,7 +39,7 @@ def test_a_search_in_which_everybody_failed_says_so(own):
     api.register(nothing)
     api.register(imported("mine").P)
     changes = {"fitness": {"kind": "last-error"}, **SMALL}
-    with pytest.raises(api.RunError, match=r"diverged \(the fitness is no number\); try"):
+    with pytest.raises(api.RunError, match=r"diverged \(the fitness is not a number\); try"):
         api.design(api.load_scenario(scenario_of("only-p"), changes))
 
 

@@ -5,7 +5,7 @@ import re
 from places import ROOT
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.traded import NAMES
 from plants import C_AXIS
 
@@ -32,7 +32,7 @@ def test_every_measure_is_defined_with_its_unit():
     for names, unit in re.findall(r"^\| (`[^|]*) \| ([^|]*) \|", part, re.MULTILINE):
         told |= dict.fromkeys(re.findall("`(.*?)`", names), unit)
     assert told.keys() == set(NAMES) - {"tracking", "effort", "units"}
-    for name, one in MEASURES.items():
+    for name, one in RUNNING.items():
         words = [C_AXIS.units.get(word, word) for word in one.unit.split(" ")]
         assert told[name] == ("BLU" if one.path else " ".join(words)), name
     assert told["band_time"] == "s"

@@ -6,7 +6,7 @@ from places import ROOT
 
 import hfc_design.api as hfc
 from experiments.designed_contours.table_page import METRICS, OWN, versus
-from hfc_design.simulation.comparison import Side
+from hfc_design.simulation.comparison import DesignStatistics
 
 FOLDER = ROOT / "experiments" / "designed_contours"
 SMALL = "milling-table-small-circle"
@@ -40,8 +40,10 @@ def test_the_page_pairs_machines():
     held = np.array([True, True, True])
     alike = {key: np.full(3, 0.001 * (k + 1)) for k, key in enumerate(METRICS)}
     others = [0.001 * np.array([2.0, 0.5, 4.0]), np.full(3, 0.001), np.full(3, np.nan)]
-    own = Side(held, True, {}, alike)
-    other = Side(held & [True, False, True], True, {}, dict(zip(METRICS, others, strict=True)))
+    own = DesignStatistics(held, True, {}, alike)
+    other = DesignStatistics(
+        held & [True, False, True], True, {}, dict(zip(METRICS, others, strict=True))
+    )
     ((motion, name, kept, path, impulse, rms),) = versus("circle", {OWN: own, "other": other})
     assert (motion, name, kept) == ("circle", "other", "100 %, 66.7 %")
     # The ratios are 0.5, 2 and 0.25; 2; nothing to compare with.

@@ -7,7 +7,7 @@ from experiment_pages import page_of, ran, remark, table, within
 import hfc_design.api as hfc
 from experiments.huang_shy import page as huang
 from experiments.huang_shy import pictures, tables
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from plants.milling_table import MillingTableParameters, coefficients
 
 ORDER = ("PID", "cross-coupling", "SOC", "neural")
@@ -76,7 +76,7 @@ def test_the_network_is_what_back_propagation_makes_of_the_lap():
     """Eight passes in matrices, from weights between -1 and 1: the same command for an error."""
     record = load_design("huang-neural").controller
     lap = hfc.evaluate("huang-soc", "milling-table-circle")
-    error = np.stack([axis.told()["error"] for axis in lap.axes], axis=1)
+    error = np.stack([axis.sensed()["error"] for axis in lap.axes], axis=1)
     wanted = np.stack([axis.motion.command for axis in lap.axes], axis=1).ravel() / 300.0
     change = np.diff(error, axis=0, prepend=error[:1])
     inputs = np.stack([error.ravel(), change.ravel(), np.full(error.size, 0.002)], axis=1) / 0.002

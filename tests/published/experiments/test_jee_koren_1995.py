@@ -8,7 +8,7 @@ from experiment_pages import EXPERIMENTS, page_of, ran, simulated, stands_in, ta
 
 from experiments.jee_koren_1995 import page as jk95
 from hfc_design.batch.plan import read_batch
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 FIT = "jee_koren_1995/batch.toml"
 #: Of the older reading, what is run here.

@@ -17,7 +17,7 @@ from jk04 import rule_labels, rule_singletons
 from experiments.jee_koren_2004 import calculated, pictures, tables
 from experiments.jee_koren_2004 import page as jk04
 from hfc_design.batch.plan import read_batch
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.stability.stable_range import stable_range
 
 #: Of the older reading, what is run here.

@@ -4,7 +4,7 @@ import pytest
 from experiment_pages import page_of, ran, stands_in, table
 
 from experiments.lin_gai_2009 import page as lg09
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 RUN = ("corrected", "printed", "fast")
 

@@ -8,7 +8,7 @@ from experiment_pages import page_of, ran, table
 from experiments.lin_lee_1999 import page, pictures
 from experiments.lin_lee_1999.pictures import SEVEN, SIX
 from hfc_design.controllers.hierarchical.tree import decode
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 @pytest.fixture(scope="module")

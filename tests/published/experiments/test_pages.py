@@ -13,8 +13,8 @@ from experiments.jee_koren_2004 import page as jk04
 from experiments.lin_gai_2009 import page as lg09
 from experiments.lin_lee_1999 import page as ll99
 from hfc_design.batch.plan import read_batch
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 
 SCENARIOS = [
     file

@@ -7,8 +7,8 @@ from click.testing import CliRunner
 from imported_files import OCTAVE, PYFUZZYLITE
 
 from hfc_design.cli import main
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as designs
 from hfc_design.simulation.evaluating import evaluate
 
@@ -22,7 +22,7 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_base
     assert done.exit_code == 0
     assumed = "plant feed-drive, sample time 0.01 s assumed: --plant, --sample-time"
     assert done.stdout == f"{assumed}\n{out}\n"
-    assert "exists already" in hfc("import", OCTAVE, "--out", out).stderr
+    assert "already exists" in hfc("import", OCTAVE, "--out", out).stderr
     assert "INPUT=SIGNAL" in hfc("import", OCTAVE, "--signal", "error").stderr
     assert json.loads(out.read_text())["name"] == "pyfuzzylite-8.0.6"
     scenario = tmp_path / "mine.toml"

@@ -28,7 +28,7 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     names = ["mass", "viscous_friction", "force_gain", "pull"]
     found, told = cart_found(names, true)
     known = certainty(found)
-    assert not any(known.told)
+    assert not any(known.identifiable)
     worst = known.untold[0]
     assert worst.shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
     assert "may change by" in worst.line()
@@ -55,7 +55,7 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
         moves = np.append(np.ones(len(names) + 1), 0.0)
         problem = Problem(wanted, residual, np.array([1e-3]), moves, 20.0)
         known = certainty(fitted(problem, wanted.begun))
-    assert not any(known.told)
+    assert not any(known.identifiable)
     assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
 
 
@@ -76,7 +76,7 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
             getattr(sure, end) / sure.value - 1.0,
             rtol=0.01,
         )
-    assert note == "held where it began: pull; the log tells others only beside it"
+    assert note == "fixed at its start value: pull; the log determines others only relative to it"
 
 
 def test_no_last_bit_decides_which_of_two_is_named_first():
@@ -99,7 +99,7 @@ def test_one_that_is_known_tells_the_others():
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found(["mass", "viscous_friction", "force_gain"], true, {"pull": 0.6})
     known = certainty(found)
-    assert all(known.told)
+    assert all(known.identifiable)
     assert known.untold == ()
     assert (known.low < [2.4, 7.0, 1.2]).all()
     assert (known.high > [2.4, 7.0, 1.2]).all()

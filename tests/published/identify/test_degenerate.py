@@ -32,7 +32,7 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     assert known.value[0] == pytest.approx(value, abs=0.01 * error)
     half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
     assert half == pytest.approx(1.96 * error, rel=0.02)
-    assert known.told.all()
+    assert known.identifiable.all()
     assert hold_untold(one, known)[1].state == ("yes",)
 
 
@@ -68,4 +68,4 @@ def test_a_machine_that_cannot_be_is_not_found():
     k = int(np.argmax(edge))
     assert known.state[k] == BOUND
     assert np.isnan([known.low[k], known.high[k]]).all()
-    assert note.startswith(f"{one.free.names[k]}: at the least or most")
+    assert note.startswith(f"{one.free.names[k]}: at its lowest or highest")

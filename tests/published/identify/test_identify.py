@@ -48,7 +48,9 @@ def test_a_plant_of_ones_own_by_a_log_of_hostile_names():
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert" in page
     assert column not in page
-    verdict, picture, table = map(page.index, ("The log tells 3 of 3 parameters", "<img", "<table"))
+    verdict, picture, table = map(
+        page.index, ("The log determines 3 of 3 parameters", "<img", "<table")
+    )
     assert page.index("DOUBTFUL") < verdict < picture < table
     assert "hfc design scenario.toml --use mine:SLEDGE" in page
     scenario = load_scenario("found/scenario.toml")
@@ -73,7 +75,7 @@ def test_millimetres_taken_for_metres_are_doubted_and_missing_friction_is_at_its
     told = identify(
         "stage.csv", *free, *steady, "--column", "position=position_mm [m]", "--out", "two"
     )
-    assert "DOUBTFUL: stage.csv is only replayed with 0.001 times the mass that it" in told
+    assert "DOUBTFUL: stage.csv needs 0.001 times the start value of mass" in told
 
 
 def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
@@ -85,12 +87,14 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     assert rows["mass"][3:] == ["37", "37", "37", "given"]
     assert [row[-1] for row in rows.values()].count("held") == 2
     assert rows["coulomb_friction"][-3:] == ["-", "-", "held"]
-    line = "where 'given', if what is held (coulomb_friction, amplifier_gain) is right"
+    line = "where 'given', if the fixed parameters (coulomb_friction, amplifier_gain) are correct"
     assert line in told
     page = html.unescape(Path("stage", "report.html").read_text())
     assert line in page
-    assert "does the same under a command" in told
-    assert "the curve of what is given beside something held is wider" in " ".join(page.split())
+    assert "responds the same to a command" in told
+    assert "the curve of a parameter given relative to a fixed one is wider" in " ".join(
+        page.split()
+    )
     own = json.loads(Path("stage", "identified.json").read_text())["parameters"]
     nominal = {"mass": 37.0, "viscous_friction": 203.5, "amplifier_gain": 35.1507}
     found = {name: own[name]["value"] for name in nominal}

@@ -6,7 +6,7 @@ import scipy.signal
 from measuring import MOVE, measured, unsettled
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.objectives.measures import MEASURES, measure
+from hfc_design.objectives.metrics import RUNNING, metric
 from hfc_design.simulation.evaluating import evaluate
 
 BAND = 1e-3
@@ -46,13 +46,13 @@ def by_hand(design, scenario):
 @pytest.mark.parametrize("design", ["lin-lee-1999-table-1", "pd-only"])
 def test_measures_of_one_axis(design):
     expected = by_hand(design, MOVE)
-    own = [measure(name, BAND) for name in expected]
+    own = [metric(name, BAND) for name in expected]
     found = measured(design, MOVE, own)
     assert dict(zip(expected, found, strict=True)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert expected["limit_share"] > 0.1  # there is something to see
     assert expected["overshoot"] > 0.01
-    of_paths = {name for name, one in MEASURES.items() if one.path}
-    assert {*MEASURES, "band_time"} == {*expected, *of_paths, "unsettled"}
+    of_paths = {name for name, one in RUNNING.items() if one.path}
+    assert {*RUNNING, "band_time"} == {*expected, *of_paths, "unsettled"}
 
 
 @pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0])

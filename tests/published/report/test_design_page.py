@@ -7,7 +7,7 @@ from report_pages import FILE, HOSTILE, NAME
 from run_folders import hfc
 
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):
@@ -30,9 +30,9 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(tmp_path):
         "What it does",
         "How good it is",
         "On other machines",
-        "What would give a yes, each alone",
+        "Changes that would give a yes, each on its own",
         "The controller",
         "Its units",
         "The loop",
-        "How to run it again",
+        "How to reproduce it",
     ]

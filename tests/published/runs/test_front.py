@@ -9,8 +9,8 @@ from short_runs import contents, once, resumed, started, stopping
 
 from hfc_design import api
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as design
 from hfc_design.simulation.evaluating import evaluate
 
@@ -87,7 +87,7 @@ def test_a_point_costs_what_its_design_costs_by_the_metrics(alone, tmp_path):
     folder, told = alone
     assert "trade-off" in told
     assert "trade-off" in hfc("pick", folder).stdout
-    assert "What there was to choose from" in (folder / "report.html").read_text()
+    assert "Pareto front" in (folder / "report.html").read_text()
     for k in (1, 4):
         out = tmp_path / f"{k}.json"
         done = hfc("pick", folder, "--point", k, "--out", out)

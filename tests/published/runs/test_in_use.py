@@ -10,7 +10,7 @@ from run_folders import hfc
 
 from hfc_design import api
 from hfc_design.batch.plan import read_batch
-from hfc_design.core.lock import LOCK, alone
+from hfc_design.core.lock import LOCK, exclusive
 from hfc_design.core.records import RunError
 
 SMALL = """
@@ -43,7 +43,7 @@ def test_a_folder_in_use_is_left_alone(tmp_path):
     assert LOCK not in whole
     assert {"config.toml", "checkpoint.npz", "history.csv", "design.json"} < set(whole)
     (folder / "design.json").unlink()
-    with alone(folder):
+    with exclusive(folder):
         before = contents(folder)
         for command in (["--resume"], ["c-axis-ramp", *OPTIONS]):
             found = hfc("design", "--quiet", "--out", folder, *command)
@@ -68,7 +68,7 @@ def test_two_designs_at_once(tmp_path):
         said = [process.communicate(timeout=120)[1] for process in both]
         if out and 2 in (found := [process.returncode for process in both]):
             assert sorted(found) == [0, 2]  # the first had ended before the second began
-            assert "already holds a run" in "".join(said)
+            assert "already has a run" in "".join(said)
             continue
         assert sorted(process.returncode for process in both) == codes, said
         if out:
@@ -88,7 +88,7 @@ def test_a_cell_of_a_batch_and_its_resuming(tmp_path):
     first, second = [cell.name for cell in read_batch(path).cells]
     for name in (first, second):
         (out / name / "design.json").unlink()
-    with alone(out / first):
+    with exclusive(out / first):
         found = hfc("design", "--quiet", "--resume", "--out", out / first)
         assert (found.exit_code, "is in use by process" in found.stderr) == (1, True)
         assert "1 running, 1 broken off" in batch("--status", out).output

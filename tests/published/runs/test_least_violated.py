@@ -38,7 +38,7 @@ def test_contradictory_constraints(tmp_path, front):
     done = designed(tmp_path / "run", *NEVER, *(trade if front else []))
     assert done.exit_code == 0, done.output
     assert done.stderr == "hfc: warning: the design is not usable as it is\n"
-    told = "no design that was tried meets every constraint, this one violates them least: the"
+    told = "no design tried meets every constraint; this one violates them least: the"
     assert " ".join(done.stdout.split()).startswith(f"Can I use it? no: {told} nominal machine ")
     page = (tmp_path / "run" / "report.html").read_text()
     body = page[page.index("<body>") :]

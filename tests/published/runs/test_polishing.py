@@ -16,8 +16,8 @@ from hfc_design.runs.polishing import PolishTask
 from hfc_design.runs.problem import Problem
 from hfc_design.search.polish import polish
 from hfc_design.simulation import population as simulate
+from hfc_design.simulation.error_weights import Traces, motion_slopes
 from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.traces import Traces, motion_slopes
 
 SMALL = ["simulation.duration_s=0.1", "search.population=24", "search.generations=9"]
 POLISHED = [*SMALL, "run.polish=6"]

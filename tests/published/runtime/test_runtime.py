@@ -5,7 +5,7 @@ import pytest
 from by_name import random_design, replayed
 
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 
 @pytest.mark.parametrize("inputs", [2, 3, 4, 5])

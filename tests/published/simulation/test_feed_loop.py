@@ -6,8 +6,8 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate
 
 CIRCLE = "feed-drive-circle"

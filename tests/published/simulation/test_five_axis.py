@@ -5,7 +5,7 @@ import pytest
 from five_axes import five_axes
 
 import hfc_design.api as hfc
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 PID = "lin-gai-2009-pid"
 

@@ -7,8 +7,8 @@ from one_by_one import alone, case
 from run_folders import hfc
 from scipy.signal import cont2discrete
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation import monte_carlo
 from hfc_design.simulation.monte_carlo import robustness
 from hfc_design.stability.stable_range import stable_range
@@ -55,7 +55,7 @@ def test_stable_share_is_that_of_the_poles():
 
     slowest = np.array(
         [
-            max(radius(axis.gain[k], axis.time_constant[k]) for axis in found.machines.true)
+            max(radius(axis.gain[k], axis.time_constant[k]) for axis in found.machines.actual)
             for k in range(1, count + 1)
         ]
     )
@@ -74,7 +74,7 @@ def test_stable_spindles_are_those_of_the_linear_loop():
     found = robustness(design, scenario, 0.2, 150)
     pd = design.controller.pd
     growth = []
-    (true,) = found.machines.true
+    (true,) = found.machines.actual
     for k in range(1, 151):
         p = type(true)(*(float(v[k]) for v in true))
         c = coefficients(p)

@@ -9,8 +9,8 @@ from populations import HIERARCHICAL, fitness, picked, prepared
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.pd import PdGains, initial_memory, sample
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.evaluating import evaluate
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.objectives.objective import Left
+from hfc_design.objectives.objective import Remaining
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.rejecting import SHARES
+from hfc_design.simulation.early_stopping import SHARES
 
 CASES = {
     "C-axis": ("c-axis-ramp", ["simulation.duration_s=1.5"]),
@@ -81,8 +81,8 @@ def test_the_best_that_can_still_be_reached_is_by_hand():
     judge = load_scenario("c-axis-ramp").judge()
     lin_lee, stuck = (2.0, 4.0), (30.0, 60.0)
     fitness = 1000.0 * (3.0 / 2.0 + 0.1 / 4.0)
-    merit = float(judge.best((lin_lee, stuck), Left(500.0, 300.0)))
+    merit = float(judge.best((lin_lee, stuck), Remaining(500.0, 300.0)))
     assert merit == pytest.approx(fitness / (1.0 + 300.0 * 30.0 / 360.0))
     contour = load_scenario("feed-drive-circle").judge().objectives[0]
-    best = contour.best((40.0, 2.0, 90.0, 10.0), Left(30.0, 0.0))
+    best = contour.best((40.0, 2.0, 90.0, 10.0), Remaining(30.0, 0.0))
     assert float(best) == pytest.approx(1.0 / (1.0 + 0.3 * 2.0 + 0.01 * 1.5))

@@ -2,8 +2,8 @@
 
 import pytest
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.evaluating import evaluate, notes, score_rows
 from hfc_design.simulation.repeats import FACTORS
 

@@ -4,8 +4,8 @@ import pytest
 from settled import of_nominal
 
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.simulation.comparison import compare
 from hfc_design.simulation.monte_carlo import robustness
 

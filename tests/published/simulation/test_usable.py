@@ -6,10 +6,10 @@ from places import DATA
 
 from hfc_design.api import with_gains
 from hfc_design.core.statistics import share_interval
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.simulation.acceptance import merit_text
 from hfc_design.simulation.evaluating import evaluate
-from hfc_design.simulation.in_use import merit_told
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.repeats import FACTORS
 from hfc_design.simulation.usable import BEYOND, usable
@@ -34,16 +34,16 @@ def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alo
     assert [one.name for one in found.motions] == ["ramp", "slow"]
     machines, _ = drawn(scenario.plant, 0.1, 20, found.seed)
     for k in (1, 20):
-        own = {key: float(v[k]) for key, v in machines.true[0]._asdict().items()}
+        own = {key: float(v[k]) for key, v in machines.actual[0]._asdict().items()}
         changes = {f"plant.parameters.{key}": value for key, value in own.items()}
         alone = evaluate("pd-only", load_scenario(scenario, changes)).motions
         for one in found.motions:
             (axis,) = alone[one.name].axes
             late = axis.motion.error[alone[one.name].time >= 1.0]
-            error = one.told["settled_rms_error"][k - 1]
+            error = one.nominal["settled_rms_error"][k - 1]
             assert error == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)  # float32
             peak = np.abs(axis.motion.command).max()
-            assert one.told["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
+            assert one.nominal["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
 
 
 def test_the_gain_is_kept_up_to_a_bound_on_the_command():
@@ -82,7 +82,7 @@ def test_a_millionth_of_the_command_hardly_moves_a_loop_that_is_not_chaotic():
     told = found.numbers()
     assert told["merit"] == pytest.approx(evaluate(design, scenario).merit, rel=1e-10)
     assert not told["chaotic"]
-    assert merit_told(told) == ""
+    assert merit_text(told) == ""
 
 
 def test_a_chaotic_loop_has_a_range_and_no_figure():
@@ -96,14 +96,14 @@ def test_a_chaotic_loop_has_a_range_and_no_figure():
     assert found.numbers()["chaotic"]
     repeats = "in 64 repeats with the command changed by up to one millionth"
     assert (
-        merit_told(found.numbers())
+        merit_text(found.numbers())
         == f"merit is chaotic: {repeats}, it ranges from {low:.4g} to {high:.4g}"
     )
 
 
 def test_who_keeps_a_constraint_is_counted_with_its_interval():
     free = usable("pd-only", load_scenario(TWO))
-    peaks = np.maximum(*(one.told["peak_command"] for one in free.motions))
+    peaks = np.maximum(*(one.nominal["peak_command"] for one in free.motions))
     most = float(np.median(peaks))
     found = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": most}))
     np.testing.assert_array_equal(found.good, free.good & (peaks <= most))
@@ -117,7 +117,7 @@ def test_who_keeps_a_constraint_is_counted_with_its_interval():
         told = numbers["motions"][one.name]["constraints"]["peak_command"]
         assert told["allowed"] == most
         assert told["nominal"] == one.nominal["peak_command"]
-        assert told["largest"] == one.told["peak_command"].max()
+        assert told["largest"] == one.nominal["peak_command"].max()
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_what_a_scenario_tolerates_and_the_design_misses():
     scenario = load_scenario(TWO, {"fitness": {"kind": "tolerances", "tolerances": own}})
     found = usable("pd-only", scenario)
     assert set(found.missed) == {"settled_rms_error"}  # the other one is kept
-    medians = {one.name: np.median(one.told["settled_rms_error"]) for one in free.motions}
+    medians = {one.name: np.median(one.nominal["settled_rms_error"]) for one in free.motions}
     worst = max(medians, key=medians.get)
     one = found.missed["settled_rms_error"]
     assert one["motion"] == worst
@@ -192,5 +192,5 @@ def test_what_a_scenario_tolerates_and_the_design_misses():
     assert found.answer == free.answer
     told = found.numbers()["motions"]["slow"]["tolerances"]["peak_command"]
     assert told["allowed"] == 1e9
-    assert told["largest"] == found.motions[1].told["peak_command"].max()
+    assert told["largest"] == found.motions[1].measured["peak_command"].max()
     assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)

@@ -5,11 +5,11 @@ import pytest
 from scipy.optimize import linprog
 
 from hfc_design.attainable.certificate import Bounds, certified
-from hfc_design.attainable.freed import ANGLE, freed, sampled
-from hfc_design.attainable.programme import Linear, programme
+from hfc_design.attainable.linear_model import ANGLE, linear_model, sampled
+from hfc_design.attainable.linear_program import Linear, linear_program
 from plants.c_axis import CAxisParameters
 
-MACHINE = freed(CAxisParameters())
+MACHINE = linear_model(CAxisParameters())
 
 
 def test_any_multipliers_prove_no_more_than_the_programme_and_the_best_ones_as_much():
@@ -33,7 +33,7 @@ def test_any_multipliers_prove_no_more_than_the_programme_and_the_best_ones_as_m
         bounds=[(-3.0, 3.0)] * steps + [(0.0, None)] * 2 * steps,
     )
     system = Linear(np.array([one.a] * steps), np.array([one.voltage[:, None]] * steps), ANGLE)
-    found = programme(system, errors, -voltage[:, None], voltage[:, None]).least_sum()
+    found = linear_program(system, errors, -voltage[:, None], voltage[:, None]).least_sum()
     assert np.abs(found.errors).sum() == pytest.approx(primal.fun, rel=1e-6)
     bounds = Bounds(voltage, zeros, zeros)
     best = certified(MACHINE, one, errors, np.clip(found.multipliers, -1, 1), bounds)

@@ -67,7 +67,7 @@ def test_a_seed_run_twice_counts_once(tmp_path):
     (group,) = grouped(runs_below(tmp_path))
     assert group.scores.tolist() == [1.0, 2.0]
     assert len(group.runs) == 3
-    assert "settings and seed (1)" in reported(tmp_path)[1]
+    assert "settings and seed of another (1)" in reported(tmp_path)[1]
 
 
 def test_runs_outside_of_batches_are_told_apart_by_their_configuration(tmp_path):

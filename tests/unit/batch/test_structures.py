@@ -7,7 +7,7 @@ from run_folders import batch_folder, hfc, reported, table, with_score
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 #: The trees of Tables I and II, as LL sections 4.1 and 4.2 tell them in words.
 ONE = "((((spindle velocity, previous spindle velocity), deflection), error), deflection rate)"

@@ -23,16 +23,16 @@ DAMAGED = {
     "no JSON": ("design.json", "{", "design.json: "),
     "no score": ("design.json", "{}", "has no score"),
     "a list": ("design.json", "[]", "has no score"),
-    "nan": ("design.json", '{"score": {"fitness": NaN}}', "NaN is no number"),
-    "a word": ("design.json", '{"score": {"fitness": "high"}}', "no fitness that is a number"),
+    "nan": ("design.json", '{"score": {"fitness": NaN}}', "NaN is not a number"),
+    "a word": ("design.json", '{"score": {"fitness": "high"}}', "must have a number as fitness"),
     "not UTF-8": ("design.json", b"\xff", "design.json: "),
-    "empty": ("history.csv", "", "history.csv: has no column best"),
-    "head": ("history.csv", "generation,best\n", "no generation"),
+    "empty": ("history.csv", "", "history.csv: must have a column best"),
+    "head": ("history.csv", "generation,best\n", "at least one generation"),
     "cut": ("history.csv", "generation,best,median\n0,1.0,1.0\n1,1.", "row 3 is damaged"),
     "lost": ("history.csv", "generation,best\n0,1.0\n2,1.0\n", "row 3 is damaged"),
     "a folder": ("history.csv", None, "history.csv: cannot be read: Is a directory"),
     "words": ("history.csv", "generation,best\n0,one\n", "could not convert"),
-    "infinite": ("history.csv", "generation,best\n0,inf\n", "no number"),
+    "infinite": ("history.csv", "generation,best\n0,inf\n", "not a number"),
 }
 
 

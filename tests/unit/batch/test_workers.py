@@ -26,7 +26,7 @@ def test_one_gpu_a_worker(monkeypatch):
     assert found.where == "workers=3"
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
-    with pytest.raises(UserError, match=r"workers=9999: there are \d+ cores"):
+    with pytest.raises(UserError, match=r"workers=9999: must be at most \d+ cores"):
         connected(9999, None, False, NO_TLS, print).__enter__()
 
 
@@ -42,7 +42,7 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     assert found.where == "--scheduler here:there"
     refused_command("batch", path, "--workers", 1, "--scheduler", "tcp://127.0.0.1:1")
     refused_command("batch", path, "--shared")
-    assert "has no such folder" in worker.run_in(tmp_path / "elsewhere", "a", print).reason
+    assert "does not see this folder" in worker.run_in(tmp_path / "elsewhere", "a", print).reason
 
 
 def test_keys_that_cannot_be_had(tmp_path, monkeypatch):

@@ -62,9 +62,9 @@ def test_values_of_a_command_line_reach_the_function(words, said):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        ("3 --least 0", "--least 0: has to be a whole number of 1 or more"),
-        ("3 --factor 1_0", "--factor 1_0: has to be a number"),
-        ("3 --factor 1 --factor 2", "--factor is given 2 times; once is allowed"),
+        ("3 --least 0", "--least 0: must be a whole number of at least 1"),
+        ("3 --factor 1_0", "--factor 1_0: must be a number"),
+        ("3 --factor 1 --factor 2", "--factor must be given once (got it 2 times)"),
     ],
 )
 def test_a_mistake_is_a_line(words, line):

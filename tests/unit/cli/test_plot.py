@@ -62,7 +62,7 @@ def test_searches_of_runs_have_distinct_names(tmp_path):
         assert line.get_ydata() == pytest.approx(np.arange(1, 4) * (k + 1) / 3)
     searched(tmp_path / "d", 4.0, "loss")
     axes = convergence([*folders, tmp_path / "d"]).axes[0]
-    assert axes.get_ylabel() == "best merit, each by its own, so far"
+    assert axes.get_ylabel() == "best merit (definitions differ) so far"
 
 
 def test_no_history_and_too_many_curves(tmp_path):

@@ -7,7 +7,7 @@ from wording import refused
 
 from hfc_design.cli.scoring import WARNING, show_usable
 from hfc_design.core.records import RunError
-from hfc_design.report.parts import in_use
+from hfc_design.report.parts import usable_numbers
 from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
 
@@ -64,7 +64,7 @@ def test_a_no_says_what_would_give_a_yes(capsys):
     why = {"changes": [change | {"without": 0.998}, other], "lines": ["31 oscillate in b"]}
     show_usable(ANSWER | {"why_not": why})
     told = capsys.readouterr().out
-    _, _, below = told.partition("What would give a yes, each alone:\n")
+    _, _, below = told.partition("Changes that would give a yes, each on its own:\n")
     rows = [line.split() for line in below.splitlines()]
     assert ["constraints.late_error", "2", "mrad", "2.6", "mrad", "31", "99.8"] in rows
     assert ["robust.spread", "0.2", "-", "-", "95.5"] in rows
@@ -125,7 +125,7 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     file = tmp_path / USABLE
     file.write_text(json.dumps(good))
     assert kept_use(tmp_path) == good
-    in_use(good)
+    usable_numbers(good)
     for key in good:
         for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
             file.write_text(json.dumps(wrong))

@@ -69,7 +69,7 @@ def single(command):
 )
 def test_an_option_of_one_value_cannot_be_given_twice(command, option):
     told = hfc(command, option, "1", option, "2").stderr
-    assert told == f"hfc: {command}: {option} is given 2 times; once is allowed\n"
+    assert told == f"hfc: {command}: {option} must be given once (got it 2 times)\n"
 
 
 def test_options_of_several_values_and_flags_can():

@@ -67,11 +67,11 @@ def keeps_what_was(xp, law, gains, memory, signals):
     [
         (branches, 1, "branches on a value"),
         (calls_math, 1, "needs the number of a value"),
-        (repeats, 3, "does a loop not end"),
+        (repeats, 3, "is a loop endless"),
         (waits, 2, "branches on a value"),
-        (mixes, 1, "computes with '1', which is no number"),
+        (mixes, 1, "computes with '1', which is not a number"),
         (cubes, 1, "power"),
-        (goes_through, 1, "takes a number for a sequence"),
+        (goes_through, 1, "uses a number as a sequence"),
         (keeps_what_was, 2, "after it has replaced some"),
     ],
 )
@@ -115,5 +115,5 @@ def test_a_function_that_structured_text_has_not_is_refused(name):
 
     law = AxisLaw(sample, lambda law, zero: (), 0.01)
     found = recorded(of_axis(law, (2.0,), ["error"], None), flat=True)
-    with pytest.raises(TraceError, match=f"calls {name}, which Structured Text has not"):
+    with pytest.raises(TraceError, match=f"calls {name}, which Structured Text does not have"):
         st.program(found, ["command"])

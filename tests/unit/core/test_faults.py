@@ -8,8 +8,8 @@ from mistakes import WRONG, mistaken, places, refusals
 from plain_words import plain_lines
 from wording import refused
 
-from hfc_design.core.faults import MOST
 from hfc_design.core.records import UserError
+from hfc_design.core.validation_errors import MOST
 from hfc_design.files.design import design_json, named_design, parse_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import KEY, things
@@ -78,7 +78,7 @@ def test_twenty_thousand_unknown_keys_take_no_minutes():
     lines = refusal({"name": "x", **unknown})
     assert time.process_time() - begun < 20.0  # were every one compared with every other: minutes
     assert len(lines) == MOST + 1
-    assert "and 19900 more keys with faults" in lines[-1]
+    assert "and 19900 more keys with errors" in lines[-1]
 
 
 def test_what_is_quoted_stays_bounded_and_cannot_move_the_terminal():

@@ -65,14 +65,14 @@ def test_what_a_script_is_told_are_arguments_of_its_functions():
 @pytest.mark.parametrize(
     ("typed", "told"),
     [
-        ("--samples 0: has to lie", "samples=0: has to lie"),
+        ("--samples 0: must lie", "samples=0: must lie"),
         ("--plant mine: is for", "plant='mine': is for"),
         ("--set a.b=5: a is not a table", "changes={'a.b': 5}: a is not a table"),
         ("x.csv: look for fewer with --free", "x.csv: look for fewer with free="),
         ("replay it with --open-loop", "replay it with bandwidth=0"),
-        ("with --anyway it goes on", "with anyway=True it goes on"),
+        ("to continue add --anyway", "to continue add anyway=True"),
         ("own by --use module:OBJECT", "own by hfc.register(module.OBJECT)"),
-        ("none; hfc pick run --point 3 --out a makes one",) * 2,
+        ("none; run hfc pick run --point 3 --out a",) * 2,
         ("--scheduler here: no answer",) * 2,
         ("a--set of -- things",) * 2,
     ],

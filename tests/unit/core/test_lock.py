@@ -10,7 +10,7 @@ from wording import refused
 
 from hfc_design.core import devices, lock
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.lock import GRACE, LOCK, Overtaken, alone, check, claimed, in_use
+from hfc_design.core.lock import GRACE, LOCK, Overtaken, check, exclusive, in_use, try_lock
 from hfc_design.core.records import RunError
 
 
@@ -21,13 +21,13 @@ def old(path, seconds):
 
 def test_one_holder_and_nothing_is_left_behind(tmp_path):
     folder = tmp_path / "new" / "run"
-    with alone(folder):
+    with exclusive(folder):
         assert in_use(folder)
         before = (folder / LOCK).stat()
-        with claimed(folder) as mine:
+        with try_lock(folder) as mine:
             assert not mine
         words = rf"{folder} is in use by process {os.getpid()} on {socket.gethostname()} since 2"
-        with pytest.raises(RunError, match=words) as refusal, alone(folder):
+        with pytest.raises(RunError, match=words) as refusal, exclusive(folder):
             pass
         assert refusal.value.exit_code == 1
         assert (folder / LOCK).stat().st_ino == before.st_ino
@@ -47,7 +47,7 @@ def test_of_many_who_take_a_silent_lock_one_has_it(tmp_path):
 
         def take(gate=gate, wrote=wrote):
             gate.wait()
-            with claimed(tmp_path) as mine:
+            with try_lock(tmp_path) as mine:
                 gate.wait()  # all have tried
                 try:
                     if mine:
@@ -72,12 +72,12 @@ def test_what_lies_in_the_place_of_a_lock(tmp_path):
     path, target = tmp_path / LOCK, tmp_path / "target"
     target.write_text("mine")
     path.symlink_to(target)
-    with pytest.raises(RunError, match="cannot be written: "), alone(tmp_path):
+    with pytest.raises(RunError, match="cannot be written: "), exclusive(tmp_path):
         pass
     assert target.read_text() == "mine"
     path.unlink()
     path.mkdir()
-    with pytest.raises(RunError, match="cannot be written: Is a directory"), alone(tmp_path):
+    with pytest.raises(RunError, match="cannot be written: Is a directory"), exclusive(tmp_path):
         pass
     assert not in_use(tmp_path)
     path.rmdir()
@@ -86,10 +86,10 @@ def test_what_lies_in_the_place_of_a_lock(tmp_path):
     path.unlink()
     for text in (b"", b"\xff\x00\x1b[2J" * 100, b"x" * 10**6):
         path.write_bytes(text)
-        with alone(tmp_path):
+        with exclusive(tmp_path):
             content = path.read_bytes()
             path.write_bytes(text)
-            with pytest.raises(RunError) as refusal, alone(tmp_path):
+            with pytest.raises(RunError) as refusal, exclusive(tmp_path):
                 pass
             said = str(refusal.value).removeprefix(f"{tmp_path} is in use by ")
             assert len(said) <= 200
@@ -97,13 +97,16 @@ def test_what_lies_in_the_place_of_a_lock(tmp_path):
         assert content.endswith(b")\n")
         assert not path.exists()
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunError, match="file/run: cannot be written"), alone(tmp_path / "file/run"):
+    with (
+        pytest.raises(RunError, match="file/run: cannot be written"),
+        exclusive(tmp_path / "file/run"),
+    ):
         pass
 
 
 def test_a_lock_that_a_user_has_removed_is_lost(tmp_path, tmp_path_factory):
     other = tmp_path_factory.mktemp("other")
-    with alone(tmp_path):
+    with exclusive(tmp_path):
         (tmp_path / LOCK).unlink()
         with pytest.raises(Overtaken, match="another process"):
             write_whole(tmp_path / "result", b"")
@@ -117,7 +120,7 @@ def test_a_lock_that_a_user_has_removed_is_lost(tmp_path, tmp_path_factory):
 @pytest.mark.parametrize("value", ["", "soon", "0.5", "nan", "-1", "1e9"])
 def test_a_grace_that_is_none(value, tmp_path, monkeypatch):
     monkeypatch.setenv(GRACE, value)
-    with refused() as found, alone(tmp_path):
+    with refused() as found, exclusive(tmp_path):
         pass
     assert found.where == GRACE
     assert list(tmp_path.iterdir()) == []

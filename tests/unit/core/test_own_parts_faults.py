@@ -50,7 +50,7 @@ def test_every_field_of_a_drive_is_what_its_annotation_says(value, sledge):
 )
 def test_a_unit_can_end_no_comment(text, sledge):
     line = why_not(replace(sledge, units=sledge.units | {"command": text}))
-    assert line.startswith(f"plant 'sledge': the unit {text!r} has to be ")
+    assert line.startswith(f"plant 'sledge': the unit {text!r} must be ")
     why_not(replace(sledge, parameter_units={"mass": text}))
 
 
@@ -72,7 +72,7 @@ def test_a_step_gives_back_the_record_that_it_was_given(sledge):
         lambda x: state((x.place,), x.speed > 0.0),
     ):
         own = replace(sledge, step=lambda c, x, force, loads, dt, after=after: after(x))
-        assert "step has to return the record State with " in why_not(own)
+        assert "step must return the record State with " in why_not(own)
     api.register(
         replace(sledge, step=lambda c, x, force, loads, dt: 1 / 0)
     )  # simulated, it is told

@@ -81,10 +81,10 @@ def line_of(text):
             ["--plant", "mine:WAVING"],
             [f"in mine.py, line {line_of('math.sin')}, waving", "jnp.sin for math.sin"],
         ),
-        (["--plant", "mine:SHRINKING"], ["step has to return the record State"]),
+        (["--plant", "mine:SHRINKING"], ["step must return the record State"]),
         (
             ["--controller", "mine:BLIND"],
-            ["controller 'only-p': reads 'mood'", "no signal"],
+            ["controller 'only-p': reads 'mood'", "not a signal"],
         ),
         (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "number became tuple"]),
     ],

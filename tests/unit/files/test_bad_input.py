@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from plain_words import plain_lines
 from wording import refused, refused_command
 
-from hfc_design.core.dotted import changed
+from hfc_design.core.overrides import overridden
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 
 GOOD = design_json(load_design("lin-lee-1999-table-1"))
@@ -81,7 +81,7 @@ COMMANDS = {
     "score no-such-design": "no-such-design",
     "score pd-only --scenario no-such": "no-such",
     "export pd-only --to csv --out t": "design pd-only is of kind pd",
-    "design --resume": "--resume needs --out DIR and nothing else",
+    "design --resume": "--resume takes only --out DIR",
     "design --resume --out .": "--out .",
 }
 
@@ -156,7 +156,7 @@ BROKEN = {
 @pytest.mark.parametrize("key", BROKEN)
 def test_a_value_that_a_design_cannot_have(key, tmp_path):
     path = tmp_path / "bad.json"
-    path.write_text(json.dumps(changed(json.loads(GOOD), {key: BROKEN[key]})))
+    path.write_text(json.dumps(overridden(json.loads(GOOD), {key: BROKEN[key]})))
     line = refused_command("score", path)
     assert (line.where, line.count("\n")) == (str(path), 1)
 

@@ -6,17 +6,17 @@ import json
 from carried_files import CUT, ON_TABLES, SOURCE, WAY
 from wording import refused
 
-from hfc_design.core.carried import carrier
+from hfc_design.core.embedded_files import embedder
 from hfc_design.files.design import design_json
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import scenario_of
-from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs import individuals
 from hfc_design.runs.individuals import design_with
 
 
 def test_what_is_too_long_lies_beside_and_is_known_by_its_hash(own_tables, monkeypatch):
     room = len(json.dumps(WAY))
-    monkeypatch.setattr(individuals, "carrier", lambda: carrier(room))
+    monkeypatch.setattr(individuals, "embedder", lambda: embedder(room))
     scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", own_tables)
     design = design_with(SOURCE, scenario)
     load = {"name": "cut.csv", "sha256": hashlib.sha256(CUT.encode()).hexdigest()}

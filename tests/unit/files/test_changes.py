@@ -6,7 +6,7 @@ import pytest
 from wording import refused, refused_command
 
 from hfc_design import api as hfc
-from hfc_design.core.dotted import flat
+from hfc_design.core.overrides import flat
 from hfc_design.files.design import BUILTIN, parse_design
 
 

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from hfc_design.files.design import Design, changed_design, design_json
-from hfc_design.files.kept import HEAD, UNKNOWN, kept
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.files.transfer import HEAD, UNKNOWN, transfer_report
 
 MADE = {
     "sensors": {"encoder_resolution": 1e-6},
@@ -27,7 +27,7 @@ def made_with(scenario, like="pd-only"):
 
 def told(design, scenario, changes=None):
     """Part -> what is said of it."""
-    head, *lines = kept(design, load_scenario(scenario, changes))
+    head, *lines = transfer_report(design, load_scenario(scenario, changes))
     assert head == HEAD
     return dict(line.split(maxsplit=1) for line in lines)
 
@@ -52,9 +52,9 @@ def test_every_part_says_what_is_here_and_what_was():
         },
     )
     assert found == {
-        "machine": "kept, but for spindle_inertia 3.2 (made with 5.102)",
-        "limits": "kept by the controller (command 90); the drive here has command 60 (made with "
-        "90), delay_samples 1 (made with 0)",
+        "machine": "kept, except spindle_inertia 3.2 (made with 5.102)",
+        "limits": "applied by the controller (command 90); the drive here has command 60 (made "
+        "with 90), delay_samples 1 (made with 0)",
         "sensors": "this scenario's: encoder_resolution 0 (made with 1e-06)",
         "load": "this scenario's: constant 2 (made with 5), sines 1 of them (made with none)",
     }

@@ -4,8 +4,8 @@ import pytest
 from four_motions import MOTIONS, SEVERAL
 from wording import refused
 
-from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.plausibility import plausibility_warnings
 
 
 def test_what_a_motion_leaves_out_is_the_scenarios():
@@ -28,7 +28,7 @@ def test_what_a_motion_leaves_out_is_the_scenarios():
 def test_a_copy_begins_off_by_a_hundredth_of_the_way_of_a_second_at_most(duration, gone):
     changes = {"reference.velocity": 0.03, "simulation.duration_s": duration}
     samples = load_scenario("c-axis-ramp", changes).samples()
-    (start,), (beside,) = samples.start, samples.beside
+    (start,), (beside,) = samples.start, samples.copy_start
     assert beside.spindle_angle - start.spindle_angle == pytest.approx(0.01 * gone)
     assert beside.rotor_angle - start.rotor_angle == pytest.approx(0.01 * gone)
 
@@ -94,7 +94,7 @@ MOVE = {
     [
         (
             {"simulation.sample_time_s": 0.05, "sensors.velocity": "tachometer"},
-            ["30 samples; below 80 "],
+            ["30 samples; with fewer than 80 "],
         ),
         ({"simulation.sample_time_s": 0.01}, ["observer_hz = 150 [Hz]", "50 Hz"]),
         ({"sensors.observer_hz": 2000.0}, ["observer_hz = 2000 [Hz]", "500 Hz"]),
@@ -108,13 +108,13 @@ MOVE = {
         ({"sensors.encoder_resolution": 0.04}, ["[mm]", "0.012 mm rms", "tolerances.rms_error"]),
         (
             {"sensors.encoder_resolution": 1.0, "fitness": {"kind": "lin-lee"}},
-            ["encoder_resolution = 1 [mm]", "60 mm in all, 60 such steps"],
+            ["encoder_resolution = 1 [mm]", "60 mm in total, only 60 such steps"],
         ),
     ],
 )
 def test_a_wrong_unit_is_doubted(changes, words):
-    assert doubts(load_scenario(MOVE)) == []
-    (line,) = doubts(load_scenario(MOVE, changes))
+    assert plausibility_warnings(load_scenario(MOVE)) == []
+    (line,) = plausibility_warnings(load_scenario(MOVE, changes))
     for word in words:
         assert word in line
 
@@ -128,10 +128,10 @@ def test_a_wrong_unit_is_doubted(changes, words):
     ],
 )
 def test_what_may_well_be_meant_is_not(changes):
-    assert doubts(load_scenario(MOVE, changes)) == []
+    assert plausibility_warnings(load_scenario(MOVE, changes)) == []
 
 
 def test_a_motion_is_named():
     motions = [{"name": "whole"}, {"name": "short", "duration_s": 0.4, "settled_after_s": 0.3}]
-    (line,) = doubts(load_scenario(MOVE, {"motions": motions}))
+    (line,) = plausibility_warnings(load_scenario(MOVE, {"motions": motions}))
     assert line.startswith("move.short: the simulation ends after 0.4 s of a move of 0.55 s")

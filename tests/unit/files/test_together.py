@@ -5,9 +5,9 @@ import json
 from design_files import written
 from wording import refused
 
+from hfc_design.files.design_set import differences, labelled, own_machine, shared_machine
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
-from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
 
 
 def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeypatch):
@@ -64,13 +64,13 @@ def test_the_machine_is_that_of_the_first_design(tmp_path):
     )
     plain = load_design("pd-only")
     scenario = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 300.0})
-    shared = on_one_machine({"a": heavy, "b": plain}, scenario)
+    shared = shared_machine({"a": heavy, "b": plain}, scenario)
     (parameters,) = shared.plant.values()
     assert (parameters.spindle_inertia, parameters.stiffness) == (9.0, 300.0)
     assert list(differences(heavy, scenario, shared)) == []
     told = "all on the machine of a: spindle_inertia 9.0, in the scenario 5.102 kg m2"
     assert own_machine("a", scenario, shared) == told
-    assert own_machine("b", scenario, on_one_machine({"b": plain}, scenario)) is None
+    assert own_machine("b", scenario, shared_machine({"b": plain}, scenario)) is None
     (told,) = differences(plain, scenario, shared)
     assert told == "made for another machine: spindle_inertia 5.102, here 9.0 kg m2"
 
@@ -80,9 +80,9 @@ def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
     own = {"limits": {"command": 90.0}, "provenance": {"scenario": scenario}}
     design = load_design(written(tmp_path / "d.json", **own))
     here = load_scenario("c-axis-ramp", {"limits.command": 100.0})
-    found = list(differences(design, here, on_one_machine({"d": design}, here)))
+    found = list(differences(design, here, shared_machine({"d": design}, here)))
     assert found == [
-        "the controller keeps to its own limits: command 90.0, here 100.0 V",
-        "made with a drive of other limits: command 120.0, here 100.0 V",
+        "the controller applies its own limits: command 90.0, here 100.0 V",
+        "made with other drive limits: command 120.0, here 100.0 V",
         "made with other sensors: encoder_resolution 1e-06, here 0.0",
     ]

@@ -15,7 +15,7 @@ from wording import refused
 from hfc_design import api
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
 from hfc_design.runtime import Controller
 from plants import C_AXIS
@@ -115,14 +115,14 @@ def test_the_command_line_says_how_far_a_table_is_off(points, changes, coarse, t
     for axis, limit in {"a": None, "b": 5.0}.items() if changes else [("", None)]:
         folder = tmp_path / "c" / axis
         of, off_by = next(lines), next(lines)
-        far, share = re.findall(r"exact command: (\S+) V, (\S+) per cent of", of)[0]
+        far, share = re.findall(r"exact command: (\S+) V, (\S+) % of", of)[0]
         assert far == f"{deviation:.2g}"
         assert float(share) == pytest.approx(100.0 * float(far) / rules_alone(NAME), rel=0.1)
         off, largest = off_on_the_vectors(
             folder, load_design(NAME, {"limits.command": limit} if limit else None)
         )
         assert (largest == limit) if limit else largest > 5.0
-        told, share = re.findall(r"off by (\S+) V at most, (\S+) per cent of", off_by)[0]
+        told, share = re.findall(r"off by (\S+) V at most, (\S+) % of", off_by)[0]
         assert float(told) == pytest.approx(off, rel=0.05)  # two digits are printed
         assert float(share) == pytest.approx(100.0 * off / largest, rel=0.05)
         page, (source,) = (folder / "README.md").read_text(), folder.glob("*.c")

@@ -40,19 +40,19 @@ def test_the_page_ends_with_what_counts_of_the_score():
     score |= {"there_peak_voltage_V": 6.0, "back_settling_time_s": 1.0, "there_stick_events": 4.0}
     score |= {"usable": {"share": 0.984, "spread": 0.03, "machines": 1000}}
     text = page(named_design("pd-only").model_copy(update={"score": score}))
-    assert text.index("## Connect") < text.index("## Check") < text.index("## Where it comes from")
-    assert text.index("## Where it comes from") < text.index("- made by hfc-design")
+    assert text.index("## Connect") < text.index("## Check") < text.index("## Origin")
+    assert text.index("## Origin") < text.index("- made by hfc-design")
     rows = re.findall(r"\n\| `(\w+)` \| (\S+) \| `(\w+)` \|(?=\n)", text)
     assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
-    passed = "passes on 98.4 % of 1000 machines whose parameters are off by up to 3 %"
+    passed = "passes on 98.4 % of 1000 machines with parameters within 3 %"
     assert f"- **not usable as it is**: {passed}" in text
-    assert "- chaotic where it was scored" in text
+    assert "- chaotic when it was scored" in text
     assert "targets missed" not in text
     missed = {"rms_error": {"times": 910.0, "motion": "there"}}
     score["usable"]["missed"] = missed
     text = page(named_design("pd-only").model_copy(update={"score": score}))
     missed = "targets missed, value divided by target in the worst motion: rms_error 910 (there)"
-    assert f"by up to 3 %; {missed}" in text
+    assert f"within 3 %; {missed}" in text
     for verdict, told in (
         ("yes", "- usable on 98.4"),
         ("on this model only", "not under stress: p"),
@@ -137,22 +137,22 @@ def test_the_page_says_what_is_filtered_and_limited():
     own = filtered.controller.model_copy(update={"derivative_hz": 90.0})
     text = page(filtered.model_copy(update={"controller": own}))
     assert "`error_rate` passes a low-pass of the first order at 90.0 Hz" in text
-    assert "The command keeps to 40.0 V of either sign" in text
+    assert "The command is limited to 40.0 V of either sign" in text
     assert "The command is not limited" in page(named_design("pd-only"))
 
 
 def test_the_page_has_what_the_design_was_tried_under():
     """Of a file that was edited: nothing of it, and no markup."""
     held = {"name": "2 times | *the* noise", "holds": True, "share": 1.0, "merit": 0.8}
-    broken = {"name": "a gap of 3 steps", "holds": False, "share": 0.25, "merit": 0.0}
-    broken |= {"part": 0.5, "breaks": "a gap of 1.5 steps", "why": "oscillates in there"}
+    broken = {"name": "a backlash of 3 steps", "holds": False, "share": 0.25, "merit": 0.0}
+    broken |= {"part": 0.5, "breaks": "a backlash of 1.5 steps", "why": "oscillates in there"}
     used = {"share": 0.99, "spread": 0.03, "machines": 1000, "stress": [held, broken]}
     design = named_design("pd-only").model_copy(update={"score": {"usable": used}})
     text = page(design)
-    assert "| stress | holds on [%] | merit [times] |\n|---|---|---|\n" in text
+    assert "| stress | passes on [%] | merit [times] |\n|---|---|---|\n" in text
     assert "\n| 2 times \\| \\*the\\* noise | 100 | 0.80 |\n" in text
-    assert "\n| a gap of 3 steps | 25 | breaks |\n" in text
-    assert "\n- breaks: with a gap of 1.5 steps it oscillates in there\n" in text
+    assert "\n| a backlash of 3 steps | 25 | breaks |\n" in text
+    assert "\n- breaks: with a backlash of 1.5 steps it oscillates in there\n" in text
     for wrong in (3, [held, 3], [{}]):
         used["stress"] = wrong
         assert "| stress |" not in page(design)

@@ -8,8 +8,8 @@ import pytest
 from exported import table, texts, with_scenario
 from wording import refused
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario, scenario_of
-from hfc_design.files.pairing import load_design
 from hfc_design.formats import linuxcnc
 from hfc_design.runs.individuals import design_with
 

@@ -107,7 +107,7 @@ def test_without_a_compiler_there_are_sources_and_a_line(tmp_path, monkeypatch):
     )
     assert found.exit_code == 0
     assert found.output.splitlines()[0] == compiling.note()
-    assert compiling.note().startswith("no C compiler (cc) was found")
+    assert compiling.note().startswith("found no C compiler (cc)")
     with zipfile.ZipFile(tmp_path / "a" / "pd_only_fmi3.fmu") as archive:
         names = archive.namelist()
     assert "sources/buildDescription.xml" in names

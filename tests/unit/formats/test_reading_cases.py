@@ -12,9 +12,9 @@ from imported_files import CHANGE, GAUSSIAN, TABLE, TEXTS, output, triangles
 from wording import refused, refused_command
 
 from hfc_design.cli import main
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import FORMATS
-from hfc_design.formats.reading import Wish, imported, told
+from hfc_design.formats.reading import Wish, assumptions_text, imported
 from hfc_design.formats.reading import fis as any_fis
 from hfc_design.formats.reading import fll as any_fll
 from hfc_design.runtime import Controller
@@ -206,7 +206,7 @@ def test_rules_that_share_a_number_are_added_as_in_matlab(tmp_path):
         text = FIS.replace("AggMethod='sum'", f"AggMethod='{method}'")
         design = taken(written(tmp_path, text))
         assert output(design, 0.3, -0.2) == pytest.approx(0.05, abs=1e-12)
-        assert f"AggMethod {method}: " in told(design.provenance)[0]
+        assert f"AggMethod {method}: " in assumptions_text(design.provenance)[0]
         design = taken(
             written(
                 tmp_path,
@@ -215,9 +215,9 @@ def test_rules_that_share_a_number_are_added_as_in_matlab(tmp_path):
                 .replace("[Rules]", "MF4='more':'constant',[0.5]\n[Rules]"),
             )
         )
-        assert not told(design.provenance)
+        assert not assumptions_text(design.provenance)
     sampled = taken(written(tmp_path, changed(FLL, MAX)), terms=(3, 3))
-    assert "fuzzylite 8" in told(sampled.provenance)[0]
+    assert "fuzzylite 8" in assumptions_text(sampled.provenance)[0]
 
 
 FOREIGN = {"InputVariable: e": "InputVariable: 误差", "de\n": "Δe\n", " de is": " Δe is"}
@@ -236,7 +236,7 @@ def test_names_in_any_alphabet_are_kept_beside_their_identifiers(tmp_path):
     assert kept["input_1"] == "误差"
     assert kept["Stellgroesse"] == "Stellgröße"
     assert kept["Deltae.term_1"] == "负"
-    assert told(design.provenance)[0].endswith("more, see provenance.names")
+    assert assumptions_text(design.provenance)[0].endswith("more, see provenance.names")
     other = imported(file, Wish(signals={"误差": "error_change", "Δe": "error"}))
     assert other.controller.names.error_change == "input_1"
 

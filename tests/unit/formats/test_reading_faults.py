@@ -139,7 +139,7 @@ def test_an_unknown_signal_is_asked_for(tmp_path):
     text = GAUSSIAN.read_text().replace("error", "torque").replace("deflection", "error")
     other.write_text(text)
     # The line is cut in its middle, where that is hangs on the folder.
-    with pytest.raises(UserError, match=r"line 2: input 'torque': which signal"):
+    with pytest.raises(UserError, match=r"line 2: input 'torque': needs its signal"):
         imported(other, Wish())
 
 

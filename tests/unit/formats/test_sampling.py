@@ -85,16 +85,18 @@ def test_the_command_tells_the_deviation(tmp_path):
     arguments = ["import", str(MAMDANI_FIS), "--out", str(out), *named]
     done = CliRunner().invoke(main, [*arguments, "--terms", "5x3"])
     line, names, assumed, path = done.stdout.splitlines()
-    assert names.startswith("no identifiers, so renamed: Position error is Position_error, ")
+    assert names.startswith(
+        "renamed, as names must be identifiers: Position error is Position_error, "
+    )
     told = json.loads(out.read_text())["provenance"]["sampled"]
-    assert line.startswith("sampled to 5 x 3 terms: output off by ")
-    assert f"{told['largest_deviation']:.3g} at most (7.3 % of its range), at Position" in line
+    assert line.startswith("sampled to 5 x 3 terms: output deviates by at most ")
+    assert f"{told['largest_deviation']:.3g} (7.3 % of its range), at Position" in line
     assert "--terms" not in line  # which was given
     assert assumed.startswith("plant feed-drive, sample time 0.01 s assumed")
     assert path == str(out)
     line = CliRunner().invoke(main, [*arguments, "--force"]).stdout.splitlines()[0]
-    assert line.startswith("sampled to 3 x 3 terms: output off by 1.42 at most")
-    assert line.endswith("points; more terms, --terms up to 11, usually make that smaller")
+    assert line.startswith("sampled to 3 x 3 terms: output deviates by at most 1.42")
+    assert line.endswith("points; more terms, --terms up to 11, usually reduce this")
     for wrong in ("1", "12", "5x", "3x12", "many"):
         assert refused_command(*arguments, "--force", "--terms", wrong).where == f"--terms {wrong}"
 

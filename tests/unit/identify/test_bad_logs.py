@@ -93,8 +93,8 @@ def test_arrays_that_are_none_are_refused_and_nothing_is_unpickled():
     put("rubbish.mat", np.random.default_rng(0).bytes(9999))
     for name in ("pickle.npy", "object.npy", "object.npz", "rubbish.mat"):
         told = hfc("identify", *STAGE, name)
-        kind = "MAT file" if name.endswith("mat") else "file of NumPy"
-        assert told.stderr.startswith(f"hfc: {name}: is no {kind} that can be read: ")
+        kind = "MAT file" if name.endswith("mat") else "NumPy file"
+        assert told.stderr.startswith(f"hfc: {name}: is not a readable {kind}: ")
         assert (told.exit_code, told.output.count("\n")) == (2, 1)
     assert not os.path.exists("owned")
     savemat("nan.mat", {"time": TIME, "position": np.where(TIME == 0.1, np.nan, PLACE)})

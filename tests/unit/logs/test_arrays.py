@@ -58,8 +58,8 @@ def test_damaged_files_are_refused_in_a_line(tmp_path, name, content):
     file.write_bytes(content)
     with pytest.raises(UserError) as caught:
         read_log(file)
-    kind = "MAT file" if name == "log.mat" else "file of NumPy"
-    assert str(caught.value).startswith(f"{file}: is no {kind} that can be read: ")
+    kind = "MAT file" if name == "log.mat" else "NumPy file"
+    assert str(caught.value).startswith(f"{file}: is not a readable {kind}: ")
     assert "\n" not in str(caught.value)
 
 

@@ -105,7 +105,7 @@ def test_stamps_that_tremble_are_evened_out():
     middle = slice(2, -2)
     assert np.abs(one.values["position"] - expected)[middle].max() < 2e-3
     assert np.abs(motion - uneven).max() > 1e-2
-    assert "tremble by 9" in one.notes[0] or "tremble by 10" in one.notes[0]
+    assert "jitter by 9" in one.notes[0] or "jitter by 10" in one.notes[0]
 
 
 def test_samples_that_are_missing_are_filled_in_and_not_used():
@@ -153,7 +153,7 @@ def test_what_goes_round_goes_on(unit, turn, begin):
             np.testing.assert_allclose(off, moved, atol=1e-9)
         lead = one.values["reference"][0] - one.values["spindle_angle"][0]
         assert abs(lead) <= np.pi
-        assert any("spindle_angle goes round" in note for note in one.notes)
+        assert any("spindle_angle wraps around" in note for note in one.notes)
     still = found({"time_s": TIME, "position": PLACE, "command": VOLTS, "reference": 9 * PLACE})
     assert still.notes == []  # what has lengths does not go round
     with refused(ValueError):

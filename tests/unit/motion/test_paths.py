@@ -175,17 +175,17 @@ def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
     drives = [drive_speed(28.3, 15.0)] * 2
     assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1901.0), drives) is None
     assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1950.0), drives) == (
-        "a feed of 1950 mm/min asks the X axis for 32.5 mm/s, but its drive reaches "
+        "a feed of 1950 mm/min needs X at 32.5 mm/s, but its drive reaches "
         "31.7 mm/s; the largest feed here is 1901 mm/min"
     )
     assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1950.0), [40.0, 32.0]) == (
-        "a feed of 1950 mm/min asks the Y axis for 32.5 mm/s, but its drive reaches "
+        "a feed of 1950 mm/min needs Y at 32.5 mm/s, but its drive reaches "
         "32 mm/s; the largest feed here is 1920 mm/min"
     )
     along_x = Line(length_mm=9.0, angle_deg=0.0, feed_mm_min=600.0)
     assert speed_fault(along_x, [drives[0], 1e-9]) is None
     stuck = speed_fault(along_x, [0.0, drives[1]])
-    assert "the X axis for 10 mm/s, but its drive reaches 0 mm/s; the largest feed" in stuck
+    assert "needs X at 10 mm/s, but its drive reaches 0 mm/s; the largest feed" in stuck
     diagonal = Line(length_mm=9.0, angle_deg=45.0, feed_mm_min=2600.0)  # 1901.76 * sqrt(2) = 2689
     assert speed_fault(diagonal, drives) is None
     too_fast = diagonal.model_copy(update={"feed_mm_min": 2690.0})
@@ -193,7 +193,7 @@ def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
     # Too short to get there: sqrt(100 mm/s2 * 5 mm) = 22 mm/s.
     short = Polyline(points_mm=[(0, 0), (5, 0)], feed_mm_min=9e9)
     assert speed_fault(short, [sqrt(500.0) + 1e-9] * 2) is None
-    assert "asks the X axis for 22" in speed_fault(short, [22.0] * 2)
+    assert "needs X at 22" in speed_fault(short, [22.0] * 2)
 
 
 @pytest.mark.parametrize(

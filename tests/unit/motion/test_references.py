@@ -219,7 +219,7 @@ def test_what_is_no_table_is_one_line(tmp_path, csv):
     with pytest.raises(UserError) as caught:
         load_scenario(path)
     told = str(caught.value)
-    assert told.startswith(f"{path}: reference.file = 'angle.csv': is no table of numbers: ")
+    assert told.startswith(f"{path}: reference.file = 'angle.csv': is not a table of numbers: ")
     assert "\n" not in told
 
 

@@ -59,7 +59,7 @@ SEARCH = "search={{preset='nsga-ii', objectives={}}}"
 
 def told(scenario, *names, changes=()):
     found = load_scenario(scenario, [SEARCH.format([*names]), *changes])
-    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+    return [(one.name, one.unit, one.metric and one.metric.name) for one in found.traded]
 
 
 @pytest.mark.parametrize(

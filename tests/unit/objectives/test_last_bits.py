@@ -5,14 +5,14 @@ import pytest
 from shaken import shaken
 
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.motion.phases import Window, settled_samples, slides
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
-from hfc_design.objectives.metrics import Window, settled_samples, slides
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.simulation.in_use import missed, not_kept
-from hfc_design.simulation.settling import faults
+from hfc_design.simulation.acceptance import broken_by, missed
+from hfc_design.simulation.stability_criteria import instabilities
 
 
 @pytest.mark.parametrize("every", [0.0001, 0.0003, 0.0007, 0.001, 0.002, 0.01])
@@ -41,7 +41,7 @@ def bounded(values, most):
     """Of one machine in one motion, what is measured beside merits of 1."""
     merit, table = np.ones((len(values), 1, 1)), np.array(values, float)[:, None, None, None]
     found = Judged(merit, np.concatenate([merit[..., None], table], axis=-1), merit < 0.0)
-    return Ensemble((1.0,), (Constraint(MEASURES["peak_command"], most),)).verdict(found)
+    return Ensemble((1.0,), (Constraint(RUNNING["peak_command"], most),)).verdict(found)
 
 
 @pytest.mark.parametrize("most", [0.1, 0.3, 0.7, 10.0])
@@ -57,7 +57,7 @@ def test_a_command_at_its_limit_breaks_and_misses_nothing():
     scenario = load_scenario("c-axis-ramp", changes)
     values = np.zeros((2, 1, 7))  # the constraint, three that are told, three of stability
     values[:, 0, 0] = np.float32(0.1), 0.1001
-    found = not_kept(scenario, Judged(np.ones((2, 1)), values, np.zeros((2, 1), bool)))
+    found = broken_by(scenario, Judged(np.ones((2, 1)), values, np.zeros((2, 1), bool)))
     assert found["exceeds peak_command"].ravel().tolist() == [False, True]
     told = {"asked_of": "all", "tolerances": {}}
     for value, misses in ((float(np.float32(0.1)), 0), (0.1001, 1)):
@@ -73,7 +73,7 @@ def test_what_is_stable_is_not_told_by_how_float32_rounds():
         rows = np.array(
             [[0.0, 0.0, np.float32(way)], [0.0, np.float32(0.1), np.float32(0.05 * way)]]
         )
-        found = faults(rows[:, None, :], np.zeros((2, 1), bool), [scenario])
+        found = instabilities(rows[:, None, :], np.zeros((2, 1), bool), [scenario])
         assert not any(mask.any() for mask in found.values())
 
 
@@ -84,9 +84,9 @@ def test_a_share_of_the_machines_is_as_many_as_it_says(share, others, kept):
     values[0, 1 : kept + 1] = 1.0
     merit = np.ones_like(values)
     found = Judged(merit, np.stack([merit, values], axis=-1), merit < 0.0)
-    ensemble = Ensemble((1.0,), (Constraint(MEASURES["stick_slip"], 0.0),), forgiven=share)
+    ensemble = Ensemble((1.0,), (Constraint(RUNNING["stick_slip"], 0.0),), forgiven=share)
     assert ensemble.verdict(found).rank == pytest.approx([1.0])
-    assert ensemble.reach(found, others + 1) == pytest.approx([1.0])
+    assert ensemble.best_rank(found, others + 1) == pytest.approx([1.0])
 
 
 def test_a_quantile_is_the_machine_that_it_says():

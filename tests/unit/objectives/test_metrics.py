@@ -1,12 +1,12 @@
 """Every metric by hand on small motions."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from hfc_design.objectives.metrics import meanings, metrics
-from plants import C_AXIS
+from hfc_design.motion.phases import settled_samples
+from hfc_design.objectives.metric import ALONE, AxisRecord, MotionRecord
+from hfc_design.objectives.tables import columns, values
+from plants import C_AXIS, Machine
 
 
 def measured(error, speed=None, commanded=None, error_rate=None, command=None, **options):
@@ -16,19 +16,19 @@ def measured(error, speed=None, commanded=None, error_rate=None, command=None, *
     def filled(values, value):
         return np.full(steps, value) if values is None else np.array(values, float)
 
-    motion = SimpleNamespace(
+    time, drive = 0.1 * np.arange(steps), options.get("plant", C_AXIS)
+    settled = settled_samples(time, options.get("settled_after", 0.0))
+    axis = AxisRecord(
+        *("", drive, time, settled),
+        reference=np.zeros(steps),
+        reference_rate=filled(commanded, 1.0),
         error=np.array(error, float),
         error_rate=filled(error_rate, 0.0),
+        velocity=filled(speed, 1.0),
         command=filled(command, 1.0),
+        limits=(-np.inf, np.inf),
     )
-    time = 0.1 * np.arange(steps)
-    settled_after = options.get("settled_after", 0.0)
-    plant = options.get("plant", C_AXIS)
-    return metrics(plant, motion, filled(speed, 1.0), filled(commanded, 1.0), time, settled_after)
-
-
-def test_every_metric_has_a_name():
-    assert list(measured([0.0, 1.0])) == list(meanings(C_AXIS))
+    return values(columns(Machine("", ("",), (drive,)), ALONE), MotionRecord((axis,), None))
 
 
 def test_tracking_error():
@@ -85,7 +85,7 @@ def test_voltage():
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_diverged_motion_has_no_metrics(part, value):
     parts = {"error": [1.0, 1.0], part: [1.0, value]}
-    assert measured(**parts) == dict.fromkeys(meanings(C_AXIS))
+    assert measured(**parts) == dict.fromkeys(measured([0.0, 1.0]))
 
 
 def test_single_sample():

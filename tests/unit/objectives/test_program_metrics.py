@@ -7,12 +7,9 @@ from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, MovedAxis
 from hfc_design.motion.program import program
 from hfc_design.motion.tool_path import program_errors
-from hfc_design.objectives.program_metrics import (
-    AxisAlong,
-    overshoot,
-    program_meanings,
-    program_metrics,
-)
+from hfc_design.objectives.metric import PROGRAM, AxisRecord, MotionRecord
+from hfc_design.objectives.recorded import overshoot
+from hfc_design.objectives.tables import columns, values
 from plants import PLANTS
 
 MACHINE = PLANTS["five-axis"]
@@ -26,18 +23,22 @@ def metrics(off, command=1.0):
     found = program(gcode.blocks("G1 X30 A10 F3000"), AXES, LIMITS, 0.002)
     samples = found.samples(TIME)
     places = samples.position + np.reshape(off, (5, 1))
-    along = [
-        AxisAlong(axis, drive, reference, place, rate, np.full_like(TIME, command), (-8.0, 8.0))
+    axes = [
+        AxisRecord(
+            *(axis, drive, TIME, np.ones_like(TIME, bool), reference, rate),
+            *(reference - place, np.zeros_like(TIME), rate),
+            *(np.full_like(TIME, command), (-8.0, 8.0)),
+        )
         for axis, drive, reference, place, rate in zip(
             MACHINE.axes, MACHINE.drives, samples.position, places, samples.velocity, strict=True
         )
     ]
-    return program_metrics(found, program_errors(found, TIME, places, "mm"), along)
+    motion = MotionRecord(tuple(axes), program_errors(found, TIME, places, "mm"))
+    return values(columns(MACHINE, PROGRAM), motion)
 
 
 def test_errors_of_a_machine_that_is_off_by_a_constant():
     found = metrics([0.3, 0.03, 0.04, 0.2, 0.0])
-    assert list(found) == list(program_meanings(MACHINE))
     # 0.3 mm ahead along the path, so 0.1 deg of the 0.2 are in place; at its end 0.3 mm off it
     assert found["rms_contour_error_mm"] == pytest.approx(np.hypot(0.05, 0.3), rel=0.4)
     assert found["max_contour_error_mm"] == pytest.approx(np.hypot(0.05, 0.3))

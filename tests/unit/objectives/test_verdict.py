@@ -7,10 +7,10 @@ from wording import refused
 from hfc_design import api
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.verdict import Ensemble
 
-STUCK, LATE = Constraint(MEASURES["stick_slip"], 0.0), Constraint(MEASURES["late_error"], 0.01)
+STUCK, LATE = Constraint(RUNNING["stick_slip"], 0.0), Constraint(RUNNING["late_error"], 0.01)
 
 
 def judged(merit, failed=None, **values):
@@ -129,21 +129,21 @@ def test_what_can_still_be_reached_is_never_less_than_what_is(keep, forgiven):
     assert 0.1 < (rank < 0.0).mean() < 0.9
     for seen in range(1, 9):
         some = Judged(*(x[:, :seen] for x in own))
-        reach = ensemble.reach(some, 8)
+        reach = ensemble.best_rank(some, 8)
         assert (reach >= rank - 1e-9 * np.abs(np.where(np.isfinite(rank), rank, 0.0))).all()
     if not forgiven:  # all have been seen, and nothing is left to hope for
         finite = np.isfinite(rank)
         assert reach[finite] == pytest.approx(rank[finite])
-    few = ensemble.reach(Judged(*(x[:, :3] for x in own)), 8)
+    few = ensemble.best_rank(Judged(*(x[:, :3] for x in own)), 8)
     assert (few < before).mean() > (0.9 if keep == "mean" and not forgiven else 0.02)
 
 
 def test_what_can_still_be_reached_by_hand():
     """Costs 1/4 and 1/2 of four machines; a nominal one that breaks a quarter of what is one."""
-    found = Ensemble((1.0,)).reach(judged([[[4.0], [2.0]]]), 4)
+    found = Ensemble((1.0,)).best_rank(judged([[[4.0], [2.0]]]), 4)
     assert found == pytest.approx([4.0 / (1 / 4 + 1 / 2)])
     late = [[[0.01 * 4 / 3], [0.0]]]
-    broken = Ensemble((1.0,), (LATE,)).reach(judged([[[4.0], [2.0]]], late=late), 4)
+    broken = Ensemble((1.0,), (LATE,)).best_rank(judged([[[4.0], [2.0]]], late=late), 4)
     assert broken == pytest.approx([-0.25 / 4])
 
 

@@ -34,7 +34,7 @@ def test_circle_that_is_too_large_by_70_um():
     radii = [np.hypot(*line.get_data()).mean() for line in upper.lines]
     assert sorted(radii)[0] == pytest.approx(16.8, rel=1e-3)
     assert "5 BLU off" in lines
-    marks = lines["worst after a reversal"]
+    marks = lines["largest after a reversal"]
     assert marks.shape == (2, 5)  # 90 to 450 deg, in steps of 90 deg, and no more at 540 deg
     assert lower.get_ylabel() == "contour error [BLU]"
     np.testing.assert_allclose(lower.lines[0].get_ydata(), 7.0, rtol=1e-9)

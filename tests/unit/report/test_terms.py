@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.report.designs import picture
 
 DESIGNS = {

@@ -9,7 +9,7 @@ import pytest
 from by_name import SIGNALS, design_of, explanation, random_design
 
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller, load
 
 KIND = """

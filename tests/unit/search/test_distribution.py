@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design.search.distribution import begun, constants, drawn, learnt
-from hfc_design.search.restarts import ISLANDS, SAMPLES, climbed
+from hfc_design.search.multistart_cma import ISLANDS, SAMPLES, multistart
 
 
 def minimised(function, size, samples, generations, seed=0, start=1.0, step=0.5):
@@ -64,7 +64,7 @@ def rastrigin(points):
 def test_the_highest_of_many_hills_is_found():
     rng = np.random.default_rng(0)
     first = rng.uniform(-3.0, 3.0, (200, 3))
-    tried = climbed(first, rastrigin, 12_000, rng)
+    tried = multistart(first, rastrigin, 12_000, rng)
     assert tried.score.max() > -0.01
     assert tried.points[tried.score.argmax()] == pytest.approx([0.7] * 3, abs=0.01)
     lucky = rng.uniform(-3.0, 3.0, (12_000, 3))
@@ -81,7 +81,7 @@ def test_no_more_is_asked_than_is_allowed_and_all_is_told(evaluations):
 
     rng = np.random.default_rng(1)
     first = rng.uniform(-3.0, 3.0, (10, 2))
-    tried = climbed(first, counted, evaluations, rng)
+    tried = multistart(first, counted, evaluations, rng)
     total = sum(map(len, asked))
     assert total <= max(evaluations, 10)
     assert total > evaluations - ISLANDS * SAMPLES
@@ -91,7 +91,7 @@ def test_no_more_is_asked_than_is_allowed_and_all_is_told(evaluations):
 
 def test_where_nothing_is_finite_nothing_is_climbed():
     rng = np.random.default_rng(2)
-    tried = climbed(rng.normal(size=(20, 2)), lambda x: np.full(len(x), -np.inf), 1000, rng)
+    tried = multistart(rng.normal(size=(20, 2)), lambda x: np.full(len(x), -np.inf), 1000, rng)
     assert len(tried.points) == 20
     assert not np.isfinite(tried.score).any()
 

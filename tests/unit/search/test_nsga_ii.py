@@ -89,7 +89,7 @@ def test_it_comes_close_to_a_known_front(number):
 
 
 def test_a_lead_leaves_room_and_needs_stages():
-    with pytest.raises(ValidationError, match=r"lead < generations"):
+    with pytest.raises(ValidationError, match=r"lead must be less than generations"):
         Nsga2Settings(generations=9, lead=9)
     changes = {"search.preset": "nsga-ii", "search.lead": 5}
     with refused():

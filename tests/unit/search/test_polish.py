@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
-from hfc_design.search.by_numbers import chain, coordinates
+from hfc_design.search.coordinates import chain, coordinates
 from hfc_design.search.polish import Polishable, Quadratic, polish, proposals
 
 RNG = np.random.default_rng(11)

@@ -11,11 +11,11 @@ from searches import same
 from hfc_design.controllers.genome import joined, replaced, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import from_vectors, vectors
-from hfc_design.search.heats import heats, room
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategies.lin_lee import LinLeeSettings
 from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, humbled
 from hfc_design.search.strategy import Task
+from hfc_design.search.successive_halving import heats, room
 
 BEST_TREE = 42
 

@@ -17,7 +17,7 @@ C_AXIS, FEED = PlantSettings(), PlantSettings(name="feed-drive")
 
 def shares(some, name):
     """How far a parameter of each machine but the nominal one is from that, as a share of it."""
-    (axis,) = some.true
+    (axis,) = some.actual
     values = getattr(axis, name)
     return values[1:] / values[0] - 1.0
 
@@ -33,8 +33,8 @@ def test_a_gap_that_is_a_parameter_is_not_put_before_the_encoder_as_well():
 def test_a_latin_hypercube_meets_every_part_of_every_range_once():
     some, again = drawn(FEED, 0.2, 50, 3, even=True)
     assert again == 0
-    for name in some.true[0]._fields:
-        if getattr(some.true[0], name)[0] == 0.0 or name in FEED.machine.drives[0].exact:
+    for name in some.actual[0]._fields:
+        if getattr(some.actual[0], name)[0] == 0.0 or name in FEED.machine.drives[0].exact:
             continue
         parts = np.floor((shares(some, name) + 0.2) / 0.4 * 50)
         assert sorted(parts) == list(range(50)), name
@@ -42,17 +42,17 @@ def test_a_latin_hypercube_meets_every_part_of_every_range_once():
 
 def test_the_seed_says_what_is_drawn():
     settings = load_scenario("feed-drive-circle").plant
-    one, same, other = (drawn(settings, 0.2, 6, seed)[0].true for seed in (1, 1, 2))
+    one, same, other = (drawn(settings, 0.2, 6, seed)[0].actual for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, same)
     assert (one[0].gain[1:] != other[0].gain[1:]).all()
-    more = drawn(settings, 0.2, 9, 1)[0].true
+    more = drawn(settings, 0.2, 9, 1)[0].actual
     np.testing.assert_array_equal(np.array(more)[..., :7], one)
 
 
 @pytest.mark.parametrize("name", ["feed-drive-circle", "c-axis-ramp"])
 def test_drawn_parameters_fill_their_range_and_nothing_else(name):
     settings = load_scenario(name).plant
-    true = drawn(settings, 0.2, 200, 3)[0].true
+    true = drawn(settings, 0.2, 200, 3)[0].actual
     drives = settings.machine.drives
     for drive, nominal, found in zip(drives, settings.values(), true, strict=True):
         for key, value in nominal._asdict().items():
@@ -68,7 +68,7 @@ def test_drawn_parameters_fill_their_range_and_nothing_else(name):
 
 
 def test_parameters_and_axes_are_independent():
-    true = drawn(load_scenario("feed-drive-circle").plant, 0.2, 400, 3)[0].true
+    true = drawn(load_scenario("feed-drive-circle").plant, 0.2, 400, 3)[0].actual
     varied = [column[1:] for axis in true for column in axis if np.ptp(column)]
     assert len(varied) == 2 * 8  # gain, time constant, six of the friction
     assert abs(np.corrcoef(varied) - np.eye(16)).max() < 5 / np.sqrt(400)
@@ -83,7 +83,7 @@ def test_what_is_exact_is_a_parameter(plant):
 def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
     settings = load_scenario("c-axis-ramp").plant
     found, refused = drawn(settings, 0.4, 50, 0)
-    (p,) = found.true
+    (p,) = found.actual
     assert (p.stator_inductance * p.rotor_inductance > p.mutual_inductance**2).all()
     assert (p.static_torque >= p.coulomb_torque).all()
     # By the same stream of numbers: every draw that passes is kept, in order.
@@ -101,7 +101,7 @@ def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
     assert refused == 50 + refused - possible.sum() > 0
     np.testing.assert_array_equal(p.mutual_inductance[1:], lm[possible])
     monkeypatch.setattr(machines, "MAX_DRAWS", 0)
-    with pytest.raises(UserError, match=r"spread=0.4: of \d+ draws only \d+ gave a possible"):
+    with pytest.raises(UserError, match=r"spread=0.4: only \d+ of \d+ draws gave a possible"):
         drawn(settings, 0.4, 50, 0)
 
 
@@ -161,5 +161,5 @@ def test_a_parameter_has_a_tolerance_of_its_own():
 
 def test_the_first_machines_of_a_seed_stay():
     some, more = (drawn(C_AXIS, 0.2, count, 7)[0] for count in (5, 40))
-    for few, many in zip(some.true[0], more.true[0], strict=True):
+    for few, many in zip(some.actual[0], more.actual[0], strict=True):
         assert few.tolist() == many[:6].tolist()

@@ -6,10 +6,10 @@ import pytest
 import hfc_design.api as hfc
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import Judged
+from hfc_design.simulation.acceptance import motion_result, units
 from hfc_design.simulation.divergence import divergence_of, finer
-from hfc_design.simulation.in_use import in_motion, units
 from hfc_design.simulation.repeats import Repeats, averaged
-from hfc_design.simulation.settling import STABILITY, faults
+from hfc_design.simulation.stability_criteria import STABILITY, instabilities
 from hfc_design.simulation.usable import gain_range
 
 
@@ -25,7 +25,7 @@ SHORT = ["simulation.duration_s=3"]
 
 def settled(measured, failed, motions):
     """(machines, motions) for which there is no reason why it should not be stable."""
-    return ~np.logical_or.reduce([*faults(measured, failed, motions).values()])
+    return ~np.logical_or.reduce([*instabilities(measured, failed, motions).values()])
 
 
 def test_the_rule_by_hand():
@@ -85,7 +85,7 @@ def test_a_motion_of_fewer_than_80_samples_is_not_passed(duration: float, passes
     scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": duration})
     values = np.zeros((3, 1, len(units(scenario)) + len(STABILITY)))
     still = Judged(np.ones((3, 1)), values, np.zeros((3, 1), bool))
-    assert (in_motion(scenario, still, 0, scenario).nominal_reasons == ()) == passes
+    assert (motion_result(scenario, still, 0, scenario).nominal_reasons == ()) == passes
 
 
 def test_runaway_is_where_a_quantity_leaves_its_size_for_good():

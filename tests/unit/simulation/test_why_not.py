@@ -9,7 +9,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
-from hfc_design.simulation.in_use import MENDS, Stressed, stress_table, why_table
+from hfc_design.simulation.acceptance import MENDS, Stressed, stress_table, why_table
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import cases
@@ -59,7 +59,7 @@ def test_every_change_by_hand():
     loud = np.append(np.zeros(211), 4.1 + 0.1 * np.arange(10))
 
     def again(nearer):
-        off = nearer.true[0].rotor_inertia / NOMINAL.rotor_inertia - 1.0
+        off = nearer.actual[0].rotor_inertia / NOMINAL.rotor_inertia - 1.0
         return judged(chatter=np.where(off > 0.0901, 5.0, 0.0))
 
     found = told(judged(chatter=loud), again)
@@ -96,17 +96,17 @@ def test_what_fails_is_told_with_what_it_has_in_common_and_what_the_drive_would_
     monkeypatch.setattr(why_not, "needed", needed)
     lines = told(found, again)["lines"]
     assert lines == [
-        "no single change that was tried gives a yes",
-        "two together: motions.b.machines nominal, robust.spread 0.1925",
+        "none of the single changes tried gives a yes",
+        "both changes together: motions.b.machines nominal, robust.spread 0.1925",
         "20 oscillate in b, mostly with high rotor_inertia (+21 %)",
         "3 oscillate in a",
         "a needs 250 of 300 V on the nominal machine, 250 of 300 on the worst of 3 that fail",
         "b needs 250 of 300 V on the nominal machine, 310 of 300 on the worst of 20 that fail: "
-        "more than there is on 2 of them",
+        "beyond the limit on 2 of them",
     ]
     monkeypatch.setattr(why_not, "needed", lambda *_: ((30.0, 300.0), (1.0, np.inf)))
     held = told(judged(limit_share=swings))
-    assert held["lines"][-1] == "at a limit, though no more than 10 % of it is needed: b"
+    assert held["lines"][-1] == "at a limit, although at most 10 % of it is needed: b"
 
 
 def test_no_tolerance_helps_a_nominal_machine_that_fails():
@@ -118,7 +118,7 @@ def test_no_tolerance_helps_a_nominal_machine_that_fails():
         judged(chatter=np.append(0.0, np.full(COUNT, 5.0))), short={"stable": (None, "unstable")}
     )
     assert {one["needed"] for one in found["changes"]} == {None}
-    assert found["lines"][0] == "no single change that was tried gives a yes"
+    assert found["lines"][0] == "none of the single changes tried gives a yes"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_a_margin_alone_that_is_not_kept_is_what_gives_a_yes_and_nothing_else_do
     both = short | {"gain_margin": (1.1, "in words")}
     for found in (told(loud, short=short, scenario=asked), told(judged(), short=both)):
         assert not any(x["needed"] for x in found["changes"])
-        assert found["lines"][0] == "no single change that was tried gives a yes"
+        assert found["lines"][0] == "none of the single changes tried gives a yes"
 
 
 def test_what_is_far_off_is_within_a_looser_late_error_whether_there_was_one_or_not():
@@ -172,10 +172,10 @@ def test_every_stress_has_its_own_mend():
     one = Stressed("", False, 0.5, 0.0, why="oscillates in a rest with noise")
     found = {}
     for case in cases(own, 20.0):
-        name = case.told(1.0)
+        name = case.description(1.0)
         found[name] = stress_table([one._replace(breaks=name).numbers()]).lines[-1]
     for words, mend in MENDS.items():
-        told = [name for name, line in found.items() if f"first to mend: {mend};" in line]
+        told = [name for name, line in found.items() if f"first step: {mend};" in line]
         assert told, words
         assert all(re.search(words, name) for name in told)
     assert [name for name in found if MENDS[""] in found[name] and "friction" in name]
@@ -185,7 +185,7 @@ def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
     plant = load_scenario("milling-table-circle").plant
     some, _ = drawn(plant, 0.1, 3, 1, {"load": 5.0})
     found = deviations(some)
-    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.true])
+    masses = np.array([own.table_mass[1:] / own.table_mass[0] - 1.0 for own in some.actual])
     assert np.abs(found["table_mass"]).tolist() == np.abs(masses).max(axis=0).tolist()
     assert np.abs(found["load"]).tolist() == np.abs(some.around["load"][:, 1:]).max(axis=0).tolist()
     half = deviations(why_not.nearer(some, 0.5))

@@ -10,7 +10,7 @@ from wording import refused
 
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.motion.contour import local_error
 from hfc_design.runs import individuals
@@ -146,7 +146,7 @@ def test_the_runtime_gives_the_commands_of_the_simulator(found):
     scenario, design = found
     evaluation = hfc.evaluate(design, scenario)
     machine = Machine(design, ("x", "y"))
-    told = {axis.name: axis.told() for axis in evaluation.axes}
+    told = {axis.name: axis.sensed() for axis in evaluation.axes}
     path = scenario.samples().path
     for k in range(len(evaluation.time)):
         now = {axis: {key: float(x[k]) for key, x in own.items()} for axis, own in told.items()}
@@ -161,6 +161,6 @@ def test_the_runtime_gives_the_commands_of_the_simulator(found):
 
 def test_the_page_shows_its_gains(found):
     scenario, design = found
-    shown = Shown(scenario.plant.machine, scenario.plant.values(), None)
+    shown = ReportContext(scenario.plant.machine, scenario.plant.values(), None)
     titles = [part.title for part in design.kind.sections(design.controller, shown)]
     assert titles == ["Cross-coupling", "x: The controller", "y: The controller"]

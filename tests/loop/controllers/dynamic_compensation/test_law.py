@@ -7,8 +7,8 @@ from wording import refused
 
 from hfc_design import api
 from hfc_design.controllers.genome import taken
-from hfc_design.controllers.kind import Shown
-from hfc_design.files.pairing import population_of_one
+from hfc_design.controllers.kind import ReportContext
+from hfc_design.files.loop_setup import population_of_one
 from hfc_design.runs import individuals
 from hfc_design.runtime import Machine
 
@@ -75,7 +75,7 @@ def test_its_section_has_the_units_of_each_axis():
     name = "lin-gai-2009-fuzzy-sliding-compensated"
     found, plant = api.load_design(name), api.load_scenario("five-axis-program").plant
     first, *inner = found.kind.sections(
-        found.controller, Shown(plant.machine, plant.values(), None)
+        found.controller, ReportContext(plant.machine, plant.values(), None)
     )
     rows = {row: (value, unit) for row, value, unit in first.listing.rows}
     assert rows["gain of X, k_p"] == ("0.53328", "V/mm")

@@ -12,8 +12,8 @@ from wording import refused
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import individuals
 from hfc_design.stability.sectors import true_sectors
 from hfc_design.stability.stable_range import stable_range

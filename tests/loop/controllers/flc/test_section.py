@@ -14,7 +14,7 @@ from hfc_design.cli import main
 from hfc_design.controllers.flc import section as fuzzy_plots
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 

@@ -8,10 +8,10 @@ from wording import refused
 
 from hfc_design.controllers.fuzzy_sliding.pictures import sections
 from hfc_design.controllers.genome import taken
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.loop_setup import population_of_one
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import population_of_one
 from hfc_design.formats import FORMATS
 from hfc_design.formats.st import text_of
 from hfc_design.pictures.files import image
@@ -121,9 +121,11 @@ def measured(steps=300):
 
 def test_every_axis_has_its_pictures():
     machine = side_by_side(x=FEED_DRIVE, y=FEED_DRIVE)
-    shown = Shown(machine, (FEED_DRIVE.parameters(),) * 2, {"x": measured(), "y": measured(2)})
+    shown = ReportContext(
+        machine, (FEED_DRIVE.parameters(),) * 2, {"x": measured(), "y": measured(2)}
+    )
     whole, x, y = sections(sliding(pid=PID).controller, shown)
-    assert [part.title for part in (x, y)] == ["What X learns", "What Y learns"]
+    assert [part.title for part in (x, y)] == ["Learning of X", "Learning of Y"]
     rows = {name: (value, unit) for name, value, unit in whole.listing.rows}
     assert rows["slope of the surface, λ"] == ("20", "1/s")
     assert rows["judgement of the error, P₂"] == ("20", "1/s")

@@ -22,7 +22,7 @@ from hfc_design.controllers.hierarchical.tree import (
 )
 from hfc_design.core.lanes import LANES
 from hfc_design.core.numbers import SCALARS
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 TABLE = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 7))
 POINTS = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 2))

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.laws import Laws, LinearLaws
-from hfc_design.controllers.hierarchical.planes import along, passing
+from hfc_design.controllers.hierarchical.linear_tables import linear_chain, passthrough
+from hfc_design.controllers.hierarchical.seed_laws import Laws, SeedLaws
 from hfc_design.controllers.linear import genome as linear
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
@@ -43,7 +43,9 @@ def test_tables_along_every_tree_add_up_to_the_law():
     slopes[rng.random(slopes.shape) < 0.2] = 0.0
     tree = np.arange(own.structures)
     sources = hierarchy.all_sources(5)[tree].astype(int)
-    tables = along(sources, slopes, np.full((own.structures, 4), 1.0), passing(own.settings))
+    tables = linear_chain(
+        sources, slopes, np.full((own.structures, 4), 1.0), passthrough(own.settings)
+    )
     for k in tree.tolist():
         for inputs in rng.uniform(-0.5, 0.5, (5, 5)):
             wrong = said(own, tables[k], k, inputs) - slopes[k] @ inputs
@@ -53,7 +55,7 @@ def test_tables_along_every_tree_add_up_to_the_law():
 def test_laws_are_regulators_of_the_drive():
     """One that weighs some signals is SciPy's for the same weights; the PD gets its two gains."""
     scenario = load_scenario("c-axis-ramp")
-    own = LinearLaws(genome_of(scenario))
+    own = SeedLaws(genome_of(scenario))
     assert own.search.signals == ("deflection", "deflection_rate")
     assert own.velocities == {"spindle_velocity": -1.0}
     found = own.search.fresh(np.zeros(3, int), np.random.default_rng(1))
@@ -71,7 +73,7 @@ def test_laws_are_regulators_of_the_drive():
 def test_tables_make_the_law():
     """What the root says against the law's numbers, in volts, as well as tables follow lines."""
     own = genome("c-axis-ramp", "search.scale_range=1.0")
-    laws = LinearLaws(own)
+    laws = SeedLaws(own)
     numbers = np.array([[800.0, 120.0, 300.0, -20.0, 500.0, 3.0]])
     assert laws.signals == ("deflection", "deflection_rate")
     points = np.column_stack([laws.points(Laws(np.zeros(1, int), numbers)), [[0.0, np.log(0.25)]]])
@@ -101,7 +103,7 @@ def test_units_of_which_nothing_is_asked_say_nothing_to_the_root():
     own = genome()
     sources = hierarchy.all_sources(5).astype(int)
     slopes, reach = np.zeros((own.structures, 5)), np.ones((own.structures, 4))
-    tables = along(sources, slopes, reach, passing(own.settings))
+    tables = linear_chain(sources, slopes, reach, passthrough(own.settings))
     assert (tables[:, -1] == 0.0).all()
     assert (np.abs(tables[:, :-1]).max(axis=(2, 3)) > 1.0).all()  # but would pass something on
 
@@ -125,7 +127,7 @@ def test_velocities_that_are_read_twice_share_their_universe():
 
 
 def test_points_and_laws_are_one_another():
-    laws = LinearLaws(genome())
+    laws = SeedLaws(genome())
     some = laws.fresh(50, np.random.default_rng(6))
     small = np.abs(some.numbers[:, -2]) < laws.most
     again = laws.laws(laws.points(some)).numbers

@@ -15,7 +15,7 @@ from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.pid import PidGains, initial_memory, sample
 from hfc_design.core.numbers import SCALARS
 from hfc_design.files.design import Design, design_json
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 from hfc_design.simulation.loop_margins import loop_margins
@@ -141,7 +141,7 @@ def test_the_simulator_steps_the_same_law():
     motion = {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.05, "acceleration": 0.5}
     scenario = api.load_scenario({"reference": motion, "simulation": {"duration_s": 0.3}})
     (axis,) = api.evaluate(mine, scenario).axes
-    signals, controller = axis.told(), Controller(mine)
+    signals, controller = axis.sensed(), Controller(mine)
     found = [controller.step({k: float(x[i]) for k, x in signals.items()}) for i in range(300)]
     np.testing.assert_allclose(axis.motion.command, found, rtol=1e-9, atol=1e-9)
     assert 0.0 < (np.abs(found) == 10.0).mean() < 1.0

@@ -12,7 +12,7 @@ from wording import refused_command
 
 import hfc_design.api as hfc
 from hfc_design.cli import main
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neural.law import Weights, changes, passed
 from hfc_design.core.numbers import SCALARS
 from hfc_design.runtime import Controller
@@ -46,14 +46,16 @@ def test_the_command_writes_a_design_that_goes_on_learning(tmp_path):
     x, y = hfc.learned_in(design, scenario, evaluation).controller.axes.values()
     assert x.weights != y.weights != design.controller.weights
     controller = Controller(design)
-    for error in evaluation.axes[0].told()["error"].tolist():
+    for error in evaluation.axes[0].sensed()["error"].tolist():
         controller.step({"error": error})
     found = controller.adapted()
     assert np.array(found.weights.hidden) == pytest.approx(np.array(x.weights.hidden), abs=1e-9)
     # What is learnt is where a next lesson begins.
     more = hfc.taught("jee-koren-2004-pid", scenario, start=design)
     assert more.training.before == pytest.approx(again.training.after, rel=1e-12)
-    shown = Shown(scenario.plant.machine, scenario.plant.values(), {"x": {"error": np.ones(3)}})
+    shown = ReportContext(
+        scenario.plant.machine, scenario.plant.values(), {"x": {"error": np.ones(3)}}
+    )
     (section,) = design.kind.sections(design.controller, shown)
     assert len(section.drawings) == 2  # as designed, and after the motion
 

@@ -4,8 +4,8 @@ import pytest
 from feed_genomes import CIRCLE
 from resuming import whole_and_in_parts
 
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runs import run as design
 from hfc_design.simulation import compiled
 from hfc_design.simulation.evaluating import evaluate

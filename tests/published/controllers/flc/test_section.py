@@ -9,7 +9,7 @@ from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from report_pages import write
 
 from hfc_design.controllers.aflc.section import at_the_end
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.files.machine import SensorSettings
 from hfc_design.report.parts import sections
 
@@ -28,14 +28,16 @@ def test_same_run_gives_the_same_bytes(report):
 def test_adapted_table_is_that_of_a_plain_transcription(report):
     scenario, result, _, _ = report[0]
     design, own = result.design, result.evaluation
-    title = "What the adaptation made of it"
+    title = "Result of the adaptation"
     titles = [section.title for section in sections(design, own, scenario)]
     if design.controller.kind == "flc":
         assert title not in titles
         return
     assert title in titles
-    signals = {axis.name: axis.told() for axis in own.axes}
-    found = at_the_end(design.controller, Shown(own.machine, scenario.plant.values(), signals))
+    signals = {axis.name: axis.sensed() for axis in own.axes}
+    found = at_the_end(
+        design.controller, ReportContext(own.machine, scenario.plant.values(), signals)
+    )
     assert list(found) == ["X", "Y"]
     for axis, record in zip(own.axes, found.values(), strict=True):
         expected = feed_oracle.Adaptive(

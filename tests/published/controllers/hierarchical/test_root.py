@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate
 
 

@@ -11,7 +11,7 @@ from scheduled import SMALL, of_two_laws
 from sledge import hfc
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.laws import Laws
+from hfc_design.controllers.hierarchical.seed_laws import Laws
 from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import design_with, genome_of
@@ -57,7 +57,7 @@ def test_a_search_moves_them(tmp_path, no_baselines, known_use):
     assert found.linear.resonators[0].in_phase not in (0.0, first)
     page = (tmp_path / "run" / "report.html").read_text()
     assert f"{found.linear.resonators[1].quadrature:.6g}" in page
-    assert "scheduled: resonator of 50 rad/s, a quarter turn ahead" in page
+    assert "scheduled: resonator of 50 rad/s, quadrature" in page
 
 
 def test_a_law_in_the_loop_is_a_linear_controller():

@@ -12,8 +12,8 @@ from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.numbers import SCALARS
 from hfc_design.files.design import Design, design_json, parse_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller
 
 ADAPTING = {"k_c": 1e-3, "largest_move": 2.0}

@@ -20,7 +20,7 @@ from hfc_design.controllers.hierarchical.tree import (
 )
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
 from hfc_design.core.numbers import SCALARS
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
 

@@ -5,13 +5,13 @@ import pytest
 from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.soc.law import SETS, SocGains, soc
 from hfc_design.controllers.soc.record import EMPTY, SocDesign
 from hfc_design.controllers.soc.section import learnt, sections
 from hfc_design.core.numbers import ARRAYS, SCALARS
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.loop_setup import load_design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
@@ -123,7 +123,7 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
     errors = 0.3 * np.sin(np.arange(200) / 25.0)
     signals = {"x": {"error": errors}, "y": {"error": -errors}}
     machine, parameters = scenario.machine, scenario.plant.values()
-    shown = Shown(machine, parameters, signals, largest=(10.0, 10.0))
+    shown = ReportContext(machine, parameters, signals, largest=(10.0, 10.0))
     controller, found = Controller(design), learnt(design.controller, signals["x"], 10.0)
     tables = {}
     for count, error in enumerate(errors.tolist(), 1):
@@ -135,9 +135,9 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
     gains, learning = sections(design.controller, shown)
     assert ["gu, command of a rule of 1", "5", "V"] in gains.listing.rows
     assert [drawing.alt for drawing in learning.drawings] == [
-        "Heat maps of the rules that X has learnt",
+        "Heat maps of the rules learned by X",
         "Rules of X at the end: rules over error and change of error in a sample",
-        "Heat maps of the rules that Y has learnt",
+        "Heat maps of the rules learned by Y",
         "Rules of Y at the end: rules over error and change of error in a sample",
     ]
     assert len(sections(design.controller, shown._replace(signals=None))) == 1

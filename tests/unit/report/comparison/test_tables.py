@@ -6,7 +6,7 @@ import pytest
 from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import lines
 from hfc_design.report.comparison.traces import extremes
-from hfc_design.simulation.comparison import Bout, Side
+from hfc_design.simulation.comparison import DesignStatistics, MotionComparison
 
 ERROR = "rms_error_rad"
 TOLD = {ERROR: "root mean square of the tracking error [rad]"}
@@ -15,11 +15,11 @@ TOLD = {ERROR: "root mean square of the tracking error [rad]"}
 def side(values, stable=None, nominal_stable=True):
     values = np.array(values, float)
     stable = np.ones(len(values), bool) if stable is None else np.array(stable, bool)
-    return Side(stable, nominal_stable, {ERROR: float(values[0])}, {ERROR: values})
+    return DesignStatistics(stable, nominal_stable, {ERROR: float(values[0])}, {ERROR: values})
 
 
 def bout(**sides):
-    return Bout("m", None, sides, {}, TOLD)
+    return MotionComparison("m", None, sides, {}, TOLD)
 
 
 @pytest.mark.parametrize(
@@ -57,12 +57,16 @@ def test_lines_by_hand():
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
     def scored(value, ranges):
         values = {ERROR: np.ones(2), "fitness": np.full(2, value)}
-        return Side(np.ones(2, bool), True, {ERROR: 1.0, "fitness": value}, values, ranges)
+        return DesignStatistics(
+            np.ones(2, bool), True, {ERROR: 1.0, "fitness": value}, values, ranges
+        )
 
     lucky = scored(430.8, {"fitness": {"lowest": 362.0, "highest": 511.0}})
     lost = scored(430.8, {"fitness": {"lowest": None, "highest": 511.0}})
     told = {**TOLD, "fitness": "fitness, LL eq. 5"}
-    three = Bout("m", None, {"lucky": lucky, "steady": scored(380.0, {}), "lost": lost}, {}, told)
+    three = MotionComparison(
+        "m", None, {"lucky": lucky, "steady": scored(380.0, {}), "lost": lost}, {}, told
+    )
     (line,) = [x for x in lines(three, every=True) if x.cells[1] == "380" and x.of == "nominal"]
     assert line.cells == ["362 to 511 (chaotic)", "380", "diverged to 511 (chaotic)"]
     assert line.best == [1]

@@ -31,7 +31,7 @@ class Tried(NamedTuple):
     score: Floats  # (n,) -inf where one failed
 
 
-def climbed(
+def multistart(
     first: Floats, evaluate: Callable[[Floats], Floats], evaluations: int, rng: np.random.Generator
 ) -> Tried:
     """So many ``evaluations``, those of the points ``first`` (n, size) among them.

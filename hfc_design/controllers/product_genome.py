@@ -17,15 +17,15 @@ Stages: TypeAlias = tuple[tuple[float, bool], ...]
 MOST = 20_000
 
 
-class SideBySide(NamedTuple):
+class ProductPopulation(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
     tree: Integers  # (n,) the structures of all parts as one number
     parts: tuple[Members, ...]  # the population of each part
 
 
-class BesideGenome(Genome):
-    """What a search can do with ``SideBySide``; what it is a controller of, its kind says.
+class ProductGenome(Genome):
+    """What a search can do with ``ProductPopulation``; what it is a controller of, its kind says.
 
     Raises:
         UserError: the parts have too many structures together.
@@ -40,11 +40,11 @@ class BesideGenome(Genome):
         self.structures = math.prod(self.counts)  # every combination
         if self.structures > MOST:
             raise UserError(
-                f"controller.{key}: have {self.structures} structures together; allowed are "
-                f"{MOST}: give fewer inputs"
+                f"controller.{key}: must have at most {MOST} structures together (got "
+                f"{self.structures}); give fewer inputs"
             )
 
-    def stage(self, number: int, about: SideBySide | None) -> Stage:
+    def stage(self, number: int, about: ProductPopulation | None) -> Stage:
         """Coordinates of every part in its stage, one after the other, in the finest of steps."""
         parts = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
@@ -53,11 +53,11 @@ class BesideGenome(Genome):
         wider = np.concatenate([np.full(len(stage.start), stage.step / step) for stage in each])
         ends = np.cumsum([len(stage.start) for stage in each])[:-1]
 
-        def members(points: Floats, tree: Integers) -> SideBySide:
+        def members(points: Floats, tree: Integers) -> ProductPopulation:
             part_points = zip(
                 each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True
             )
-            return SideBySide(tree, tuple(one.members(*at) for one, *at in part_points))
+            return ProductPopulation(tree, tuple(one.members(*at) for one, *at in part_points))
 
         return Stage(np.concatenate([stage.start for stage in each]) / wider, step, members)
 
@@ -70,29 +70,33 @@ class BesideGenome(Genome):
         every = zip(self.parts, *parts, strict=True)
         return tuple(getattr(genome, what)(*args, *shared) for genome, *args in every)
 
-    def empty(self) -> SideBySide:
+    def empty(self) -> ProductPopulation:
         """One individual of each combination."""
         tree = np.arange(self.structures)
-        return SideBySide(tree, tuple(map(taken, self.each("empty"), self.trees(tree))))
+        return ProductPopulation(tree, tuple(map(taken, self.each("empty"), self.trees(tree))))
 
-    def fresh(self, tree: Integers, rng: np.random.Generator) -> SideBySide:
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> ProductPopulation:
         """First individuals with the given structures."""
-        return SideBySide(tree, self.each("fresh", self.trees(tree), shared=(rng,)))
+        return ProductPopulation(tree, self.each("fresh", self.trees(tree), shared=(rng,)))
 
-    def mutated(self, population: SideBySide, step: Floats, rng: np.random.Generator) -> SideBySide:
+    def mutated(
+        self, population: ProductPopulation, step: Floats, rng: np.random.Generator
+    ) -> ProductPopulation:
         """The individuals changed by relative steps (n,)."""
         parts = self.each("mutated", population.parts, shared=(step, rng))
         return population._replace(parts=parts)
 
-    def blended(self, one: SideBySide, other: SideBySide, share: Floats) -> SideBySide:
+    def blended(
+        self, one: ProductPopulation, other: ProductPopulation, share: Floats
+    ) -> ProductPopulation:
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
         return one._replace(parts=self.each("blended", one.parts, other.parts, shared=(share,)))
 
-    def nudged(self, population: SideBySide, rng: np.random.Generator) -> SideBySide:
+    def nudged(self, population: ProductPopulation, rng: np.random.Generator) -> ProductPopulation:
         """Every part with a number a millionth off."""
         return population._replace(parts=self.each("nudged", population.parts, shared=(rng,)))
 
-    def gains(self, population: SideBySide) -> Gains:
+    def gains(self, population: ProductPopulation) -> Gains:
         """The gains of each part."""
         return self.each("gains", population.parts)
 
@@ -110,7 +114,7 @@ def _together(each: Sequence[Stages]) -> Stages:
     return tuple((x, any(compete for _, compete in y)) for x, y in zip(shares, now, strict=True))
 
 
-class AroundGenome(BesideGenome):
+class WrapperGenome(ProductGenome):
     """Of a controller around others: its parts are what is ``inner``, and numbers of its own."""
 
     def __init__(self, settings: Any, target: Target, outer: Genome):

@@ -14,7 +14,7 @@ from jax import lax
 from jaxtyping import Array, PyTree
 
 from hfc_design.core.numbers import Integers
-from hfc_design.objectives.objective import Left
+from hfc_design.objectives.objective import Remaining
 from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.stepping import Inputs, judged, stepping, trailing
 
@@ -60,7 +60,7 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
 
         chunks = (alive + chunk - 1) // chunk
         carry, simulated = lax.fori_loop(0, chunks, step, (carry, simulated))
-        left = Left(steps - end, counted[steps] - counted[end])
+        left = Remaining(steps - end, counted[steps] - counted[end])
         upper_bound = loop.judge.best(carry[1].sums, left)
         # What is no number any more is lost as well, and has failed.
         now = ~lost & (end < steps) & ~(upper_bound >= needed)
@@ -69,7 +69,7 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
         order = jnp.argsort(lost, stable=True).astype(order.dtype)
         return carry, order, jnp.sum(~lost, dtype=alive.dtype), lost, best, simulated
 
-    here, copy_start = jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside))
+    here, copy_start = jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.copy_start))
     start = (
         started(here, copy_start),
         jnp.arange(count, dtype=jnp.int32),

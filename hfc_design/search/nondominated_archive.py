@@ -57,7 +57,7 @@ def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
     return np.argsort(place, kind="stable")
 
 
-def taken_in(front: Front, children: Judged, most: int) -> Front:
+def insert(front: Front, children: Judged, most: int) -> Front:
     """The front with what belongs there of the children, at most so many."""
     new = chosen(children, np.flatnonzero(children.violation == 0.0))
     merged = both(front, Front(new.population, new.score, new.costs, new.step))

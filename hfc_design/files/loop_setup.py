@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
-from hfc_design.core.carried import carrier, gathered
-from hfc_design.core.dotted import Changes, changed, set_keys
+from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import SCALARS, Gains
+from hfc_design.core.overrides import Changes, overridden, set_keys
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign, Design, Limits, changed_design, named_design, naming
@@ -67,7 +67,7 @@ def _with_axes(design: Design, source: str) -> Design:
     for axis in design.limits.axes:
         if axis not in known:
             hint = f"the machine has {', '.join(known)}; plant.axes names others"
-            raise UserError(f"{source}: limits.axes.{axis}: there is no such axis, {hint}")
+            raise UserError(f"{source}: limits.axes.{axis}: unknown axis, {hint}")
     axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
     return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
 
@@ -75,7 +75,7 @@ def _with_axes(design: Design, source: str) -> Design:
 def _gathered(design: Design, source: Path) -> Design:
     """The design with the files of its scenario that lie beside it or in its run folder."""
     folder = source if source.is_dir() else source.parent
-    scenario_data = gathered(design.provenance.get("scenario"), folder, carrier())
+    scenario_data = embedded(design.provenance.get("scenario"), folder, embedder())
     if scenario_data == design.provenance.get("scenario"):
         return design
     return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario_data}})
@@ -97,13 +97,16 @@ def check_laws(design: Design, machine: Machine) -> None:
             read = kind.reads(record) if kind.reads else known
             for name in read:
                 if name not in known:
-                    why = f"no signal of the plant {drive.name!r}; there is {', '.join(known)}"
+                    why = (
+                        f"which is not a signal of the plant {drive.name!r}; available: "
+                        f"{', '.join(known)}"
+                    )
                     raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
             law, gains = kind.law(record, part.limits.of(axis).command), record.law_gains()
             try:
                 law.step(SCALARS, gains, law.begun(SCALARS, 0.0, gains), dict.fromkeys(read, SMALL))
             except KeyError as error:
-                why = "which its reads does not name" if kind.reads else "which no signal is called"
+                why = "which its reads does not list" if kind.reads else "which is not a signal"
                 raise UserError(f"{subject} law reads {error}, {why}") from error
 
 
@@ -119,18 +122,18 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
         return _on_plant(design, own_scenario(design, name), plant, values)
     data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
     if data is None:
-        raise UserError(f"{name}: names no scenario; give one with --scenario")
+        raise UserError(f"{name}: has no scenario; give one with --scenario")
     if isinstance(data, str):
         return load_scenario(data, values)
     source, path = f"{name}: provenance.scenario", Path(name)
     if not isinstance(data, dict):
-        raise UserError(f"{source}: has to be a name or a scenario")
+        raise UserError(f"{source}: must be the name of a scenario or a scenario")
     search: Any = data.get("search")
     if isinstance(search, dict) and search.get("preset") not in [None, *STRATEGIES.names()]:
         # Nothing is searched here: nobody has to have the strategy that found the design.
         data = {key: part for key, part in data.items() if key != "search"}
     with naming(design.provenance):
-        return scenario_of(changed(data, values), source, path if path.is_dir() else path.parent)
+        return scenario_of(overridden(data, values), source, path if path.is_dir() else path.parent)
 
 
 def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -> Scenario:
@@ -218,7 +221,7 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
     try:
         made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
     except ValueError:  # of a plug-in that is not here
-        raise UserError(f"{head}: no plant {plant_name} is known here") from None
+        raise UserError(f"{head}: unknown plant {plant_name}") from None
     parts, drives = design.by_axis(), dict(zip(made.axes, made.drives, strict=True))
     if "" not in parts and {*parts} != {*machine.axes}:
         mismatch = f"axes must be {', '.join(parts)} (got {', '.join(machine.axes)})"
@@ -297,9 +300,9 @@ def check_drives(design: Design, scenario: Scenario) -> None:
         if change:
             rate = scenario.limits.of(axis).command_rate
             raise UserError(
-                f"scenario {scenario.name}: limits.command_rate = {rate}: the drive is slower than "
-                f"design {design.name} commands, and there is no such drive in a simulated loop; "
-                "give the design that limit"
+                f"scenario {scenario.name}: limits.command_rate = {rate}: is slower than "
+                f"the limit of design {design.name}, which a simulated loop cannot "
+                "represent; give the design that limit"
             )
 
 

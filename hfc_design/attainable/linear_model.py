@@ -20,7 +20,7 @@ from plants.c_axis import CAxisParameters, CAxisState, coefficients
 STATES, ANGLE, MOMENTUM = 5, 3, 4
 
 
-class Freed(NamedTuple):
+class LinearModel(NamedTuple):
     """``dx/dt = a x + voltage v + bristle z + load T``, all in SI units."""
 
     a: Floats  # (5, 5)
@@ -48,7 +48,7 @@ class Sampled(NamedTuple):
     time: float  # [s]
 
 
-def freed(parameters: CAxisParameters) -> Freed:
+def linear_model(parameters: CAxisParameters) -> LinearModel:
     """The linear part of the C-axis (LL eq. 2), bristles as an input."""
     c = coefficients(parameters)
     friction, inertia = c.friction, parameters.spindle_inertia
@@ -65,7 +65,7 @@ def freed(parameters: CAxisParameters) -> Freed:
     a[MOMENTUM, MOMENTUM] = -friction.viscous * slope
     shared = friction.bristle_damping * slope  # velocity = slope p - shared z
     bristle = [0, 0, 0, -shared, friction.viscous * shared - friction.bristle_stiffness]
-    return Freed(
+    return LinearModel(
         a=a,
         voltage=np.array([c.inverse_inductance, 0.0, 0.0, 0.0, 0.0]),
         bristle=np.array(bristle),
@@ -79,7 +79,7 @@ def freed(parameters: CAxisParameters) -> Freed:
     )
 
 
-def sampled(machine: Freed, time: float) -> Sampled:
+def sampled(machine: LinearModel, time: float) -> Sampled:
     """Exact over ``time`` [s]: one matrix exponential of state and held inputs."""
     whole = np.zeros((STATES + 2, STATES + 2))
     whole[:STATES] = np.column_stack([machine.a, machine.voltage, machine.bristle])
@@ -87,7 +87,7 @@ def sampled(machine: Freed, time: float) -> Sampled:
     return Sampled(transition[:, :STATES], transition[:, STATES], transition[:, STATES + 1], time)
 
 
-def undriven(machine: Freed, samples: Samples, substeps: int, start: CAxisState) -> Floats:
+def undriven(machine: LinearModel, samples: Samples, substeps: int, start: CAxisState) -> Floats:
     """(steps, 5) the state at every sample without voltage and bristles, under the load alone.
 
     Within a substep the load is the parabola through the three values that the integrator takes.

@@ -3,7 +3,7 @@
 On every machine
 
 - the motion is finite,
-- a copy that began a little off ends on the same motion (``measures.unsettled``): no limit cycle,
+- a copy that began a little off ends on the same motion (``unsettled.py``): no limit cycle,
   nothing that grows,
 - no drive stands at a limit of its command for more than a tenth of the last quarter,
 - the error of the last quarter is within ``MULTIPLE`` times that of the nominal machine or within
@@ -19,37 +19,41 @@ import numpy as np
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.metric import Metric
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.closed_loop import Loop
 
-#: What is to be measured of a loop, in the order in which ``faults`` has it.
-STABILITY = tuple(MEASURES[name] for name in ("unsettled", "limit_share", "late_error"))
+#: What is to be measured of a loop, in the order in which ``instabilities`` has it.
+STABILITY = tuple(RUNNING[name] for name in ("unsettled", "limit_share", "late_error"))
 #: Largest share of a small disturbance of the start that may still move in the end.
 UNSETTLED = 0.3
 #: A drive that stands at a limit for a larger share of the last quarter no longer controls.
 LIMITED = 0.1
 MULTIPLE = 3.0
 TOLERANCE = 0.05
-#: The reasons of ``faults`` for a reader who knows only their names.
+#: The reasons of ``instabilities`` for a reader who knows only their names.
 EXPLAINED = {
-    "diverges": "The motion grows beyond all numbers.",
-    "stays at a limit": "In the last quarter of the motion the command stands at a limit of the "
-    f"drive for more than {100 * LIMITED:g} % of the time, so that it controls nothing.",
-    "oscillates": "A copy that begins a little off does not return to the same motion: in the end "
-    f"more than {100 * UNSETTLED:g} % of the disturbance is left, as of a limit cycle.",
+    "diverges": "The motion grows without bound.",
+    "stays at a limit": "In the last quarter of the motion the command is at a limit of the "
+    f"drive for more than {100 * LIMITED:g} % of the time, so the loop is "
+    "not controlled.",
+    "oscillates": "A copy with a slightly different initial state does not return to the "
+    f"same motion: at the end more than {100 * UNSETTLED:g} % of the "
+    "disturbance is left, as in a limit cycle.",
     "is far off": f"In the last quarter the error is more than {MULTIPLE:g} times that of the "
-    "nominal machine and beyond the scenario’s constraint on late_error, without one beyond "
-    f"{100 * TOLERANCE:g} % of the largest reference; or it is larger than the reference itself.",
+    "nominal machine and above the scenario’s constraint on late_error "
+    f"(without one, above {100 * TOLERANCE:g} % of the largest reference), or "
+    "it is larger than the reference itself.",
 }
 
 
-def measuring(loop: Loop, measures: Iterable[Measure] = ()) -> Loop:
-    """The loop with its ``measures`` and what ``faults`` needs measured after everything."""
+def measuring(loop: Loop, measures: Iterable[Metric] = ()) -> Loop:
+    """The loop with its ``measures`` and what ``instabilities`` needs measured after everything."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
 
 
-def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
+def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
     """Why machines are not stable, in words -> (machines, motions) of which ones that is so.
 
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
@@ -79,7 +83,7 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
     }
 
 
-def reasons_told(reasons: Mapping[str, int]) -> str:
+def reasons_text(reasons: Mapping[str, int]) -> str:
     """How many machines there are for each reason, the most frequent first; "" of none."""
     ranked = sorted(reasons.items(), key=lambda item: -item[1])
     return ", ".join(counted(count, why) for why, count in ranked)
@@ -100,5 +104,5 @@ def _largest_reference(motion: Scenario) -> float:
 
 def _tolerance(motion: Scenario, largest: float) -> float:
     bounds = constraints_on(motion.constraints, motion.units)
-    late_bounds = [bound.most for bound in bounds if bound.measure.name == "late_error"]
+    late_bounds = [bound.most for bound in bounds if bound.metric.name == "late_error"]
     return late_bounds[0] if late_bounds else TOLERANCE * largest

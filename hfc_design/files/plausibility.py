@@ -9,16 +9,16 @@ from math import sqrt
 
 import numpy as np
 
-from hfc_design.files.following import reference_of
+from hfc_design.files.feasibility import reference_of
 from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.gcode import notes, text_of
 from hfc_design.motion.references import Trapezoidal
 from hfc_design.motion.trajectories import GCode, Trajectory
-from hfc_design.objectives.measures import SWING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
+from hfc_design.objectives.unsettled import SWING
 
-#: Whether a motion settles is judged by each half of its last quarter (``measures.unsettled``),
+#: Whether a motion settles is judged by each half of its last quarter (``objectives.unsettled``),
 #: where what swings within SWING samples has to be seen.
 LEAST_SAMPLES = int(8 * SWING)
 #: Standard deviation of what rounding to whole steps is off by, of a step.
@@ -27,7 +27,7 @@ ROUNDING = 1.0 / sqrt(12.0)
 LONGER = 1.02
 
 
-def doubts(scenario: Scenario) -> list[str]:
+def plausibility_warnings(scenario: Scenario) -> list[str]:
     """A line each, with the key and its value; no line of a scenario that makes sense."""
     warnings = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():
@@ -46,8 +46,8 @@ def _sampled(scenario: Scenario) -> Iterator[str]:
             and 2.0 * sensor.observer_hz * every > 1.0
         ):
             yield (
-                f"sensors.{head}observer_hz = {sensor.observer_hz:g} [Hz]: is beyond half the "
-                f"sampling rate, {0.5 / every:g} Hz; there an observer filters nothing"
+                f"sensors.{head}observer_hz = {sensor.observer_hz:g} [Hz]: is above half "
+                f"the sampling rate, {0.5 / every:g} Hz, where an observer filters nothing"
             )
 
 
@@ -62,9 +62,9 @@ def _read(scenario: Scenario) -> Iterator[str]:
         if ROUNDING * step > most:
             unit = scenario.units.signals["error"]
             yield (
-                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: rounding alone makes an "
-                f"error of {ROUNDING * step:.2g} {unit} rms, where fitness.tolerances.{name} is "
-                f"{most:g} {unit}"
+                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: rounding alone "
+                f"causes an error of {ROUNDING * step:.2g} {unit} rms; "
+                f"fitness.tolerances.{name} is {most:g} {unit}"
             )
 
 
@@ -79,19 +79,21 @@ def _timed(motion: Scenario) -> Iterator[str]:
     after, path = motion.fitness.settled_after_s, motion.path
     if steps < LEAST_SAMPLES:
         yield (
-            f"simulation: {ends:g} s in samples of {motion.simulation.sample_time_s:g} s are "
-            f"{steps} samples; below {LEAST_SAMPLES} nobody can tell whether a loop settles"
+            f"simulation: {ends:g} s in samples of {motion.simulation.sample_time_s:g} s "
+            f"are {steps} samples; with fewer than {LEAST_SAMPLES} it cannot be judged "
+            "whether a loop settles"
         )
     if after >= ends and after != type(motion.fitness).model_fields["settled_after_s"].default:
         yield (
-            f"fitness.settled_after_s = {after:g} [s]: the motion has ended by then, after "
-            f"{ends:g} s; the whole of it counts as settled"
+            f"fitness.settled_after_s = {after:g} [s]: the motion ends before, after "
+            f"{ends:g} s; all of it counts as settled"
         )
     takes = path.duration_s if path is not None else _longest(motion)
     if takes > LONGER * ends:
         yield (
-            f"the simulation ends after {ends:g} s of a {'move' if path is None else 'path'} of "
-            f"{takes:.4g} s; what comes then is not in these numbers"
+            f"the simulation ends after {ends:g} s of a "
+            f"{'move' if path is None else 'path'} of {takes:.4g} s; what follows is not "
+            "in these numbers"
         )
 
 
@@ -114,7 +116,7 @@ def _coarse(motion: Scenario) -> Iterator[str]:
             unit = one.drive.units["error"]
             yield (
                 f"sensors.{head}encoder_resolution = {step:g} [{unit}]: the axis moves by "
-                f"{way:.4g} {unit} in all, {way / step:.3g} such steps"
+                f"{way:.4g} {unit} in total, only {way / step:.3g} such steps"
             )
 
 

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.arguments import wanted
+from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.kept import dotted, states_machine
 from hfc_design.files.labels import run_label
+from hfc_design.files.loop_setup import load_design, machine
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design, machine
 from hfc_design.files.scenario import Scenario
+from hfc_design.files.transfer import dotted, states_machine
 
 #: Several designs, or designs by the names that they are to have.
 AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
@@ -37,11 +37,11 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     several = isinstance(designs, Sequence) and not isinstance(designs, str)
     given: Sequence[AnyDesign] = [*designs] if several else [designs]  # type: ignore[list-item]
     for one in given:
-        wanted(one, (str, Path, Design), "design, nor the name of one")
+        check_type(one, (str, Path, Design), "a design or the name of one")
     for k, one in enumerate(given):
         if any(_same(one, other) for other in given[:k]):
             name = one.name if isinstance(one, Design) else one
-            raise UserError(f"{name}: stands there twice; it does what it does")
+            raise UserError(f"{name}: is listed twice")
     loaded = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
     labels = ["" if isinstance(one, Design) else run_label(one) for one in given]
@@ -83,13 +83,13 @@ def _same(one: AnyDesign, other: AnyDesign) -> bool:
 def _no_kind(one: AnyDesign) -> AnyDesign:
     if isinstance(one, str) and one in KINDS.names() and not exists(one):
         raise UserError(
-            f"{one}: is a kind of controller, of which a design has to be made first, as by "
-            f"hfc design SCENARIO --controller {one} --out runs/mine; then compare runs/mine"
+            f"{one}: is a kind of controller, not a design; make one with hfc design "
+            f"SCENARIO --controller {one} --out runs/mine and then compare runs/mine"
         )
     return one
 
 
-def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
+def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
     """The scenario with the whole machine of the first design, and what it sets laid over that.
 
     Raises:
@@ -108,12 +108,12 @@ def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
 
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
-    """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
+    """What a design keeps for itself, and was made with and does not have ``shared_machine``."""
     limits = {"command": shared.units.signals["command"]}
     here = dotted(shared.limits.model_dump())
     design_limits = dotted(design.limits.model_dump(exclude_none=True))
     if changed := _changed(design_limits, {key: here.get(key) for key in design_limits}, limits):
-        yield f"the controller keeps to its own limits: {changed}"
+        yield f"the controller applies its own limits: {changed}"
     if design.plant.name != shared.plant.name:
         yield f"made for the plant {design.plant.name}, here {shared.plant.name}"
     other = _machines(machine(design, scenario), shared.plant, "here")
@@ -123,7 +123,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(original, str):
             original = load_scenario(original).model_dump(mode="json")
-        whose = {"limits": "a drive of other limits", "sensors": "other sensors"}
+        whose = {"limits": "other drive limits", "sensors": "other sensors"}
         for key, named in whose.items() if isinstance(original, dict) else ():
             part = getattr(shared, key)
             was = type(part).model_validate(original.get(key) or {})

@@ -11,7 +11,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalSettings, lay
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 
-def along(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats) -> Floats:
+def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats) -> Floats:
     """Tables (n, units, 7, 7) that make ``slopes`` (n, inputs) of the scaled inputs of n trees.
 
     ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) the consequents that pass on
@@ -36,7 +36,7 @@ def along(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats
     return tables
 
 
-def passing(settings: HierarchicalSettings) -> Floats:
+def passthrough(settings: HierarchicalSettings) -> Floats:
     """(7,) consequents of which a unit makes the value that it reads, as nearly as seven can."""
     u = np.linspace(-1.0, 1.0, 401)
     shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))

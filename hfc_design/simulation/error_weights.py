@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.packing import Code, joined, separate
+from hfc_design.simulation.flattening import Code, joined, separate
 
 Steps = Float[Array | np.ndarray, " steps"]
 

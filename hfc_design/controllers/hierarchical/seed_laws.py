@@ -6,13 +6,13 @@ It is no kind of controller: its handful of numbers is searched in seconds, then
 along trees as tables (``planes``), from which a search of those goes on.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, PerAxis, Signals
 from hfc_design.controllers.hierarchical.law import PREVIOUS
-from hfc_design.controllers.hierarchical.planes import along, passing
+from hfc_design.controllers.hierarchical.linear_tables import linear_chain, passthrough
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.law import ERRORS
 from hfc_design.controllers.linear.lq_genome import LqGenome
@@ -20,9 +20,6 @@ from hfc_design.controllers.linear.record import LqrSettings
 from hfc_design.core.numbers import Floats, Integers, Memory, Scalar, Xp, clipped, total
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
-
-if TYPE_CHECKING:
-    from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
 
 #: Sums of the slopes of an inner unit, in shares of its largest consequent: of first tables, and
 #: the ends. Its output is not clamped, but the terms of the unit that reads it end at 1: a large
@@ -68,15 +65,15 @@ class Structure(NamedTuple):
     largest: float
 
 
-class LinearLaws:
+class SeedLaws:
     """What a search can do with ``Laws``.
 
     Raises:
         UserError: the drive cannot be linearised, or no regulator of it was found.
     """
 
-    def __init__(self, genome: "HierarchicalGenome"):
-        self.genome = genome
+    def __init__(self, genome: Any):
+        self.genome = genome  # a ``HierarchicalGenome``, which lays them down
         target = genome.target
         model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
         seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
@@ -153,8 +150,8 @@ class LinearLaws:
         wide, inner_range = between(rng, UNIVERSE, count), rng.choice(REACH, count)
         return np.column_stack([points, np.log(wide), np.log(inner_range)])
 
-    def laid(self, points: Floats, tree: Integers, sizes: Floats) -> "Hierarchies":
-        """Laws along trees, by tables.
+    def laid(self, points: Floats, tree: Integers, sizes: Floats) -> Any:
+        """``Hierarchies``: laws along trees, by tables.
 
         The last two of the coordinates ``points`` (n, size + 2) are logarithms: of the universes in
         shares of ``sizes`` (inputs,), the largest magnitudes of the inputs where such a law is at
@@ -183,18 +180,18 @@ class LinearLaws:
         inner_range = genome.bounds.inner_limit * np.clip(inner_range, *ENDS)[:, None]
         output = genome.settings.output_scale
         sources = genome.sources[tree].astype(int)
-        level = np.repeat(inner_range, genome.units, axis=1), passing(genome.settings)
-        tables = along(sources, slopes / scales / output, *level)
+        level = np.repeat(inner_range, genome.units, axis=1), passthrough(genome.settings)
+        tables = linear_chain(sources, slopes / scales / output, *level)
         tables[:, -1] += (constant / output)[:, None, None]
         gains = np.maximum(np.stack([kp, kd], axis=1), TINY)
         limited = np.clip(tables, -genome.limit, genome.limit)
         return type(genome.empty())(tree, gains, scales, limited)
 
 
-def laws_for(genome: "HierarchicalGenome") -> LinearLaws | None:
+def laws_for(genome: Any) -> SeedLaws | None:
     """Laws for the nominal drive; None where it has none."""
     try:
-        return LinearLaws(genome)
+        return SeedLaws(genome)
     except UserError:
         return None
 

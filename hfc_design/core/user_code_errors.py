@@ -13,8 +13,8 @@ from pydantic import ValidationError
 #: Packages in which a user's mistake ends, and is not made.
 OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
 _WRITE = (
-    "write jnp.sin for math.sin or np.sin (alike every function), jnp.asarray for float; "
-    "a float of an AxisLaw that Python needs is hfc.Constant"
+    "write jnp.sin for math.sin or np.sin (likewise all functions), jnp.asarray for "
+    "float; annotate a float of an AxisLaw that Python needs as hfc.Constant"
 )
 #: What to write where JAX says that code needs a number and there is none yet.
 INSTEAD = {
@@ -33,7 +33,7 @@ _CARRIED = re.compile(
 )
 
 
-def raised(error: Exception) -> str:
+def describe(error: Exception) -> str:
     """Kind, place in the user's file and first line of an error; of a record's all lines.
 
     Where it is known what to write instead, the place and that come first.
@@ -54,7 +54,7 @@ def _carried(message: str) -> str:
     if not match:
         return ""
     before, after = map(_in_a_word, match.groups())
-    head = "what one sample hands to the next has to stay of one kind, each number a float"
+    head = "the values carried from sample to sample must keep their type, each number a float"
     return f"{head}: {before} became {after}"
 
 

@@ -6,24 +6,24 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from hfc_design.core.carried import AnyFile, content_of
+from hfc_design.core.embedded_files import AnyFile, content_of
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import LARGEST_TABLE
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import machine, with_converter
 from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import load_scenario, with_files
-from hfc_design.files.pairing import machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
-HEAD = "Of what it was made with, the design keeps here:"
+HEAD = "The design keeps from the scenario it was made with:"
 #: A file of rules tells neither machine nor limits; the import takes those of its plant.
-IMPORTED = "Its file says nothing of a machine; of what the import assumed, it keeps here:"
-KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
+IMPORTED = "The file names no machine; the design keeps from the import's assumptions:"
+KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was made with"
 
 
-def kept(design: Design, scenario: Scenario) -> list[str]:
+def transfer_report(design: Design, scenario: Scenario) -> list[str]:
     """Lines on machine, limits, sensors and load: what is the design's, and what the scenario's.
 
     Raises:
@@ -32,8 +32,8 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
     descriptions = {
         "machine": _machine(design, scenario),
         "limits": _limits(design, scenario),
-        "sensors": _told(design, scenario, "sensors"),
-        "load": _told(design, scenario, "load"),
+        "sensors": _text(design, scenario, "sensors"),
+        "load": _text(design, scenario, "load"),
     }
     imported = str(design.provenance.get("source", "")).startswith("imported from")
     head = IMPORTED if imported else HEAD
@@ -52,7 +52,7 @@ def _machine(design: Design, scenario: Scenario) -> str:
     if design_values != here and not states_machine(design):
         return UNKNOWN
     if changes := _changes(design_values, here):
-        return f"{KEPT}, but for {', '.join(changes)}"
+        return f"{KEPT}, except {', '.join(changes)}"
     differ = (key for key, x in here.items() if x != alone[key])
     retained = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
     return f"{KEPT}: {', '.join(retained)}" if retained else KEPT
@@ -91,12 +91,12 @@ def _limits(design: Design, scenario: Scenario) -> str:
     if not parts:
         return KEPT
     inside = (
-        f"kept by the controller ({', '.join(controller_limits)}); " if controller_limits else ""
+        f"applied by the controller ({', '.join(controller_limits)}); " if controller_limits else ""
     )
     return f"{inside}the drive here has {', '.join(parts)}"
 
 
-def _told(design: Design, scenario: Scenario, key: str) -> str:
+def _text(design: Design, scenario: Scenario, key: str) -> str:
     """Sensors or load, which are the scenario's."""
     made: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited

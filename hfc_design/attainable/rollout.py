@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from hfc_design.attainable.programme import Linear
+from hfc_design.attainable.linear_program import Linear
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.files.scenario import Scenario
@@ -22,7 +22,7 @@ from plants.c_axis import CAxisState
 ANGLE = CAxisState._fields.index("spindle_angle")
 
 
-class Player(NamedTuple):
+class Rollout(NamedTuple):
     """What happens to the machine beside the voltage."""
 
     machine: Machine
@@ -33,7 +33,7 @@ class Player(NamedTuple):
     samples: Samples
 
 
-class Played(NamedTuple):
+class RolledOut(NamedTuple):
     """A motion, in float64."""
 
     voltage: Floats  # (steps,) that acted [V]
@@ -41,11 +41,11 @@ class Played(NamedTuple):
     error: Floats  # (steps,) [rad]
 
 
-def player(scenario: Scenario) -> Player:
+def rollout_of(scenario: Scenario) -> Rollout:
     """That of the nominal machine of a ``scenario`` of one motion."""
     plant, axis = scenario.plant, scenario.plant.machine.axes[0]
     limits = scenario.limits.of(axis)
-    return Player(
+    return Rollout(
         plant.machine,
         scenario.simulation.substeps,
         largest_command(limits),
@@ -55,7 +55,9 @@ def player(scenario: Scenario) -> Player:
     )
 
 
-def played(one: Player, voltage: Floats, feedback: tuple[Floats, Floats] | None = None) -> Played:
+def rolled_out(
+    one: Rollout, voltage: Floats, feedback: tuple[Floats, Floats] | None = None
+) -> RolledOut:
     """The first samples of the motion, under ``voltage`` (samples,) [V].
 
     It may be held by ``feedback`` to places (samples, 6) by gains (samples, 6): less the gain times
@@ -71,10 +73,10 @@ def played(one: Player, voltage: Floats, feedback: tuple[Floats, Floats] | None 
         outputs = _played(how, converter, one.fixed, clock, start, loads, voltage, near, gain)
     voltages, states = (np.asarray(x) for x in outputs)
     target = np.asarray(one.samples.axes[0].target)[:steps]
-    return Played(voltages, states, target - states[:, ANGLE])
+    return RolledOut(voltages, states, target - states[:, ANGLE])
 
 
-def answers(one: Player, voltage: Floats, states: Floats) -> Linear:
+def answers(one: Rollout, voltage: Floats, states: Floats) -> Linear:
     """What small changes of voltage (samples,) and states (samples, 6) make of the next state."""
     devices.configure()
     loads = np.asarray(one.samples.axes[0].loads).T[: len(voltage)]

@@ -28,9 +28,7 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
     for change in _texts(changes, option):
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
-            raise UserError(
-                f"{option} {change}: has to look like KEY=VALUE, as in {EXAMPLES[option]}"
-            )
+            raise UserError(f"{option} {change}: must be KEY=VALUE, as in {EXAMPLES[option]}")
         try:
             parsed = toml_of(f"value = {text}")
         except ValueError:
@@ -48,7 +46,7 @@ def _from_here(key: str, value: Plain) -> Plain:
     return abspath(value) if named else value
 
 
-def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
+def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
     """``data`` with the values of dotted keys; ``option`` stands in the messages.
 
     In a list a part of a key is the number of an entry, counted from 0.
@@ -81,8 +79,8 @@ def _texts(changes: Iterable[str], option: str) -> list[str]:
     for one in texts:
         if not isinstance(one, str):
             raise UserError(
-                f"changes have to be texts as in {EXAMPLES[option]!r}, or a mapping of dotted keys "
-                f"to values, not {one!r}"
+                f"changes must be strings as in {EXAMPLES[option]!r}, or a mapping of "
+                f"dotted keys to values (got {one!r})"
             )
     return texts
 
@@ -105,7 +103,9 @@ def _entry(place: list[Plain], part: str, argument: str) -> int:
     """The entry of a list that a part of a key names."""
     if not (part.isascii() and part.isdigit() and int(part) < len(place)):
         entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
-        raise UserError(f"{argument}: {part!r} names no entry of a list, which has {entries}")
+        raise UserError(
+            f"{argument}: {part!r} must be the number of an entry, the list has {entries}"
+        )
     return int(part)
 
 

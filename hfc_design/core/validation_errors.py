@@ -10,6 +10,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
+from hfc_design.core.quantities import without_unit
 from hfc_design.core.wording import Keys, near, one_of, rule
 
 #: Lines on one file; the others are counted.
@@ -18,7 +19,7 @@ MOST = 100
 DEEP, _DOT = 64, re.compile(r"\.")
 #: What pydantic can make an error of; others are made up by whoever found them.
 KINDS = frozenset(get_args(ErrorType))
-NO_SUCH, MEANT = "there is no such key", "did you mean"
+NO_SUCH, MEANT = "unknown key", "did you mean"
 NO_KEYS = Keys()
 Place = tuple[int | str, ...]
 
@@ -49,14 +50,14 @@ def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError
 
     mine = 0  # of so many, looking for what each may mean takes minutes
 
-    def told(kind: str, place: Place) -> Exception | None:
+    def with_key(kind: str, place: Place) -> Exception | None:
         nonlocal mine
         if kind != "extra_forbidden" or len(place) != 1:
             return None
         mine += 1
         return no_such_key(model, str(place[0])) if mine <= MOST else NoSuchKey(NO_SUCH)
 
-    return _again(error, (), told)
+    return _again(error, (), with_key)
 
 
 def inside(error: ValidationError, *place: int | str) -> ValidationError:
@@ -64,7 +65,7 @@ def inside(error: ValidationError, *place: int | str) -> ValidationError:
     return _again(error, place, lambda kind, place: None)
 
 
-def beside(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
+def with_lines(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
     """The same error of a table with further faults, ``lines`` that begin with keys in it."""
     details = [] if error is None else _details(error, (), lambda kind, place: None)
     details += [
@@ -96,7 +97,7 @@ def _details(
     return details
 
 
-def explained(
+def format_errors(
     error: ValidationError, data: Plain, again: Callable[[Plain], Any], keys: Keys = NO_KEYS
 ) -> list[str]:
     """Every fault of ``data`` in a line, those that are missing together and first.
@@ -110,7 +111,7 @@ def explained(
             missing.append(_place(one["loc"], data, True)[0])
             continue
         if len(faults) <= MOST:
-            key, line = _told(one, data, again, keys)
+            key, line = _text(one, data, again, keys)
         else:
             key = line = _place(one["loc"], data, False)[0]
         faults.setdefault(key, []).append(line)
@@ -122,14 +123,14 @@ def explained(
     shown = {key: messages for key, messages in faults.items() if key not in around}
     lines += [_either(messages) for messages in [*shown.values()][:MOST]]
     if rest := [*shown][MOST:]:
-        lines.append(f"and {len(rest)} more keys with faults, from {rest[0]} on")
+        lines.append(f"and {len(rest)} more keys with errors, starting with {rest[0]}")
     return lines
 
 
 def _either(messages: list[str]) -> str:
     """One line of several rules for one value: any of them would do."""
     first, *others = dict.fromkeys(messages)
-    head, rule, _ = first.partition(": has to be ")
+    head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
     return (
         " or ".join([first, *(x.removeprefix(head + rule) for x in others)])
@@ -138,7 +139,7 @@ def _either(messages: list[str]) -> str:
     )
 
 
-def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
+def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
     """The dotted key of an error, and its line."""
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
@@ -159,8 +160,6 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
     else:
         message = rule(kind, context, keys.unit(key))
         if kind == "float_parsing":
-            from hfc_design.core.quantities import without_unit  # which has records in it
-
             message += without_unit(value, keys.unit(key))
         if kind == "literal_error" and isinstance(value, str):
             names = [
@@ -174,7 +173,7 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
 def _there(key: str, keys: Keys) -> str:
     """That there is no such key, and what has it or a key with the same end."""
     if other := keys.whose(key):
-        return f"{NO_SUCH} here, but with {other};"
+        return f"{NO_SUCH} here, it belongs to {other};"
     end = key.rpartition(".")[2]
     ends = [one for one in keys.every() if one.endswith(f".{end}")]
     return f"{NO_SUCH}; {MEANT} {' or '.join(ends[:2])}?" if ends else f"{NO_SUCH};"
@@ -189,7 +188,8 @@ def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -
         known = [name.strip("' ") for name in context["expected_tags"].split(",")]
         return (
             kind_key,
-            f"{kind_key} = {short(context['tag'])}: is no {which}; {one_of(context['tag'], known)}",
+            f"{kind_key} = {short(context['tag'])}: unknown {which}; "
+            f"{one_of(context['tag'], known)}",
         )
     known = _kinds(error["loc"], data, which, again)
     return kind_key, f"{kind_key}: is missing; {one_of('', known)}"

@@ -18,7 +18,7 @@ from hfc_design.core.texts import LARGEST, LARGEST_TABLE, MEGABYTE, content
 ROOM = LARGEST * MEGABYTE * 2 // 5
 
 
-class Carried(Record):
+class EmbeddedFile(Record):
     """A file within another; without ``text`` it lies beside that one, and is known by its hash."""
 
     name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]  # of the file
@@ -26,9 +26,9 @@ class Carried(Record):
     text: str | None = None  # what it holds; left out: it lies beside, with this hash
 
     @model_validator(mode="after")
-    def _is_whole(self) -> "Carried":
+    def _is_whole(self) -> "EmbeddedFile":
         if self.text is not None and sha256(self.read_bytes()).hexdigest() != self.sha256:
-            raise ValueError("sha256: is not that of the text, which somebody has changed")
+            raise ValueError("sha256: does not match the text, which was changed")
         return self
 
     def __str__(self) -> str:
@@ -44,17 +44,17 @@ class Carried(Record):
         return (self.text or "").encode()
 
 
-AnyFile: TypeAlias = Path | Carried
+AnyFile: TypeAlias = Path | EmbeddedFile
 #: How a user writes one, and how a design does.
 WRITTEN = Annotated[
-    Annotated[Path, Tag("path")] | Annotated[Carried, Tag("carried")],
-    Discriminator(lambda one: "carried" if isinstance(one, dict | Carried) else "path"),
+    Annotated[Path, Tag("path")] | Annotated[EmbeddedFile, Tag("carried")],
+    Discriminator(lambda one: "carried" if isinstance(one, dict | EmbeddedFile) else "path"),
 ]
 
 
 def content_of(file: AnyFile, largest: int = LARGEST) -> bytes:
     """What a file holds; ValueError as ``texts.content``."""
-    return file.read_bytes() if isinstance(file, Carried) else content(file, largest)
+    return file.read_bytes() if isinstance(file, EmbeddedFile) else content(file, largest)
 
 
 def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
@@ -63,41 +63,41 @@ def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
     ``read`` raises ValueError where that cannot be done.
     """
 
-    def found(file: AnyFile, info: ValidationInfo) -> AnyFile:
-        if not isinstance(file, Carried):
-            return beside(file, info)
+    def located(file: AnyFile, info: ValidationInfo) -> AnyFile:
+        if not isinstance(file, EmbeddedFile):
+            return path_of(file, info)
         try:
             if file.text is None:
-                path = beside(file.name, info)
+                path = path_of(file.name, info)
                 if sha256(path.read_bytes()).hexdigest() != file.sha256:
-                    raise ValueError("is not the one that this was made with: another sha256")
+                    raise ValueError("differs from the file that this was made with (sha256)")
                 return path
             read(file)
         except ValueError as error:
             raise ValueError(f"name = {file.name!r}: {error}") from None
         return file
 
-    def beside(name: Path | str, info: ValidationInfo) -> Path:
+    def path_of(name: Path | str, info: ValidationInfo) -> Path:
         path = Path((info.context or {}).get("folder", "")) / name
         if exists(path) and not (isfile(path) or isdir(path)):
-            raise ValueError("has to be a file, which can be read again")
+            raise ValueError("must be a regular file, which can be read twice")
         read(path)
         return path
 
-    return AfterValidator(found)
+    return AfterValidator(located)
 
 
-def carrier(room: int = ROOM) -> Callable[[AnyFile], Carried]:
+def embedder(room: int = ROOM) -> Callable[[AnyFile], EmbeddedFile]:
     """Makes one file after the other one that is carried, as long as there is room.
 
     What has none of it, or is no text in UTF-8, has to lie beside.
     """
     left = room
 
-    def carried(file: AnyFile) -> Carried:
+    def carried(file: AnyFile) -> EmbeddedFile:
         nonlocal left
         whole = content_of(file, LARGEST_TABLE)
-        named = Carried(name=file.name, sha256=sha256(whole).hexdigest())
+        named = EmbeddedFile(name=file.name, sha256=sha256(whole).hexdigest())
         try:
             text = whole.decode()
         except UnicodeDecodeError:
@@ -111,16 +111,16 @@ def carrier(room: int = ROOM) -> Callable[[AnyFile], Carried]:
     return carried
 
 
-def gathered(part: Plain, folder: Path, carried: Callable[[AnyFile], Carried]) -> Plain:
+def embedded(part: Plain, folder: Path, carried: Callable[[AnyFile], EmbeddedFile]) -> Plain:
     """What a design's file says of its scenario, with the files in ``folder`` that it only names.
 
     Earlier designs have the name alone; what cannot be read stays a name.
     """
     if isinstance(part, list):
-        return [gathered(one, folder, carried) for one in part]
+        return [embedded(one, folder, carried) for one in part]
     if not isinstance(part, dict):
         return part
-    table = {key: gathered(one, folder, carried) for key, one in part.items()}
+    table = {key: embedded(one, folder, carried) for key, one in part.items()}
     file = table.get("file")
     if isinstance(file, str) and Path(file).name == file and isfile(folder / file):
         with suppress(ValueError):

@@ -29,7 +29,7 @@ class Solved(NamedTuple):
     budget: float  # and less what it changes by with the budget of the errors, if there is one
 
 
-class Programme(NamedTuple):
+class LinearProgram(NamedTuple):
     """``errors(k) - x(k)``, k = 1 ... steps, by inputs between bounds; everything near 1."""
 
     shape: tuple[int, int, int]  # steps, states, inputs
@@ -80,7 +80,7 @@ class Programme(NamedTuple):
         )
 
 
-def programme(system: Linear, errors: Floats, low: Floats, high: Floats) -> Programme:
+def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:
     """Of ``errors`` (steps,) without inputs, which ``low`` and ``high`` (steps, inputs) bound."""
     steps, states, inputs = system.b.shape
     input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
@@ -98,7 +98,7 @@ def programme(system: Linear, errors: Floats, low: Floats, high: Floats) -> Prog
     most = [np.full(rows, np.inf), (high / unit).ravel(), np.full(2 * steps, np.inf)]
     bounds = np.column_stack([np.concatenate(least), np.concatenate(most)])
     right = np.concatenate([np.zeros(rows), errors / scale])
-    return Programme(system.b.shape, equal.tocsc(), right, bounds, size, unit, scale)
+    return LinearProgram(system.b.shape, equal.tocsc(), right, bounds, size, unit, scale)
 
 
 def _sizes(system: Linear, unit: Floats) -> Floats:

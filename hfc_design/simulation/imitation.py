@@ -7,14 +7,14 @@ import numpy as np
 
 from hfc_design import __version__
 from hfc_design.controllers.neural.record import Lesson, Trained, begun, trained
-from hfc_design.core.arguments import wanted
-from hfc_design.core.dotted import Changes, set_keys
+from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Json
+from hfc_design.core.overrides import Changes, set_keys
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.loop_setup import load_design, machine
 from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.pairing import load_design, machine
 from hfc_design.simulation.evaluating import evaluate
 
 #: Letters of a name, and what a network's begins with.
@@ -47,15 +47,20 @@ def taught(
     """
     teacher, scenario = load_design(teacher), load_scenario(scenario).each_motion()[0]
     if scenario.sensors != SensorSettings():
-        raise UserError(f"scenario {scenario.name}: sensors: what they have told is not recorded")
+        raise UserError(
+            f"scenario {scenario.name}: sensors: must be left out, as sensor readings are not "
+            "recorded"
+        )
     numbers = dict(network) if isinstance(network, dict) else set_keys(network, "--network")
     evaluation = evaluate(teacher, scenario)
     if evaluation.diverged:
-        raise UserError(f"design {teacher.name}: diverges on {scenario.name}, and teaches nothing")
-    errors = np.stack([axis.told()["error"] for axis in evaluation.axes], axis=1)
+        raise UserError(
+            f"design {teacher.name}: diverges on {scenario.name}, so nothing can be learned from it"
+        )
+    errors = np.stack([axis.sensed()["error"] for axis in evaluation.axes], axis=1)
     commands = np.stack([axis.motion.command for axis in evaluation.axes], axis=1)
     lesson = lesson or Lesson()
-    wanted(lesson, Lesson, "lesson; Lesson(hidden=25) is one")
+    check_type(lesson, Lesson, "a lesson, as Lesson(hidden=25)")
     before = None if start is None else load_design(start).controller
     every = teacher.controller.sample_time_s
     first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)
@@ -78,4 +83,4 @@ def _design(
     data["provenance"] = {"program": f"hfc-design {__version__}", "taught": origin}
     if (scenario := teacher.provenance.get("scenario")) is not None:
         data["provenance"]["scenario"] = scenario
-    return checked(Design, data, f"what {teacher.name} has taught", Path())
+    return checked(Design, data, f"imitation of {teacher.name}", Path())

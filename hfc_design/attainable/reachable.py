@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from hfc_design.attainable.freed import MOMENTUM, STATES, Freed, Sampled
+from hfc_design.attainable.linear_model import MOMENTUM, STATES, LinearModel, Sampled
 from hfc_design.core.numbers import Floats
 
 #: A parabola through three values stays within so many times the largest of them.
 PARABOLA = 1.25
 
 
-class Reach(NamedTuple):
+class Reachable(NamedTuple):
     """The largest magnitudes within each sample."""
 
     states: Floats  # (steps, 5)
@@ -25,9 +25,14 @@ class Reach(NamedTuple):
     bending: Floats  # (steps,) second derivative of the momentum [N m/s]
 
 
-def reach(
-    machine: Freed, one: Sampled, moved: Floats, loads: Floats, voltage: Floats, bent: float = 0.0
-) -> Reach:
+def reachable(
+    machine: LinearModel,
+    one: Sampled,
+    moved: Floats,
+    loads: Floats,
+    voltage: Floats,
+    bent: float = 0.0,
+) -> Reachable:
     """Of motions under ``voltage`` (steps,), its largest magnitudes, which do not fall.
 
     ``moved`` (steps + 1, 5) are the states without voltage and bristles, ``loads`` (2 substeps + 1,
@@ -53,10 +58,12 @@ def reach(
         bristles[k] = way
     states = drift + _convolved(by_voltage, voltage) + _convolved(by_bristles, bristles)
     speeds = slope * states[:, MOMENTUM] + shared * bristles
-    return Reach(states, bristles, speeds, _bending(machine, one, states, loads, voltage, bristles))
+    return Reachable(
+        states, bristles, speeds, _bending(machine, one, states, loads, voltage, bristles)
+    )
 
 
-def _answers(machine: Freed, one: Sampled, given: Floats, steps: int) -> Floats:
+def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> Floats:
     """(steps, 5) bounds of the integral, over each sample, of the magnitude of an impulse's answer.
 
     The trapezoidal rule, and the error of a line through both ends (see ``certificate``).
@@ -76,7 +83,7 @@ def _convolved(answers: Floats, given: Floats) -> Floats:
     return np.column_stack(columns)
 
 
-def _drift(machine: Freed, one: Sampled, moved: Floats, loads: Floats) -> Floats:
+def _drift(machine: LinearModel, one: Sampled, moved: Floats, loads: Floats) -> Floats:
     """(steps, 5) the largest magnitudes within each sample without voltage and bristles."""
     most = PARABOLA * np.abs(loads).max(axis=0)
     rates = np.abs(moved) @ np.abs(machine.a).T + np.outer(most, np.abs(machine.load))
@@ -85,7 +92,12 @@ def _drift(machine: Freed, one: Sampled, moved: Floats, loads: Floats) -> Floats
 
 
 def _bending(
-    machine: Freed, one: Sampled, states: Floats, loads: Floats, voltage: Floats, bristles: Floats
+    machine: LinearModel,
+    one: Sampled,
+    states: Floats,
+    loads: Floats,
+    voltage: Floats,
+    bristles: Floats,
 ) -> Floats:
     """(steps,) bounds of the second derivative of the momentum [N m/s]."""
     most = PARABOLA * np.abs(loads).max(axis=0)[:-1]

@@ -13,20 +13,21 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
-from hfc_design.core.shown import line, table
+from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import share_interval
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
-from hfc_design.files.doubts import LEAST_SAMPLES
-from hfc_design.files.pairing import controller_of
+from hfc_design.files.loop_setup import controller_of
+from hfc_design.files.plausibility import LEAST_SAMPLES
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import Constraint, constraints_on
 from hfc_design.objectives.judge import Judged
-from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.metric import Metric
+from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.repeats import Repeats, chaos_told
-from hfc_design.simulation.settling import STABILITY, counted, faults
+from hfc_design.simulation.repeats import Repeats, chaos_text
+from hfc_design.simulation.stability_criteria import STABILITY, counted, instabilities
 from hfc_design.stability.report import LoopMargins
 from plants import in_a_name
 
@@ -44,23 +45,24 @@ TITLES = {
 }
 #: What stands below ``stress_table`` and ``why_table``.
 STRESS_ABOUT = (
-    "stress: one at a time on machines that hold without it, in all motions required of them; "
-    "merit: of the median machine, times that without it"
+    "stress: one at a time, on machines that pass without it, in all motions required of "
+    "them; merit: of the median machine, relative to that without stress"
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
-    "mode": "excite higher frequencies in a log and hfc identify again, with two masses as well",
+    "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
-    "standstill": "look for that too (--free stiction_rise,...), in a log with slow reversals",
+    "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
     "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",
 }
-WHY = "What would give a yes, each alone"
+WHY = "Changes that would give a yes, each on its own"
 WHY_ABOUT = (
-    "lost by it: machines that fail by it, perhaps by others too; without: as if it were not "
-    "asked, of spread and tolerances within half of them; -: no value does it alone; (n): so many "
-    "machines lie within; stress has to hold then, too"
+    "lost by it: machines that fail it, perhaps others too; without: the share without "
+    "this requirement, for spread and tolerances of machines within half of them; -: no "
+    "value suffices on its own; (n): number of machines within; the stress tests must "
+    "pass as well"
 )
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
@@ -70,13 +72,13 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 RUNAWAY = 1e9
 
 
-class InMotion(NamedTuple):
+class MotionResult(NamedTuple):
     """What many machines do in one motion; the nominal one is not among them."""
 
     name: str
     good: Mask  # (machines,) stable, and within every constraint
     reasons: dict[str, int]  # why some are not -> how many
-    told: dict[str, Floats]  # measure -> (machines,)
+    measured: dict[str, Floats]  # metric -> (machines,)
     nominal: dict[str, float]
     nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
     bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
@@ -85,7 +87,7 @@ class InMotion(NamedTuple):
 
     def numbers(self) -> Json:
         """As plain data; None where there is no number."""
-        each = self.told.items()
+        each = self.measured.items()
         bounds, tolerances = (
             {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in limits.items()}
             for limits in (self.bounds, self.tolerances)
@@ -132,7 +134,7 @@ class Usable(NamedTuple):
 
     spread: float
     seed: int
-    motions: tuple[InMotion, ...]
+    motions: tuple[MotionResult, ...]
     gain: (
         tuple[float, float] | None
     )  # factors on the command between which the nominal machine passes
@@ -143,21 +145,21 @@ class Usable(NamedTuple):
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
     why_not: Json | None = None  # of no: what would give a yes
-    asked: Mapping[str, float] = NOTHING  # what the margins have to be
+    required_margins: Mapping[str, float] = NOTHING  # what the margins have to be
 
     def __repr__(self) -> str:
-        return line("Usable", self._told())
+        return line("Usable", self._summary())
 
     def _repr_html_(self) -> str:
         each = {f"{one.name}: pass": float(one.good.mean()) for one in self.motions}
-        return table(self.answer, self._told() | each)
+        return table(self.answer, self._summary() | each)
 
-    def _told(self) -> dict[str, object]:
+    def _summary(self) -> dict[str, object]:
         low, high = self.interval
         share = float(self.good.mean())
         basics = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
         summary = {**basics, "share": share, "share_from": low, "share_to": high}
-        return summary | ({"misses": missed_told(self.missed)} if self.missed else {})
+        return summary | ({"misses": missed_text(self.missed)} if self.missed else {})
 
     @property
     def good(self) -> Mask:
@@ -165,7 +167,7 @@ class Usable(NamedTuple):
         return np.logical_and.reduce([one.good for one in self._everywhere])
 
     @property
-    def _everywhere(self) -> tuple[InMotion, ...]:
+    def _everywhere(self) -> tuple[MotionResult, ...]:
         """The motions that are asked of all machines."""
         return tuple(one for one in self.motions if one.everywhere)
 
@@ -196,7 +198,7 @@ class Usable(NamedTuple):
         """Margins that are not kept: each as it is, None without one, and in words."""
         if self.loop_stable is False:
             return {"stable": (None, UNSTABLE)}
-        return self.margins.broken(self.asked) if self.margins else {}
+        return self.margins.broken(self.required_margins) if self.margins else {}
 
     @property
     def missed(self) -> Json:
@@ -274,12 +276,12 @@ def measured(value: float | None, factor: float, write: Callable[[float], str], 
     return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
 
 
-def merit_told(numbers: Json) -> str:
+def merit_text(numbers: Json) -> str:
     """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
-    return chaos_told("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
+    return chaos_text("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
 
 
-def gain_told(gain: tuple[float, float]) -> str:
+def gain_text(gain: tuple[float, float]) -> str:
     """Factors on the command between which a machine passes; beyond the ends none was tried."""
     low, high = (f"{factor:.3g}" for factor in gain)
     low = f"at most {low}" if gain[0] <= SMALLEST_TRIED * (1.0 + 1e-9) else low
@@ -303,7 +305,7 @@ def missed(motions: Json) -> Json:
     return misses
 
 
-def missed_told(misses: Json, motions: int = 2) -> str:
+def missed_text(misses: Json, motions: int = 2) -> str:
     """The same as a line, "" where nothing is missed; of a single motion without its name."""
     targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
@@ -315,7 +317,7 @@ def missed_told(misses: Json, motions: int = 2) -> str:
     )
 
 
-class Told(NamedTuple):
+class TextTable(NamedTuple):
     """A table of what is beside an answer, as a terminal and a page have it."""
 
     heads: tuple[str, ...]
@@ -324,27 +326,27 @@ class Told(NamedTuple):
     about: str  # what its columns are; "" without rows
 
 
-def why_table(analysis: Json) -> Told:
+def why_table(analysis: Json) -> TextTable:
     """Of ``why_not``: a row for each change."""
     heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
     keys = ("key", "now", "needed", "lost")
     each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
     rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
-    return Told(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
+    return TextTable(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
 
 
-def stress_table(stresses: Sequence[Json]) -> Told:
+def stress_table(stresses: Sequence[Json]) -> TextTable:
     """A row for each stress, a line for each that breaks the design, the first first."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     failures = (
-        (failure, f"; it holds with {part}" if part else "") for failure, part in _broken(stresses)
+        (failure, f"; it passes with {part}" if part else "") for failure, part in _broken(stresses)
     )
     lines = [f"breaks: {failure}{part}" for failure, part in failures]
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
-        lines.append(f"first to mend: {next(first)}; see docs/robustness.md")
-    return Told(("stress", "holds on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
+        lines.append(f"first step: {next(first)}; see docs/robustness.md")
+    return TextTable(("stress", "passes on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
 def breaking(stresses: Iterable[Json]) -> str:
@@ -360,20 +362,20 @@ def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
 
-def loop_in_use(
+def measured_loop(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
     """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
-    measures = tuple(one.measure for group in _measured(scenario) for one in group)
+    measures = tuple(one.metric for group in _measured(scenario) for one in group)
     return loop._replace(judge=loop.judge._replace(measured=measures)), gains
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
     """Tolerances, constraints, what is told, and ``STABILITY``: the order of the values."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
-    free = ([Constraint(one, np.inf) for one in some] for some in (_told(scenario), STABILITY))
+    free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]
 
 
@@ -381,27 +383,27 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
     """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
     values, groups = np.asarray(judged.values), _measured(scenario)
     columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
-    return [{one.measure.name: (one, next(columns)) for one in group} for group in groups]
+    return [{one.metric.name: (one, next(columns)) for one in group} for group in groups]
 
 
 def units(scenario: Scenario) -> dict[str, str]:
     """In which each measure is told."""
-    return {one.name: _unit(one, scenario) for one in _told(scenario)}
+    return {one.name: _unit(one, scenario) for one in _reported(scenario)}
 
 
-def _told(scenario: Scenario) -> tuple[Measure, ...]:
+def _reported(scenario: Scenario) -> tuple[Metric, ...]:
     tracking = "estimated_rms_contour_error" if scenario.follows_path else "settled_rms_error"
-    return tuple(MEASURES[name] for name in (tracking, "chatter", "peak_command"))
+    return tuple(RUNNING[name] for name in (tracking, "chatter", "peak_command"))
 
 
-def _unit(one: Measure, scenario: Scenario) -> str:
+def _unit(one: Metric, scenario: Scenario) -> str:
     return scenario.units.signals.get(one.unit, one.unit)
 
 
-def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
+def broken_by(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
     """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
     failed = np.asarray(judged.failed)
-    violations = faults(np.asarray(judged.values), failed, scenario.each_motion())
+    violations = instabilities(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in bounds_of(scenario, judged).items():
         violations[f"exceeds {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
     return violations
@@ -420,7 +422,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
     return [Constraint(one, most) for one, most, _ in tolerated(fitness)]
 
 
-def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
+def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
     """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
     metrics = {}
     for one, _ in _tolerances(scenario):
@@ -430,9 +432,9 @@ def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
     return metrics
 
 
-def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
+def motion_result(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> MotionResult:
     """What the machines do in motion ``k``; the nominal one is the first that was judged."""
-    reasons = {why: mask[:, k] for why, mask in not_kept(scenario, judged).items()}
+    reasons = {why: mask[:, k] for why, mask in broken_by(scenario, judged).items()}
     tolerances, bounds, measures, last = (
         {name: (constraint.most, values[:, k]) for name, (constraint, values) in part.items()}
         for part in _values(scenario, judged)
@@ -440,15 +442,15 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     over = {}
     for name, (bound, _) in bounds_of(scenario, judged).items():
         most, values = bounds[name]
-        unit = _unit(bound.measure, scenario)
+        unit = _unit(bound.metric, scenario)
         over[f"exceeds {name}"] = f" ({values[0]:.3g} {unit}, allowed {most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
     why_not = [why + over.get(why, "") for why, mask in reasons.items() if mask[0]]
     if (steps := motion.simulation.steps) < LEAST_SAMPLES:
-        needed = f"{steps} samples, {LEAST_SAMPLES} are needed"
-        why_not.append(f"cannot be told to settle ({needed})")
+        needed = f"{steps} samples, at least {LEAST_SAMPLES} are needed"
+        why_not.append(f"cannot be judged to settle ({needed})")
     measures["limit_share"] = last["limit_share"]
-    return InMotion(
+    return MotionResult(
         motion.name.rpartition(".")[2] if scenario.motions else motion.name,
         ~bad[1:],
         {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},

@@ -12,10 +12,10 @@ from hfc_design.motion.references import EachAxis, Reference
 from hfc_design.motion.samples import Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 
-TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
+TOO_FAR = "exceeds the range of numbers; it is unrealistically large, small or fast"
 
 
-def check_following(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
+def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
     """Whether the machine has the axes that the reference is for, and can keep up.
 
     Raises:
@@ -31,8 +31,9 @@ def check_following(plant: PlantSettings, reference: AnyReference, simulation: S
             raise ValueError(f"reference.axes.{missing[0]}: is missing")
     elif len(axes) > 1:
         raise ValueError(
-            f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
-            f"{'a path in X-Y' if len(axes) == 2 else 'a program'}, or kind 'per-axis'"
+            f"reference.kind = {reference.kind!r}: must be "
+            f"{'a path in X-Y' if len(axes) == 2 else 'a program'}, or kind 'per-axis', for a "
+            f"machine of {len(axes)} axes"
         )
     for axis in plant.each():
         _check_speed(axis, reference_of(reference, axis.name), simulation)
@@ -75,20 +76,20 @@ def _check_path(reference: PathReference, axes: list[Axis], cycle: float) -> Non
     if len(axes) != 2:
         if len(axes) == 1:
             raise ValueError(
-                f"{key}: is for X-Y; one axis of {axes[0].drive.name} has to become two, "
-                "with [plant.axes.x] and [plant.axes.y]"
+                f"{key}: needs a machine with two axes, X and Y; set [plant.axes.x] and "
+                f"[plant.axes.y] of {axes[0].drive.name}"
             )
         one = "a program, or kind 'per-axis'"
-        raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")
+        raise ValueError(f"{key}: must be {one} for a machine of {len(axes)} axes")
     lengths = []
     for axis in axes:
         if axis.length is None:
-            raise ValueError(f"{key}: is for feed drives, not for the {axis.drive.name}")
+            raise ValueError(f"{key}: needs feed drives (got {axis.drive.name})")
         lengths.append(axis.length)
     x, y = lengths
     if x != y:
         raise ValueError(
-            f"{key}: the axes of a path have to count in the same length, not in {x:g} and {y:g} mm"
+            f"{key}: the axes of a path must count in the same length (got {x:g} and {y:g} mm)"
         )
     speeds = [axis.drive.top_speed(axis.parameters) * x for axis in axes]
     with np.errstate(all="ignore"):

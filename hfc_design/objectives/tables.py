@@ -1,0 +1,105 @@
+"""Tables of metrics: key, meaning and value of each column, by what a machine follows."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+from hfc_design.objectives.metric import (
+    ALONE,
+    EACH,
+    MACHINE,
+    WORST,
+    AxisRecord,
+    Metric,
+    MotionRecord,
+)
+from hfc_design.objectives.metrics import METRICS
+from plants import Drive, Machine, in_a_name
+
+#: Words of units that stand for those of the drive's signals.
+SIGNALS = re.compile(r"error_rate|error|command")
+
+
+class Column(NamedTuple):
+    """A metric of one machine."""
+
+    meaning: str  # with its unit
+    rank: int  # as that of ``Metric``
+    value: Callable[[MotionRecord], float | None]
+
+
+def columns(machine: Machine, table: str) -> dict[str, Column]:
+    """By their keys the columns of a ``table``: ``ALONE``, ``PLANE`` or ``PROGRAM``."""
+    listed = [one for one in METRICS if table in one.tables]
+    if table == ALONE:
+        several = len(machine.axes) > 1
+        pairs = enumerate(zip(machine.axes, machine.drives, strict=True))
+        return {
+            (f"{axis}_" if several else "") + key: Column(
+                f"{axis}: {meaning}" if several else meaning, one.rank, _of_axis(one, k)
+            )
+            for k, (axis, drive) in pairs
+            for one in listed
+            for key, meaning in [labelled(one, drive)]
+        }
+    existing = [one for one in listed if one.exists is None or one.exists(machine.drives)]
+    return {key: column for one in existing for key, column in _of_machine(one, machine)}
+
+
+def values(table: Mapping[str, Column], motion: MotionRecord) -> dict[str, float | None]:
+    """Of every column; None where it does not exist, all None where the motion diverged."""
+    finite = motion.finite
+    return {key: column.value(motion) if finite else None for key, column in table.items()}
+
+
+def labelled(metric: Metric, drive: Drive, which: str = "") -> tuple[str, str]:
+    """Key and meaning, with its unit, of a metric of a ``drive``; of ``which`` axis, in words."""
+    units = dict(drive.units)
+    unit = SIGNALS.sub(lambda match: units[match[0]], metric.unit)
+    name = (metric.key or metric.name).replace("command", drive.command_name)
+    tail = "" if unit == "1" else f"_{in_a_name(unit)}"
+    key = metric.key.format(error=in_a_name(units["error"])) if "{" in name else name + tail
+    meaning = re.sub(r"\bcommand\b", drive.command_name, metric.meaning)
+    return key, f"{meaning}{which} [{unit}]"
+
+
+def _of_axis(metric: Metric, k: int) -> Callable[[MotionRecord], float | None]:
+    read = metric.recorded
+    assert read is not None
+    return lambda motion: read(motion.axes[k])
+
+
+def _of_machine(metric: Metric, machine: Machine) -> Iterator[tuple[str, Column]]:
+    """The columns of a metric of a machine on a path."""
+    read, pairs = metric.recorded, [*zip(machine.axes, machine.drives, strict=True)]
+    assert read is not None
+    if metric.scope == MACHINE:
+        unit = length_unit(machine) if metric.unit == "length" else metric.unit
+        key = metric.name + ("" if unit == "1" else f"_{in_a_name(unit)}")
+        yield key, Column(f"{metric.meaning} [{unit}]", metric.rank, read)
+    elif metric.scope == EACH:
+        for k, (axis, drive) in enumerate(pairs):
+            key, meaning = labelled(metric, drive, f" of {axis.upper()}")
+            yield f"{axis}_{key}", Column(meaning, metric.rank, _of_axis(metric, k))
+    else:
+        assert metric.scope == WORST
+        alike: dict[tuple[str, str], list[int]] = {}
+        for k, drive in enumerate(machine.drives):
+            alike.setdefault(labelled(metric, drive, ", of the worst axis"), []).append(k)
+        for (key, meaning), axes in alike.items():
+            yield key, Column(meaning, metric.rank, _worst(read, axes))
+
+
+def _worst(
+    read: Callable[[AxisRecord], float | None], axes: list[int]
+) -> Callable[[MotionRecord], float | None]:
+    def worst(motion: MotionRecord) -> float | None:
+        values = [value for k in axes if (value := read(motion.axes[k])) is not None]
+        return max(values, default=None)
+
+    return worst
+
+
+def length_unit(machine: Machine) -> str:
+    """Of its linear axes."""
+    return next((x.units["error"] for x in machine.drives if x.millimetres is not None), "mm")

@@ -1,0 +1,61 @@
+"""Whether a loop settles: how much of a disturbance of its start still oscillates in the end."""
+
+from functools import reduce
+
+import jax.numpy as jnp
+
+from hfc_design.core.numbers import Scalar
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.metric import Moments, Reduction
+from hfc_design.objectives.objective import Sums
+
+#: What grows within the last quarter counts by no more than this factor.
+MOST_GROWTH = 10.0
+#: Samples of the control in which what oscillates fast goes about as far as its amplitude.
+SWING = 10.0
+
+
+def unsettled() -> Reduction:
+    """How much a copy of the loop that began a little off still oscillates against it in the end.
+
+    What settles forgets how it began: both end on one motion, whatever vibration a load forces on
+    them. Loops that oscillate by themselves do so each in its own phase. Friction may let the two
+    rest at different places: what counts are the variances within each half of the last quarter, of
+    the distance and of ``SWING`` samples times its rate (an amplitude, of what oscillates that
+    fast; faster oscillation counts more). What grows counts by the factor by which it does, if it
+    does so in the distance and in the rate: of a steady oscillation that is slower than a half, one
+    of them has less in the second half whenever the other has more.
+    """
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        time = SWING * moments[0].sample_time
+        # Axes, as encoders, in unlike shares: what oscillates one against another does not cancel.
+        apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
+        rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
+        halves = []
+        for half, (count, *each) in enumerate(sums, 1):
+            here = jnp.where(moments[0].late == half, 1.0, 0.0)
+            more = (apart, apart * apart, rate, rate * rate)
+            halves.append((count + here, *(a + here * b for a, b in zip(each, more, strict=True))))
+        return tuple(halves)
+
+    def variances(sums: Sums) -> tuple[Scalar, Scalar]:
+        """Of the distance and of the rate in a half."""
+        count, *each = sums
+        mean, square, mean_rate, square_rate = (one / jnp.maximum(count, 1.0) for one in each)
+        estimates = square - mean * mean, square_rate - mean_rate * mean_rate
+        return jnp.maximum(estimates[0], 0.0), jnp.maximum(estimates[1], 0.0)
+
+    def growth(before: Scalar, after: Scalar) -> Scalar:
+        least = after / MOST_GROWTH**2 + jnp.finfo(jnp.float32).tiny
+        return after / jnp.maximum(before, least)
+
+    def value(sums: Sums) -> Scalar:
+        before, after = map(variances, sums)
+        grown = jnp.minimum(*map(growth, before, after))
+        return jnp.sqrt((after[0] + after[1]) * jnp.maximum(grown, 1.0))
+
+    def empty(zero: Scalar) -> Sums:
+        return (zero,) * 5, (zero,) * 5
+
+    return Reduction(empty, update, value)
