@@ -148,8 +148,8 @@ def test_runs_and_groups_stand_by_verdict_share_and_merit(judged):
     assert {(row["sensitivity"], row["phase_margin_deg"]) for row in rows} == {("2.0", "50.0")}
     assert "usable" not in rows[0]
     assert [row["robust.spread"] for row in table(judged / "groups.csv")] == ["0.2", "0.1"]
-    assert "2 of 2 designs of group 1: spread 0.2 can be used; 99.5 % of the unseen" in said
-    assert "cannot be shown with so few runs" in said
+    assert "Usable designs of group 1: spread 0.2: 2 of 2; median share of unseen" in said
+    assert "at least 4 runs in each group" in said
     assert "<td>on this model only</td><td>100</td><td>2</td><td>50</td>" in page
     for name in order:
         assert name in page
