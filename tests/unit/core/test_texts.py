@@ -226,7 +226,7 @@ def test_of_something_else(written):
     ],
 )
 def test_what_is_none(written):
-    with pytest.raises(ValidationError, match="must be a number with a unit|unknown unit"):
+    with pytest.raises(ValidationError, match=r"must be a number with a unit|unknown unit"):
         READ(written)
 
 
