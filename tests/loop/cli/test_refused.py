@@ -32,9 +32,7 @@ MISTAKES = {
     f"plot {LL} tree --out a.gif": "a.gif",
     f"plot {LL} tree --width 5mm --out b.svg": "--width",
     "plot huang-cross-coupled surface --out a.png": "design huang-cross-coupled-x",
-    "plot pd-only motion --out a.png": (
-        "motion draws several designs; for one use hfc simulate pd-only --plot"
-    ),
+    "plot pd-only motion --out a.png": "motion draws several designs; for one use hfc simulate",
     f"plot pd-only {LL} tree --out a.png": "tree",
     "plot pd-only pd-only motion --out a.png": "pd-only",
     f"plot pd-only {JK}-flc motion --out a.png": f"design {JK}-flc",
