@@ -47,6 +47,16 @@ def test_the_best_voltage_does_in_the_simulator_what_is_told_of_it():
     np.testing.assert_allclose(error, motion.error, atol=1e-12)
 
 
+def test_a_delay_and_a_smaller_limit_raise_the_bound():
+    brief = {"simulation__duration_s": 0.1}
+    _, found = of("c-axis-ramp", **brief)
+    _, late = of("c-axis-ramp", limits__delay_samples=1, **brief)
+    _, weak = of("c-axis-ramp", limits__command=120.0, **brief)
+    assert found.bound < late.bound
+    assert found.bound < weak.bound
+    assert late.voltage[0] == 0.0
+
+
 def test_the_target_of_the_step_is_out_of_reach_as_its_scenario_says():
     """By the inequality of Cauchy and Schwarz: n times the squares are at least the sum squared."""
     (scenario,) = (

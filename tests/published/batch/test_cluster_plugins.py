@@ -1,12 +1,13 @@
 """Own plants, fitnesses and laws on worker processes: only their names are sent."""
 
 import json
+import re
 import subprocess
 import sys
 
 import pytest
 from batches import batch, files, written
-from dask_cluster import ENVIRONMENT
+from dask_cluster import ENVIRONMENT, ended
 from sledge import MODULE, SCENARIO, installed, package
 
 #: A plant, a fitness and a law of the user's own, by their names only.
@@ -96,3 +97,24 @@ def test_workers_elsewhere_need_the_package(tmp_path, plain, asked, cluster):
     package(cluster.path, *points)
     assert asked() == (0, [])
     assert apart(files(tmp_path / "out"), "packaged") == apart(plain, "mine")
+
+
+def test_workers_of_our_own_know_a_module_of_the_current_folder(tmp_path, plain, started):
+    assert len([name for name in plain if name.endswith("design.json")]) == 2
+    assert ended(started("--workers", "1", *sledges(tmp_path, "here"))) == (0, [])
+    assert apart(files(tmp_path / "out"), "here") == apart(plain, "mine")
+
+
+def test_workers_elsewhere_need_the_module(tmp_path, plain, asked, cluster):
+    """Only its name is sent to them."""
+    options = sledges(tmp_path, "there")
+    code, said = asked(*options)
+    assert (code, len(said)) == (1, 3), said
+    for line in said[:2]:
+        assert re.search(r"the worker tcp://127\.0\.0\.1:\d+ on \S", line)
+        assert re.search(r"--(plant there:SLEDGE|fitness there:LAST|controller there:P):", line)
+        for part in ("No module named 'there'", "install the module"):
+            assert part in line
+    (cluster.path / "there.py").write_text(MODULE)
+    assert asked(*options, "--shared") == (0, [])
+    assert apart(files(tmp_path / "out"), "there") == apart(plain, "mine")

@@ -37,3 +37,10 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     assert resumed.exit_code == 0
     assert resumed.stderr == "hfc: warning: the design is not usable as it is\n"  # no progress
     assert resumed.stdout.startswith("Can I use it? no: ")
+
+
+def test_design_without_out_finds_a_free_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for number in (1, 2):
+        assert hfc("design", "c-axis-ramp", *SMALL, "--quiet").exit_code == 0
+        assert (tmp_path / "runs" / f"c-axis-ramp-{number}" / "design.json").exists()

@@ -17,6 +17,28 @@ def sledge(own):
     return imported("mine").SLEDGE
 
 
+def pd_kind(**changes):
+    """A kind as pd, but for some fields, under its own name."""
+    return type("Mine", (KINDS.get("pd"),), {"name": "mine"} | changes)
+
+
+def step(reads):
+    """A law of an axis that reads a signal beside the error."""
+
+    def sample(xp, law, gains, memory, signals):
+        return gains.kp * signals["error"] + 0.0 * signals[reads], memory, None
+
+    return lambda record, limit: api.AxisLaw(
+        sample, lambda law, zero: (), record.sample_time_s, limit
+    )
+
+
+def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
+    api.register(pd_kind(law=step("current"), reads=lambda record: ["error", "current"]))
+    scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
+    assert api.design(scenario).design.controller.kind == "mine"
+
+
 @pytest.mark.usefixtures("own")
 def test_what_a_design_needs_is_told_of_every_group(known_use):
     names = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}

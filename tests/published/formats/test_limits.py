@@ -2,11 +2,43 @@
 
 import numpy as np
 import pytest
-from held_back import by_hand, free
+from held_back import FORMS, by_hand, commanded_alone, free, limited, slow
 
 import hfc_design.api as hfc
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.runtime import Controller
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario"),
+    [
+        ("lin-lee-1999-table-1", "c-axis-step"),
+        ("adapting hierarchy on a linear part", "c-axis-step"),
+    ],
+)
+def test_the_simulator_keeps_a_limit_by_the_design_alone(name, scenario):
+    name, changes = FORMS.get(name, (name, {}))
+    design = limited(name, 7.0, **changes)
+    found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
+    for axis in found.axes:
+        commanded_alone(design, axis)
+        assert np.abs(axis.motion.command).max() == 7.0
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario"),
+    [("lin-lee-1999-table-1", "c-axis-step"), ("jee-koren-2004-pid", "feed-drive-line")],
+)
+def test_the_simulator_keeps_a_rate_by_the_design_alone(name, scenario):
+    design = slow(name)
+    change = design.limits.command_rate * design.controller.sample_time_s
+    found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
+    for axis in found.axes:
+        commanded_alone(design, axis)
+        if name.startswith("lin"):  # whose drive takes a command as it is
+            moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
+            assert np.isclose(moves, change).sum() > 10
+            assert moves.max() <= change * (1.0 + 1e-12)
 
 
 def test_a_slower_drive_of_a_scenario_bounds_it_further():

@@ -103,3 +103,16 @@ def test_one_that_is_known_tells_the_others():
     assert known.untold == ()
     assert (known.low < [2.4, 7.0, 1.2]).all()
     assert (known.high > [2.4, 7.0, 1.2]).all()
+
+
+def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
+    """Friction of 3, known to two thirds, that began at 40; gain and pull are held."""
+    names = ["mass", "viscous_friction", "force_gain", "pull"]
+    start = {"viscous_friction": 40.0}
+    found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2)
+    _, known, note = hold_untold(found, certainty(found))
+    assert known.state == ("given", "no", "held", "held")
+    assert known.low[0] < 2.4 / 1.2 < known.high[0]
+    assert known.value[1] < 10.0
+    assert known.value[2:].tolist() == [1.0, 0.5]
+    assert "does not determine viscous_friction: as found, since its start value" in note

@@ -63,3 +63,13 @@ def test_what_grows_is_seen_while_it_is_small(phase):
         assert unsettled(8.0, period, phase, size=0.12, offset=0.5) > 0.3
         assert unsettled(3.0, period, phase) > 1.4 * alone
     assert unsettled(8.0, 0.0, size=0.13) > 0.3  # runs away without a swing
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, np.pi, 7))
+def test_a_steady_swing_is_its_amplitude_however_slow(phase):
+    """Its rms is 0.71 of the amplitude where a half holds it whole, and never more than 0.8."""
+    assert unsettled(0.0, 0.3, phase, offset=5.0) == pytest.approx(np.sqrt(0.5), rel=0.03)
+    for period in (0.25, 0.35, 0.4, 0.45, 0.5, 0.6, 0.8, 1.0, 2.0):  # the rate adds a little
+        assert unsettled(0.0, period, phase, offset=5.0, size=0.1) < 0.08
+    for period in (0.25, 0.4, 0.5):  # of a half that does not hold it whole
+        assert unsettled(0.0, period, phase) > 0.4

@@ -111,3 +111,11 @@ def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
     assert "simulated again with shorter steps: 6" in done.stdout
     assert (tmp_path / "wild.svg").exists()
     assert done.stdout.endswith(f"\n{tmp_path / 'wild.svg'}\n")
+
+
+def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
+    design, scenario = case("jee-koren-2004-pid", seconds=0.3)  # 30 samples of 2 axes
+    monkeypatch.setattr(monte_carlo, "KEPT", 200)
+    told = []
+    robustness(design, scenario, 0.2, 8, progress=lambda *news: told.append(news))
+    assert told == [(3, 9), (6, 9), (9, 9)]

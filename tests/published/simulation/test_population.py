@@ -138,3 +138,22 @@ def test_order_of_individuals_does_not_matter(random_population):
         scores = fitness(*loop, gains, dtype)
         reordered = fitness(*loop, picked(gains, order), dtype)
         np.testing.assert_array_equal(reordered, scores[order])
+
+
+def test_published_score_of_the_second_pd_alone():
+    pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
+    prepared_loop = prepared(pd, seconds=10)
+    gains = PdGains(np.array([1002.076]), np.array([135.007]))
+    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
+
+
+def test_command_limit_is_kept(published):
+    controller, gains = published("lin-lee-1999-table-2")
+    _, (free,) = simulate.trajectory(*prepared(controller), gains)
+    _, (held,) = simulate.trajectory(*prepared(controller, "limits.command=25.0"), gains)
+    assert abs(free.command).max() > 30
+    assert abs(held.command).max() == 25.0
+    inside = free.command[:, 0] < 25.0
+    first = np.argmin(inside)
+    assert (held.command[:first] == free.command[:first]).all()
+    assert held.command[first] == 25.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sensed import moved, scenario
+from sensed import axes, moved, scenario
 
 import hfc_design.api as hfc
 
@@ -34,3 +34,10 @@ def test_the_converter_of_a_design_goes_with_its_plant():
         for j, where in enumerate((other, ideal)):
             alone = hfc.evaluate(one, where).fitness
             assert judged.fitness[k, j, 0] == pytest.approx(alone, rel=1e-12)
+
+
+def test_an_axis_may_be_held_back_alone():
+    (x, y), (same, prompt) = axes({"delay_samples": 1}), axes({})
+    first = [np.flatnonzero(one.state.velocity)[0] for one in (x, y, same, prompt)]
+    assert first[1] == first[3] + 1
+    assert first[0] == first[2]

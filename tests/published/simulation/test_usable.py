@@ -194,3 +194,10 @@ def test_what_a_scenario_tolerates_and_the_design_misses():
     assert told["allowed"] == 1e9
     assert told["largest"] == found.motions[1].measured["peak_command"].max()
     assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)
+
+
+def test_a_design_that_diverges_everywhere():
+    wild = load_design("pd-only", ["controller.pd.kd=1e9"])
+    found = usable(wild, load_scenario(TWO))
+    assert found.answer.startswith("no: the nominal machine diverges in ramp")
+    assert found.numbers()["precision"] is None
