@@ -3,7 +3,7 @@
 Measured, relative to the largest output: 2e-15 on all points of Table II, the AFLC and a random
 design. Octave takes 24 ms a point, so the suite tries one point in 50 and 25 samples, and units of
 one design of each sort. MATLAB is not free; what its fistree takes is checked by its words alone,
-in tests/unit/formats/test_fis.py.
+in tests/unit/formats/test_fuzzy_files.py.
 """
 
 import numpy as np

@@ -57,7 +57,7 @@ def test_a_batch_counts_its_workers(tmp_path, monkeypatch):
     file = written(tmp_path, text)
     done = batch(file, "--out", tmp_path / "out", "--memory", "3GB", "--workers", "2")
     assert done.exit_code == 2
-    assert "allowed are 3 GB (--memory or HFC_MEMORY: 3GB)" in done.stderr
+    assert "the limit is 3 GB (--memory or HFC_MEMORY: 3GB)" in done.stderr
     assert "most by search.population; " in done.stderr
     assert not (tmp_path / "out").exists()
     scenario = load_scenario("c-axis-ramp", {"search.population": 100_000})
@@ -71,9 +71,9 @@ def test_a_batch_counts_its_workers(tmp_path, monkeypatch):
 def test_a_script_is_refused_too(monkeypatch):
     monkeypatch.setenv(memory.VARIABLE, "100MB")
     for function in (api.evaluate, lambda *names: api.robustness(*names, 0.1, 10)):
-        with pytest.raises(UserError, match=r"allowed are 0\.1 GB"):
+        with pytest.raises(UserError, match=r"the limit is 0\.1 GB"):
             function("lin-lee-1999-table-1", "c-axis-ramp")
-    with pytest.raises(UserError, match=r"allowed are 0\.1 GB"):
+    with pytest.raises(UserError, match=r"the limit is 0\.1 GB"):
         api.design("c-axis-ramp")
 
 

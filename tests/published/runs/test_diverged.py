@@ -45,7 +45,7 @@ def test_it_fails_with_what_to_try_and_can_be_resumed(scenario, tmp_path):
     for command in ("report", "score"):
         done = hfc(command, out)
         assert done.exit_code == 2
-        assert "holds no finished run (no design.json); continue with:" in done.stderr
+        assert "has no finished run (no design.json); continue with:" in done.stderr
         assert f"hfc design --resume --out {out}" in done.stderr
 
 
@@ -72,7 +72,7 @@ def test_a_design_that_says_it_diverged_is_exported_only_anyway(target, tmp_path
     file.write_text(design_json(bad))
     done = hfc("export", file, "--to", target, "--out", out)
     assert done.exit_code == 2
-    assert "diverged on fast, as its score says; export it with --anyway" in done.stderr
+    assert "diverged on fast when it was scored; to export it" in done.stderr
     assert not out.exists()
     with pytest.raises(api.UserError, match="diverged on fast"):
         api.export(bad, target, out)

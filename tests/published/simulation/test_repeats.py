@@ -51,7 +51,7 @@ def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     (note,) = notes(scenario, {"it": found})
     repeats = "in 64 repeats with the command changed by up to one millionth"
     ends = f"fitness ranges from {min(alone):.4g} to {max(alone):.4g}"
-    told = "all else is of the unchanged run"
+    told = "all other figures are of the unchanged run"
     assert note == f"it is chaotic: {repeats}, {ends}; {told}"
 
 

@@ -40,10 +40,10 @@ def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alo
         for one in found.motions:
             (axis,) = alone[one.name].axes
             late = axis.motion.error[alone[one.name].time >= 1.0]
-            error = one.nominal["settled_rms_error"][k - 1]
+            error = one.measured["settled_rms_error"][k - 1]
             assert error == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)  # float32
             peak = np.abs(axis.motion.command).max()
-            assert one.nominal["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
+            assert one.measured["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
 
 
 def test_the_gain_is_kept_up_to_a_bound_on_the_command():
@@ -103,7 +103,7 @@ def test_a_chaotic_loop_has_a_range_and_no_figure():
 
 def test_who_keeps_a_constraint_is_counted_with_its_interval():
     free = usable("pd-only", load_scenario(TWO))
-    peaks = np.maximum(*(one.nominal["peak_command"] for one in free.motions))
+    peaks = np.maximum(*(one.measured["peak_command"] for one in free.motions))
     most = float(np.median(peaks))
     found = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": most}))
     np.testing.assert_array_equal(found.good, free.good & (peaks <= most))
@@ -117,7 +117,7 @@ def test_who_keeps_a_constraint_is_counted_with_its_interval():
         told = numbers["motions"][one.name]["constraints"]["peak_command"]
         assert told["allowed"] == most
         assert told["nominal"] == one.nominal["peak_command"]
-        assert told["largest"] == one.nominal["peak_command"].max()
+        assert told["largest"] == one.measured["peak_command"].max()
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_a_loop_that_swings_at_rest_is_of_no_use():
     assert never.answer.startswith(
         "no: the loop is unstable at rest or at speed (see hfc stability"
     )
-    short = calm._replace(motions=good, asked={"phase_margin_deg": 179.0})
+    short = calm._replace(motions=good, required_margins={"phase_margin_deg": 179.0})
     assert not short.yes
     assert short.answer.startswith("no: phase_margin_deg ")
     assert "allowed at least 179" in short.answer
@@ -183,7 +183,7 @@ def test_what_a_scenario_tolerates_and_the_design_misses():
     scenario = load_scenario(TWO, {"fitness": {"kind": "tolerances", "tolerances": own}})
     found = usable("pd-only", scenario)
     assert set(found.missed) == {"settled_rms_error"}  # the other one is kept
-    medians = {one.name: np.median(one.nominal["settled_rms_error"]) for one in free.motions}
+    medians = {one.name: np.median(one.measured["settled_rms_error"]) for one in free.motions}
     worst = max(medians, key=medians.get)
     one = found.missed["settled_rms_error"]
     assert one["motion"] == worst
