@@ -1,8 +1,8 @@
-"""A design under stress: what every engineer takes for granted and no scenario has.
+"""Stress tests of a design: disturbances that engineers expect and scenarios do not contain.
 
-One at a time on some of the machines, in all motions, in the compiled program of all others.
-Most stands around the drives (``plants.around``), so that no plant has to know of it; a load, a
-start and a rest are other samples of the same motions.
+They are applied one at a time to some of the machines, in all motions, in the compiled program of
+all others. Most are elements around the drives (``plants.around``), so that no plant has to know of
+them; a load, a start and a rest are other samples of the same motions.
 """
 
 import operator
@@ -47,7 +47,7 @@ AT_ONCE = 64
 
 
 class Applied(NamedTuple):
-    """What a size does."""
+    """Changes that a stress of a certain size makes."""
 
     around: dict[str, Any] = {}  # fields of what stands around every axis
     friction: float = 1.0  # factor
@@ -56,7 +56,7 @@ class Applied(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One stress, of which parts can be tried."""
+    """One stress; parts of it can be tried."""
 
     words: str  # with a place for its size
     size: float
@@ -66,15 +66,15 @@ class Case(NamedTuple):
 
     @property
     def applies(self) -> bool:
-        """Whether it changes anything."""
+        """Whether the stress changes anything."""
         return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
-        """The size of a part of it."""
+        """Size of a part of the stress."""
         return self.size**part if self.factor else self.size * part
 
     def description(self, part: float) -> str:
-        """A part of it in words."""
+        """A part of the stress in words."""
         return self.words.format(three_digits(self.shown * self.of(part)))
 
 
@@ -86,10 +86,11 @@ def stressed(
     baseline: Judged,
     crossover: float | None,
 ) -> tuple[Stressed, ...]:
-    """What becomes of a design under every stress that the scenario asks for.
+    """Test a design under every stress that the scenario asks for.
 
-    ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines``
-    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if known.
+    ``loop`` has room around its drives. ``baseline`` (machines, motions) is the result of the
+    ``machines`` without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if
+    known.
     """
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
@@ -124,10 +125,10 @@ def stressed(
 
 
 def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
-    """The machines, of which some are under a stress, ``EVERY`` so many one.
+    """Put every ``EVERY``-th machine under a stress, each stress in turn.
 
-    Each stress in turn. And which are under none. What is another motion and nothing else is not
-    among them; a load comes with the motion.
+    Also return the indices of the machines without one. A stress that changes only the motion is
+    not among them; a load comes with the motion.
     """
     each = [one for one in cases(scenario, None) if one.applies]
     kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
@@ -183,7 +184,7 @@ def _worth(scenario: Scenario, judged: Judged) -> float:
 
 
 def longest(scenario: Scenario) -> int:
-    """Samples of all motions together, with the longest rest of all stresses."""
+    """Number of samples of all motions together, with the longest rest of all stresses."""
     each = [motion.simulation for motion in scenario.each_motion()]
     rest = scenario.stress.rest_s
     return sum(x.steps + max(x.steps, round(rest / x.sample_time_s)) for x in each)
@@ -218,7 +219,7 @@ def _judged(
 
 
 def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
-    """The machines with so many times the friction, and so much more at rest."""
+    """The machines with their friction multiplied, and more friction at rest."""
     if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
@@ -237,7 +238,7 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
 
 
 def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Every stress that a scenario asks for and has a place for."""
+    """Every applicable stress that a scenario asks for."""
     stress, every = scenario.stress, scenario.simulation.sample_time_s
     axes = scenario.plant.each()
     sensors = [scenario.sensors.of(axis.name) for axis in axes]
@@ -326,7 +327,7 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
 
 
 def loads(scenario: Scenario) -> list[float]:
-    """The load of the stress on each axis; 0 where nobody can say how much that is."""
+    """Load of the stress on each axis; 0 where its size is unknown."""
     load, axes = scenario.stress.load, scenario.plant.each()
     if load is not None:
         return [in_units("stress.load", load, "load", scenario.units)] * len(axes)
