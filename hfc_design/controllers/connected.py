@@ -1,8 +1,8 @@
-"""Laws as they are connected: what is between a machine's readings and its drives.
+"""Laws connected to a machine: the code between the machine's readings and its drives.
 
-Forms what a law reads of raw readings, as the simulator's sensors do, and keeps a command to what
-its converter takes. It is switched on and off, goes over from another controller's command, and
-stops where an axis has left its reference too far. Never imports JAX.
+It forms the signals of a law from raw readings, as the simulator's sensors do, and limits a command
+to the values of its converter. It can be switched on and off, takes over smoothly from another
+controller's command, and stops when an axis is too far from its reference. Never imports JAX.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ FADING = 50.0
 
 
 class Sensing(NamedTuple):
-    """How the readings of an axis become what its controller reads; see ``simulation.sensors``."""
+    """Conversion of an axis's readings to signals of its controller; see ``simulation.sensors``."""
 
     position: str  # the reading that is fed back
     velocity: str  # its rate
@@ -60,7 +60,7 @@ class Sensing(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """What is between a controller and an axis."""
+    """Sensors and converter between a controller and an axis."""
 
     sensing: Sensing
     change: float | None  # largest one of the command in a sample
@@ -69,7 +69,7 @@ class Connection(NamedTuple):
 
 
 class Begins(NamedTuple):
-    """What a controller remembers that begins anew."""
+    """Functions that reset a controller's memory."""
 
     #: (xp, fresh, memory) -> the memory with its past forgotten where that is true.
     rested: Callable[[Xp, Truth, Memory], Memory]
@@ -77,13 +77,13 @@ class Begins(NamedTuple):
     begun: Callable[[Xp, Truth, Memory, Memory], Memory]
 
     def memory(self, xp: Xp, fresh: Truth, memory: Memory, first: Callable[..., Memory]) -> Memory:
-        """The ``memory`` before a sample; ``first`` makes one of one without a past."""
+        """The ``memory`` before a sample; ``first`` makes one from a memory without a past."""
         rested = self.rested(xp, fresh, memory)
         return self.begun(xp, fresh, rested, first(rested))
 
 
 class Inside(NamedTuple):
-    """What a connected law is made of."""
+    """Parts of a connected law."""
 
     law: AxisLaw
     connection: Connection
@@ -91,7 +91,7 @@ class Inside(NamedTuple):
 
 
 class DriveMemory(NamedTuple):
-    """What is remembered of a drive."""
+    """Memory of a drive."""
 
     angles: dict[str, tuple[Scalar, ...]]  # readings, or what observers made of them, newest first
     rates: dict[str, Scalar]  # of observers
@@ -101,7 +101,7 @@ class DriveMemory(NamedTuple):
 
 
 class ConnectedMemory(NamedTuple):
-    """What a connected controller remembers from one sample to the next."""
+    """Memory of a connected controller from one sample to the next."""
 
     law: Memory
     drive: Any  # a DriveMemory, or of a machine those of its axes
@@ -110,7 +110,7 @@ class ConnectedMemory(NamedTuple):
 
 
 def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
-    """The law of raw readings."""
+    """The law as a law of raw readings."""
     return AxisLaw(
         _sample,
         _start,
@@ -161,7 +161,7 @@ def _sample(
 
 
 class ConnectedMachine(NamedTuple):
-    """The controller of a machine, of raw readings: all of its axes are on, or none is."""
+    """The controller of a machine, with raw readings: all of its axes are on, or none."""
 
     inner: Controller
     connections: tuple[Connection, ...]
@@ -192,7 +192,7 @@ class ConnectedMachine(NamedTuple):
         return memory._replace(drive=drives)
 
     def step(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> Stepped:
-        """The command that each drive is to have, and what to remember."""
+        """The command of each drive, and the new memory."""
         each = zip(self.connections, memory.drive, view.axes, strict=True)
         sensed = [
             _sensed(xp, connection.sensing, self.sample_time, *one) for connection, *one in each

@@ -1,4 +1,4 @@
-"""Every kind of controller by its name: the folders here, and what users add."""
+"""Every kind of controller by its name: those in the folders here, and those that users add."""
 
 from typing import Any
 
