@@ -1,4 +1,4 @@
-"""A design on a scenario that it was not made with: what of its own it keeps there."""
+"""Use of a design on another scenario: the values of its own that it keeps there."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -24,7 +24,7 @@ KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was
 
 
 def transfer_report(design: Design, scenario: Scenario) -> list[str]:
-    """Lines on machine, limits, sensors and load: what is the design's, and what the scenario's.
+    """Lines on machine, limits, sensors and load: which are the design's, which the scenario's.
 
     Raises:
         UserError: the two are for different plants or sample times.
@@ -59,7 +59,7 @@ def _machine(design: Design, scenario: Scenario) -> str:
 
 
 def states_machine(design: Design) -> bool:
-    """Whether a design says for which machine it was made, and not only for which kind of it."""
+    """Whether a design says for which machine it was made, not only for which kind of it."""
     plant = design.plant
     return bool(plant.parameters or any(plant.axes.values()) or design.provenance.get("scenario"))
 
@@ -143,7 +143,7 @@ def _word(value: Any) -> str:
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
-    """A table of tables as one of dotted keys."""
+    """Flatten a table of tables to dotted keys."""
     flattened: Json = {}
     for key, value in table.items():
         inside = isinstance(value, Mapping)
