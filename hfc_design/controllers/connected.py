@@ -220,7 +220,7 @@ class ConnectedMachine(NamedTuple):
 
 
 def _still(sensing: Sensing, zero: Scalar) -> DriveMemory:
-    """What is remembered of a drive before the first sample."""
+    """Memory of a drive before the first sample."""
     count = sensing.samples if sensing.source == "encoder" else 1
     angles = dict.fromkeys(sensing.rated, (zero,) * count)
     rates = dict.fromkeys(sensing.rated if sensing.source == "observer" else (), zero)
@@ -259,7 +259,7 @@ def _commanded(
     fresh: Truth,
     runs: Truth,
 ) -> tuple[Scalar, DriveMemory]:
-    """What a drive is to have of what its law ``requested``, and what is remembered of that."""
+    """Command of a drive from the one that its law ``requested``, and the new memory."""
     command, preset = limited(xp, limit, requested), signals.get("preset", 0.0)
     taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
     first = xp.where(taken > 0.5, preset - command, 0.0)
@@ -276,7 +276,7 @@ def _commanded(
 
 
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
-    """What the encoders read, in their steps."""
+    """Readings of the encoders, in their steps."""
     raw = {name: signals.get(name, 0.0) for name in sensing.fields}
     read = raw | xp.foreign(sensing.measured, raw)
     return read | {
@@ -287,7 +287,7 @@ def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
 def _sensed(
     xp: Xp, sensing: Sensing, every: float, memory: DriveMemory, signals: Signals
 ) -> tuple[dict[str, Scalar], DriveMemory]:
-    """What the law reads, and what is remembered of it (``simulation.sensors.measured``)."""
+    """Signals of the law, and the new memory (``simulation.sensors.measured``)."""
     read = _readings(xp, sensing, signals)
     angles: dict[str, tuple[Scalar, ...]] = {}
     rates: dict[str, Scalar] = {}
@@ -326,7 +326,7 @@ def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:
 
 
 def _converted(xp: Xp, connection: Connection, command: Scalar) -> Scalar:
-    """What the converter makes of a command (``simulation.sensors.converted``)."""
+    """Output of the converter for a command (``simulation.sensors.converted``)."""
     if connection.step is None:
         return limited(xp, connection.largest, command)
     whole = _in_steps(xp, command, connection.step)

@@ -227,7 +227,7 @@ class ControllerRecord(Record):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **others: Any) -> None:
-        """What is known by itself."""
+        """Set the record and the name of the kind."""
         cls.record = cls
         if names := names_of(cls):
             cls.name = names[0]

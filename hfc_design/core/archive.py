@@ -110,7 +110,7 @@ def array_of(content: bytes) -> np.ndarray:
 
 
 def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
-    """Where the data begins, shape, whether columns come first, type."""
+    """Start of the data, shape, whether columns come first, type."""
     version, width = content[6:8], 2 if content[6] == 1 else 4
     begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
     if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:

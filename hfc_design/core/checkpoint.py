@@ -156,7 +156,7 @@ def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
 
 
 def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
-    """What is of the type ``like``, or built like that record: tuples of tuples of arrays."""
+    """An object of the type ``like``, or built like that record: tuples of tuples of arrays."""
     if isinstance(like, tuple):
         kind, parts = type(like), _named(like)
     elif hasattr(like, "_fields"):

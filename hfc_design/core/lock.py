@@ -199,7 +199,7 @@ def _sign(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Who holds a lock, as its file says."""
+    """Holder of a lock, from its file."""
     with suppress(OSError), open(os.open(path, READ), "rb") as file:
         return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"

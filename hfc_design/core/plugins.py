@@ -240,7 +240,7 @@ _distributions = cache(metadata.packages_distributions)
 
 
 def _module(thing: Any) -> str:
-    """Where a user's own part has its code, "" where it has none but the package's."""
+    """Module of a user's own part, "" if it has no code but the package's."""
     parts = [thing, *(thing if isinstance(thing, tuple) else vars(thing).values())]
     names = (str(getattr(part, "__module__", None) or "") for part in parts)
     ours = {"", "builtins", "functools", *(__name__.partition(".")[:1]), "plants"}
@@ -346,7 +346,7 @@ def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json
 
 
 def _module_meant(text: str) -> str:
-    """What ``module:OBJECT`` may be meant by mine.py:AXIS, mine.AXIS or mine.py; "": none."""
+    """Suggested ``module:OBJECT`` for mine.py:AXIS, mine.AXIS or mine.py; "": none."""
     start, colon, name = text.partition(":")
     path = Path(start)
     if path.suffix == ".py":
@@ -358,7 +358,7 @@ def _module_meant(text: str) -> str:
 
 
 def _found_at(reference: str) -> Any:
-    """What ``module:OBJECT`` names."""
+    """Object that ``module:OBJECT`` names."""
     module, _, name = reference.partition(":")
     meant = _module_meant(reference)
     if not module or not name or not (meant or REFERENCE.fullmatch(reference)):

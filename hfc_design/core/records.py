@@ -147,7 +147,7 @@ class UserError(Exception):
         return [in_a_line(str(line)) for line in self.args]
 
     def __str__(self) -> str:
-        """The same for a script: its arguments where the command line has options."""
+        """The lines for a script, with arguments in place of command-line options."""
         # Whoever says where it was has room before.
         return "\n".join(in_a_line(for_scripts(str(line))) for line in self.args)
 

@@ -93,7 +93,7 @@ _TWICE = "Cannot overwrite a value"
 
 
 def _hint(message: str, text: str) -> str:
-    """What a mistake of TOML may be about, of those that people make; "": another one."""
+    """Likely cause of a mistake in TOML; "": not known."""
     lines, match = text.rstrip().split("\n"), _WHERE.search(message)
     line = lines[min(int(match[1]) if match else len(lines), len(lines)) - 1]
     if comma := _COMMA.search(line):

@@ -49,7 +49,7 @@ def describe(error: Exception) -> str:
 
 
 def _carried(message: str) -> str:
-    """What JAX says in paragraphs of a value that each sample hands to the next; "" of others."""
+    """JAX's long message about a changed carry as one line; "" for other errors."""
     match = _CARRIED.search(message)
     if not match:
         return ""

@@ -128,7 +128,7 @@ def format_errors(
 
 
 def _either(messages: list[str]) -> str:
-    """One line of several rules for one value: any of them would do."""
+    """Join several rules for one value, any of which would do, into one line."""
     first, *others = dict.fromkeys(messages)
     head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
@@ -171,7 +171,7 @@ def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
 
 
 def _there(key: str, keys: Keys) -> str:
-    """That there is no such key, and what has it or a key with the same end."""
+    """Text on an unknown key: the owner of that key, or a key with the same end."""
     if other := keys.whose(key):
         return f"{NO_SUCH} here, it belongs to {other};"
     end = key.rpartition(".")[2]
@@ -180,7 +180,7 @@ def _there(key: str, keys: Keys) -> str:
 
 
 def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -> tuple[str, str]:
-    """What to say of a table whose kind is missing, or is none that there is."""
+    """Error for a table whose kind is missing or unknown."""
     context = error.get("ctx", {})
     which = context["discriminator"].strip("'")
     kind_key = f"{key}.{which}" if key else which

@@ -253,7 +253,7 @@ def named_design(source: AnyDesign) -> Design:
 
 
 def _inside(thing: Any) -> str:
-    """What to say of a result of a search where its design is wanted."""
+    """Error for a result of a search given in place of its design."""
     return "; give its .design" if isinstance(getattr(thing, "design", None), Design) else ""
 
 

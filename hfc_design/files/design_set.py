@@ -133,7 +133,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
 
 
 def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[str]:
-    """What is not alike in two machines, a line for each axis."""
+    """Differences between two machines, a line for each axis."""
     axes = here.each()
     for before, other in zip(made.each(), axes, strict=True):
         head = f"{other.name}." if len(axes) > 1 else ""
@@ -145,7 +145,7 @@ def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[
 def _changed(
     made: Json, here: Json, units: Mapping[str, str], head: str = "", where: str = "here"
 ) -> str:
-    """What is not alike in two tables; ``head`` stands before the names of both."""
+    """Differences between two tables; ``head`` precedes the names of both."""
     changes = []
     for key in {**made, **here}:
         if made.get(key) != here.get(key):

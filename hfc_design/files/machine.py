@@ -111,7 +111,7 @@ class PlantSettings(Record):
         return self
 
     def _changes(self, axis: str) -> dict[str, float]:
-        """What differs from the nominal drive of an axis."""
+        """Differences from the nominal drive of an axis."""
         return self.parameters | self.axes.get(axis, {})
 
     @property

@@ -76,7 +76,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 
 
 def _folder_told(path: Path) -> str:
-    """What can be done with a folder where a scenario is wanted."""
+    """Advice for a folder given in place of a scenario."""
     if exists(path / CONFIG):
         return f"is a run folder; {resuming(path)}, or start again from its {CONFIG}"
     return "is a folder; give a TOML file or the name of a built-in scenario"

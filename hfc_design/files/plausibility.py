@@ -69,7 +69,7 @@ def _read(scenario: Scenario) -> Iterator[str]:
 
 
 def _noted(motion: Scenario) -> Iterator[str]:
-    """What its program has that a machine may do otherwise."""
+    """Notes on words of its program that a machine may treat otherwise."""
     if isinstance(reference := motion.reference, GCode):
         yield from (f"{reference.file.name}: {line}" for line in notes(text_of(reference.file)))
 
@@ -98,7 +98,7 @@ def _timed(motion: Scenario) -> Iterator[str]:
 
 
 def _longest(motion: Scenario) -> float:
-    """How long the moves from rest to rest take [s]; 0 where there is none."""
+    """Longest duration of the moves from rest to rest [s]; 0 if there are none."""
     if isinstance(motion.reference, Trajectory):
         return 0.0
     each = [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]

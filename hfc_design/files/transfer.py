@@ -65,7 +65,7 @@ def states_machine(design: Design) -> bool:
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:
-    """Those of every axis, of several with its name."""
+    """Parameters of every axis, with its name if there are several."""
     each = plant.each()
     return {
         (f"{axis.name}." if len(each) > 1 else "") + key: number
@@ -117,7 +117,7 @@ def _text(design: Design, scenario: Scenario, key: str) -> str:
 
 
 def _plain(part: Load | SensorSettings) -> Json:
-    """What a part of a scenario says, by dotted keys; of a file what is in it."""
+    """Content of a part of a scenario, by dotted keys; of a file its content."""
     if isinstance(part, Load):
         part = with_files(part, "load", _by_content)
     return dotted(part.model_dump(mode="json"))
@@ -128,7 +128,7 @@ def _by_content(key: str, file: AnyFile) -> Path:
 
 
 def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """What is here, and what it was made with where that is something else."""
+    """Present values, and those that the design was made with where they differ."""
     keys: Iterable[str] = {**made, **here}
     differ = (key for key in keys if made.get(key) != here.get(key))
     return [f"{key} {_word(here.get(key))} (made with {_word(made.get(key))})" for key in differ]

@@ -50,7 +50,7 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
 
 def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
-    """Those of every part, one after the other, in the finest of their steps."""
+    """Coordinates of every part, one after the other, in the finest of their steps."""
     each = [coordinates(*pair) for pair in zip(genome.parts, about.parts, strict=True)]
     charts = [one for one in each if one is not None]
     if len(charts) < len(each):

@@ -25,7 +25,7 @@ from hfc_design.search.strategy import (
 
 
 def _fault(strategy: Strategy) -> str | None:
-    """What a strategy lacks, in a line; None if nothing that is seen at once."""
+    """Line on what a strategy lacks; None if no fault is visible at once."""
     fields = getattr(strategy.state, "_fields", ())
     return None if fields else "state must be a NamedTuple class"
 
@@ -54,7 +54,7 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
 
 
 def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
-    """What a user's own function gives; what it lacks or does wrong becomes a line."""
+    """Result of a user's own function; its mistakes become a line."""
     with own_code(f" cannot search: {part}", ("strategy", strategy.name)):
         output = function(*given)
         if part in ("start", "ask"):

@@ -170,7 +170,7 @@ def _screened(
 def _taken(
     task: Polishable, done: Polished, members: Population, screened: Floats
 ) -> tuple[int | None, Polished]:
-    """With the best of some individuals, and its place, if it is better than what there is."""
+    """Accept the best of some individuals if it is better than the present one; also its place."""
     order: Integers = np.argsort(-screened[1:], kind="stable")[: task.judged]
     order = order[screened[1:][order] > screened[0]]
     if not len(order):

@@ -211,7 +211,7 @@ class Usable(NamedTuple):
 
     @property
     def _nominal(self) -> str:
-        """Why the nominal machine does not pass; "" if it does."""
+        """Reason why the nominal machine does not pass; "" if it does."""
         bad = [one for one in self.motions if one.nominal_reasons]
         if not bad:
             return ""
@@ -357,7 +357,7 @@ def breaking(stresses: Iterable[Json]) -> str:
 
 
 def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
-    """With what the design breaks and how, and the largest part before that it holds."""
+    """Stresses that break the design and how, and the largest part of each that it passes."""
     each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
@@ -380,7 +380,7 @@ def _measured(scenario: Scenario) -> list[list[Constraint]]:
 
 
 def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
-    """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
+    """For each part of ``_measured``: name -> bound, and (individuals, motions) values."""
     values, groups = np.asarray(judged.values), _measured(scenario)
     columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
     return [{one.metric.name: (one, next(columns)) for one in group} for group in groups]
@@ -415,7 +415,7 @@ def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint,
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """What the scenario's fitness tolerates of single measures; nothing of another fitness."""
+    """Single measures with a tolerance in the scenario's fitness; none with another fitness."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []

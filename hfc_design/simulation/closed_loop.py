@@ -248,7 +248,7 @@ def next_state(
 
 
 def _in_precision(before: LoopState, after: LoopState) -> LoopState:
-    """What came ``after``, no more precise than ``before``: arrays of an own law may be."""
+    """State ``after``, at most as precise as ``before``, because arrays of an own law may be."""
 
     def rounded(old: Any, new: Any) -> Any:
         kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
@@ -313,7 +313,7 @@ def _moment(
     before: Scalar,
     row: Samples,
 ) -> Moment:
-    """What the objectives see of axis ``k``; ``before`` is the mean of its velocity."""
+    """Inputs of the objectives from axis ``k``; ``before`` is the mean of its velocity."""
     drive, happens = loop.machine.drives[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate

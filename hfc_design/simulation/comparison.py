@@ -350,7 +350,7 @@ def _scenarios(
 def _other_machines(
     scenario: Scenario, spread: float, tolerances: Mapping[str, float]
 ) -> Iterator[str]:
-    """That a scenario has machines of its own, which these are not."""
+    """Note that a scenario has machines of its own, which are not used here."""
     robust = scenario.robust
     if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return

@@ -98,7 +98,7 @@ def evaluate_many(
 
 
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
-    """Of every individual on every machine; of those that fail anywhere in finer steps."""
+    """Judge every individual on every machine; those that fail anywhere again in finer steps."""
 
     def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
         some = jax.tree.map(lambda leaf: leaf[..., chosen], gains)

@@ -65,7 +65,7 @@ def _slopes(
 
 
 def _moments(samples: Samples, traces: Traces) -> Moment:
-    """What the objectives see, each (steps,); of limits and copies of the machine nothing."""
+    """Inputs of the objectives, each (steps,), without limits and copies of the machine."""
     (axis,) = samples.axes
     every = jnp.ones_like(traces.error)
     position = axis.reference - traces.error

@@ -178,7 +178,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
 
 
 def _columns(axis: AxisMotion, every: bool) -> dict[str, Floats]:
-    """One axis; ``every`` adds what a table of several has no room for."""
+    """Columns of one axis; ``every`` adds those for which a table of several has no room."""
     drive, state = axis.drive, axis.motion.state
     unit = {signal: in_a_name(unit) for signal, unit in drive.units.items()}
     columns = {
@@ -299,7 +299,7 @@ def _evaluations(
 
 
 def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
-    """One evaluation of several motions: costs are averaged by their weights."""
+    """Combine the evaluations of several motions into one: costs are averaged by their weights."""
     first, *_ = motions.values()
     lost = [one for one in motions.values() if one.diverged]
     weights = np.array([motion.weight for motion in scenario.motions])
@@ -390,7 +390,7 @@ def _key(motion: str) -> str:
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
-    """How far a machine was off its path; None where it follows none."""
+    """Contour error of a machine; None if it follows no path."""
     path, time = scenario.path, scenario.simulation.time
     if path is None:
         return None

@@ -62,10 +62,10 @@ QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pass
 def _of_machine(
     code: Code, numbers: Any, nominal: Any, true: Any, every: Any, row: Any, x: Any
 ) -> Any:
-    """Of every lane what a sample makes of ``x``, derivatives of that, and the signals as a tree.
+    """For every lane the result of a sample from ``x``, its derivatives, and the signals as a tree.
 
-    ``x`` are the numbers of the machine, commands, shifts of the references, and loads beside what
-    is there; it becomes the numbers a sample later, signals and positions.
+    ``x`` are the numbers of the machine, commands, shifts of the references, and additional loads;
+    the result has the numbers a sample later, signals and positions.
     """
     loop: Loop = joined(code, numbers)
 
@@ -118,7 +118,7 @@ class Steady(NamedTuple):
 
 
 class _Near(NamedTuple):
-    """What a sample makes of machines at some numbers, a lane each."""
+    """Results of a sample for machines at some numbers, a lane each."""
 
     a: Floats  # (lanes, states, states)
     c: Floats  # (lanes, signals, states)
@@ -167,7 +167,7 @@ class _Machines:
         return np.stack(each, axis=1)
 
     def near(self, x: Floats) -> _Near:
-        """What is near states and commands."""
+        """Linearise near states and commands."""
         more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
         value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
         value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
@@ -261,7 +261,7 @@ def _fine(machine: Machine) -> Machine:
 
 
 def _unlimited(controller: Any) -> Any:
-    """The same controller whose commands may have any size and rate."""
+    """The controller without limits on the size and rate of its commands."""
     if isinstance(controller, RateLimited):
         return _unlimited(controller.inner)
     if isinstance(controller, tuple) and not hasattr(controller, "_fields"):
@@ -379,7 +379,7 @@ def controlled(
 def _by_newton(
     at: Callable[[Floats], tuple[Floats, Floats, Floats]], x: Floats, wanted: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Where nothing more than ``wanted`` is left from ``x`` on, what is left there, and slopes."""
+    """Solve from ``x`` to a residual of at most ``wanted``; also return it and the slopes."""
     left, matrix, slopes = at(x)
     size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
     share = np.ones(len(x))

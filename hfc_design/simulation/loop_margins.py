@@ -158,7 +158,7 @@ def loop_margins(
 def _at(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
-    """Of each axis why it has no margins, else its numbers and its loop."""
+    """For each axis the reason why it has no margins, else its numbers and its loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
     if why := _why(scenario, about, controllers, lane, machine):
         return [(why, {}, None)] * len(axes)
@@ -174,7 +174,7 @@ def _at(
 def _why(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> str:
-    """Why a loop cannot be linearised at a point; "" where it can."""
+    """Reason why a loop cannot be linearised at a point; "" if it can."""
     if not about.exists[lane]:
         gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.actual)
         return f"{gap}no steady motion was found there, so the loop cannot be linearised"
@@ -343,7 +343,7 @@ class AskedMargins:
 
 
 def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady | None:
-    """Of many machines those that just have to hold, where all move slowest; None: none is moved.
+    """The machines that just have to pass, at the slowest sliding; None if no motion moves.
 
     They are sorted by how fast each leaves its sliding by itself.
     """

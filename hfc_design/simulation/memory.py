@@ -104,7 +104,7 @@ def free() -> float:
 
 
 def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
-    """What one control group leaves [bytes]; what its files are called."""
+    """Memory that one control group leaves [bytes]; the texts are names of its files."""
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf

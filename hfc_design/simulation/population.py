@@ -217,7 +217,7 @@ def trajectories(
 
 
 def _at(tree: Any, index: int | slice) -> Any:
-    """Of each leaf; of one that was filled up far without the rest, which nobody needs."""
+    """Index each leaf; small leaves are copied, so that the filled-up rest is freed."""
 
     def taken(leaf: Floats) -> Floats:
         return leaf[index].copy() if leaf.size <= compiled.RECORDED else leaf[index]

@@ -155,7 +155,7 @@ def _share(passing: Mask) -> float:
 
 
 def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
-    """Of the machines that hold without stress which hold, and what most others do and where."""
+    """Function that finds which machines still pass, and how and where most others fail."""
     motions, required = scenario.each_motion(), ~np.array(scenario.nominal_only)
 
     def lost(one: Judged) -> dict[str, Mask]:
@@ -280,7 +280,7 @@ def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
 
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Those that a log shows, and where there may be others: of each inertia, and in between."""
+    """Stresses by modes: those of a log, and possible ones of each inertia and frequency."""
     stress = scenario.stress
 
     def mode(one: Mode, words: str, size: float, share: Callable[[float], float]) -> Case:
@@ -340,7 +340,7 @@ def loads(scenario: Scenario) -> list[float]:
 
 
 def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
-    """What ``HELD`` of the largest command holds."""
+    """Load that a share ``HELD`` of the largest command can hold."""
     limit = scenario.limits.of(axis.name).command
     most = min(map(abs, axis.drive.largest_commands(axis.parameters, limit)))
     try:
@@ -351,7 +351,7 @@ def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
 
 
 def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:
-    """With a step of the load after a third, so that the last quarter finds it settled."""
+    """Samples with a step of the load after a third, so that the last quarter finds it settled."""
     after = (np.arange(len(samples.time)) >= len(samples.time) // 3).astype(float)
     return _pushed(samples, lambda loads, k: loads + size * shares[k] * after)
 
@@ -362,7 +362,7 @@ def _pushed(samples: Samples, change: Callable[[Floats, int], Floats]) -> Sample
 
 
 def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
-    """With a machine, and its copy, that begin off the reference."""
+    """Samples with a machine, and its copy, that begin off the reference."""
     starts, copies = [], []
     each = zip(scenario.plant.each(), samples.axes, samples.start, samples.copy_start, strict=True)
     for axis, axis_samples, start, copy_start in each:
@@ -374,7 +374,7 @@ def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
 
 
 def _turned(samples: Samples, size: float) -> Samples:
-    """With motions so far the other way."""
+    """Samples with a part of the motions in the opposite direction."""
     axes = []
     for axis_samples in samples.axes:
         each = {name: getattr(axis_samples, name) for name in TURNED}
@@ -391,12 +391,12 @@ ENDS = ("reference_rate", "reference_acceleration", "sliding")
 
 
 def _resting(samples: Samples, size: float) -> Samples:
-    """With a rest [s] behind the motion; the last load stays, the noise comes again."""
+    """Samples with a rest [s] after the motion; the last load stays, the noise is repeated."""
     return _longer(samples, 0, round(size / float(samples.sample_time)))
 
 
 def _load_first(scenario: Scenario, samples: Samples) -> Samples:
-    """With as long a rest before the motion, at its start: a load is held before it is moved."""
+    """Samples with an equally long rest before the motion: a load is held before it moves."""
     many, axes = len(samples.time), scenario.plant.each()
     longer = _longer(samples, many, 0)
     held_axes = []
@@ -409,7 +409,7 @@ def _load_first(scenario: Scenario, samples: Samples) -> Samples:
 
 
 def _longer(samples: Samples, before: int, behind: int) -> Samples:
-    """With so many samples more at rest; what counts is told by those of the motion and behind."""
+    """Samples with more rest; those of the motion and of the rest behind it count."""
     steps = before + len(samples.time) + behind
 
     def extended(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:

@@ -120,14 +120,14 @@ class _InUse(NamedTuple):
         return cls(scenario, later, *acceptance.measured_loop(design, scenario, later), samples)
 
     def judged(self, machines: Machines) -> Judged:
-        """(machines, motions) of each, in one program with all stresses if there are any."""
+        """(machines, motions) results, in one program with all stresses if there are any."""
         shared = () if self.later is None else (AT_ONCE, longest(self.scenario))
         many, dtype = standing(machines, self.scenario, self.loop), self.scenario.run.precision
         scores = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
         return Judged(*(np.array(part[0]) for part in scores))
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
-        """The same; what diverges is simulated again in finer steps."""
+        """The same, with diverging motions simulated again in finer steps."""
 
         def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
             if where is self.scenario:

@@ -234,7 +234,7 @@ def _apart(values: Floats, bad: Mask) -> Floats:
 def _alike(
     scenario: Scenario, lost: Mapping[str, Mask], off: Mapping[str, Floats]
 ) -> Iterator[str]:
-    """How most machines fail in a motion, and which ends of parameters they have in common."""
+    """Most frequent failures in a motion, with the extreme parameters of these machines."""
     required, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
     around = AROUND.keys() - {
         name for parameters in scenario.plant.values() for name in parameters._fields
@@ -256,7 +256,7 @@ def _alike(
 
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:
-    """What motions need of the drives, a line each where that is near a limit or one is reached."""
+    """Requirements of motions on the drives, a line for each near a limit or at one."""
     bad, saturated = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):

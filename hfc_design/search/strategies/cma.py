@@ -122,7 +122,7 @@ class Cma(NamedTuple):
         )
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
-        """With the average of the best means of now in the trail, if it is time."""
+        """State with the average of the present best means in the trail, if it is time."""
         total = self.settings.generations
         every = max(total // (2 * TRAIL), 1)
         behind = generation - (total - every * TRAIL)
@@ -134,7 +134,7 @@ class Cma(NamedTuple):
         return state._replace(trail=replaced(state.trail, np.array([behind // every]), average))
 
     def _hardened(self, state: CmaState, generation: int) -> CmaState:
-        """With the machines that are hard by now, if it is time."""
+        """State with the machines that are hardest at present, if it is time."""
         total, hardest = self.settings.generations, self.task.hardest
         behind = generation - round((1.0 - self.settings.hardened) * total)
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):

@@ -172,7 +172,7 @@ def two_point(pair: Mask, first: int, behind: int) -> Mask:
 
 @cache
 def _tree_index(gene: tuple[int, ...]) -> int | None:
-    """Which of ``hierarchy.trees`` a gene decodes to; None where it is invalid."""
+    """Index in ``hierarchy.trees`` that a gene decodes to; None if it is invalid."""
     tree = hierarchy.decode(gene)
     return None if tree is None else hierarchy.trees(len(gene)).index(tree)
 

@@ -157,13 +157,13 @@ class Nsga2(NamedTuple):
 
 
 def _nothing(genome: Genome) -> cma.CmaState:
-    """What leads nowhere."""
+    """Empty state of a leading search."""
     nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((7, 0, 0)))
     return cma.CmaState(nobody, np.empty(0), nobody, nobody, islands, np.empty(0, np.int64))
 
 
 def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
-    """Nobody yet but what leads."""
+    """State with a leading search and no individuals yet."""
     nobody, none = taken(led.population, slice(0)), np.empty(0)
     costs = np.empty((0, len(settings.objectives)))
     front = Front(nobody, none, costs, none)
@@ -180,7 +180,7 @@ def _sampled(samples: cma.Asked, settings: Nsga2Settings) -> Asked:
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
-    """Those who may become parents, the best first, and their steps."""
+    """Possible parents, the best first, and their steps."""
     front = state.front
     costs = np.concatenate([state.costs, front.costs])
     violation = np.append(state.violation, np.zeros(len(front.costs)))
