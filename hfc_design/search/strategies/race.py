@@ -202,7 +202,7 @@ def doubled(state: RaceState) -> tuple[Integers, Integers]:
 
 
 def humbled(state: RaceState, score: Floats) -> RaceState:
-    """Limit the score of the best of an island to about that of its double."""
+    """Give the best of an island the score of its double where that is much worse."""
     best, place = doubled(state)
     best_score = state.score[best]
     worse = score[place] < np.where(best_score < 0.0, best_score / LUCK, LUCK * best_score)
