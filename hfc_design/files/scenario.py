@@ -76,7 +76,7 @@ class Scenario(Record, metaclass=Asked):
     #: several motions that are judged together; keys left out are those of the scenario
     motions: tuple[Motion, ...] = Field((), exclude_if=not_)
     limits: Limits = Limits()  # limits and delays of the drives
-    #: sensors of the machine; left out: ideal
+    #: sensors of the machine; ideal without any
     sensors: SensorSettings = SensorSettings()
     fitness: FitnessSettings = Field({}, validate_default=True)  # measure of a good motion
     #: controller to search for
