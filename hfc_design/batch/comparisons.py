@@ -85,7 +85,7 @@ def runs_needed(comparisons: int) -> int:
 
 
 def too_few(comparisons: Sequence[Comparison]) -> int:
-    """Runs in each group that were needed; 0 where there are enough to show something."""
+    """Runs needed in each group to show a difference; 0 if there are enough."""
     size = len(comparisons)
     sizes = {item.sizes for item in comparisons}
     enough = not sizes or size * min(smallest_p(*pair) for pair in sizes) <= ALPHA

@@ -41,8 +41,8 @@ def report(
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
-    ``tell`` is called with the page and what the runs gave, None of a single one;
-    ``paper`` is what of the page is wanted for a paper.
+    ``tell`` is called with the path of the page and the findings of all runs, None for a single
+    run; ``paper`` selects the parts of the page that are written for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is

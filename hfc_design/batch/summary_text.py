@@ -50,7 +50,7 @@ def _show_medians(groups: Sequence[Group]) -> None:
 
 
 def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
-    """What came out of a task, nothing of groups whose runs are too few to tell them apart.
+    """Result of a task in words, without groups that have too few runs to show a difference.
 
     Args:
         groups: of the task, the best first.

@@ -26,11 +26,11 @@ def design(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
 ) -> Result:
-    """Search a controller: its design file, what it does on the scenario, and the search.
+    """Search a controller; returns its design file, its evaluation on the scenario, and the search.
 
-    With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. Called
-    again for a run of the same scenario that was stopped, it goes on; ``anyway`` even if other
-    versions of packages or own parts began it.
+    With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. If the folder
+    holds a stopped run of the same scenario, it continues that run; with ``anyway`` even if other
+    versions of packages or of own parts began it.
 
     Raises:
         UserError: the folder holds a run of another scenario.

@@ -83,7 +83,7 @@ class JavaScript(C):
 
 
 def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """A law as a module; ``init`` are the members of the object that it remembers in."""
+    """A law as a module; ``init`` are the members of the object that holds its memory."""
     parts = printed(recording, JavaScript((*OWN, *reserved), {}))
     init = ["started: false,"] if recording.started else []
     for field in recording.fields:

@@ -24,10 +24,10 @@ LEAVES = frozenset(("input", "state", "number", "parameter", "index", "variable"
 def counted(
     trace: Recorder, roots: Iterable[Any], *others: Block
 ) -> tuple[set[int], dict[Node, list[Block]]]:
-    """Identities of nodes, arrays and statements that count, and where each node is used.
+    """Identities of live nodes, arrays and statements, and where each node is used.
 
-    ``roots`` count, and what writes to memory that outlives the function; ``others`` are blocks
-    beside that of the function.
+    ``roots`` are live, and so is everything that writes to memory that outlives the function;
+    ``others`` are blocks beside that of the function.
     """
     owners, writers = _written((trace.root, *others))
     alive: set[int] = set()

@@ -72,9 +72,9 @@ def parts(memory: Memory, name: str) -> dict[str, Memory] | None:
 def mapped(
     function: Callable[..., Memory], memory: Memory, *others: Memory, name: str = ""
 ) -> Memory:
-    """A memory of ``function(name, part, ...)`` of each thing, and of what others have there.
+    """Apply ``function(name, part, ...)`` to each part of a memory, with the same part of others.
 
-    What is made of parts in all of them is taken apart.
+    Records and mappings are taken apart if they are such in all memories.
     """
     inside = [parts(one, name) for one in (memory, *others)]
     known = [one for one in inside if one is not None]
@@ -88,7 +88,7 @@ def mapped(
 
 
 def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
-    """(name, part, ...) of each thing in memories, see ``mapped``."""
+    """(name, part, ...) for each part of memories, see ``mapped``."""
     listed: list[tuple[Any, ...]] = []
     mapped(lambda *one: listed.append(one), memory, *others)
     return listed

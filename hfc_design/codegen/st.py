@@ -67,7 +67,7 @@ class Block(NamedTuple):
         }
 
     def listed(self, variables: list[Variable]) -> list[str]:
-        """Those of no size and no first value, all of a type together."""
+        """Declarations of variables without size and first value, one line for each type."""
         plain = sorted((x for x in variables if not (x.size or x.first)), key=lambda x: x.type)
         kinds = groupby(plain, lambda x: x.type)
         return folded(

@@ -1,1 +1,1 @@
-"""Kinds of controller: a folder each, and what they have in common."""
+"""Kinds of controller, a folder each, and the code that they share."""

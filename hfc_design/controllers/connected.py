@@ -1,8 +1,8 @@
-"""Laws as they are connected: what is between a machine's readings and its drives.
+"""Laws connected to a machine: the code between the machine's readings and its drives.
 
-Forms what a law reads of raw readings, as the simulator's sensors do, and keeps a command to what
-its converter takes. It is switched on and off, goes over from another controller's command, and
-stops where an axis has left its reference too far. Never imports JAX.
+It forms the signals of a law from raw readings, as the simulator's sensors do, and limits a command
+to the values of its converter. It can be switched on and off, takes over smoothly from another
+controller's command, and stops when an axis is too far from its reference. Never imports JAX.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ FADING = 50.0
 
 
 class Sensing(NamedTuple):
-    """How the readings of an axis become what its controller reads; see ``simulation.sensors``."""
+    """Conversion of an axis's readings to signals of its controller; see ``simulation.sensors``."""
 
     position: str  # the reading that is fed back
     velocity: str  # its rate
@@ -60,7 +60,7 @@ class Sensing(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """What is between a controller and an axis."""
+    """Sensors and converter between a controller and an axis."""
 
     sensing: Sensing
     change: float | None  # largest one of the command in a sample
@@ -69,7 +69,7 @@ class Connection(NamedTuple):
 
 
 class Begins(NamedTuple):
-    """What a controller remembers that begins anew."""
+    """Functions that reset a controller's memory."""
 
     #: (xp, fresh, memory) -> the memory with its past forgotten where that is true.
     rested: Callable[[Xp, Truth, Memory], Memory]
@@ -77,13 +77,13 @@ class Begins(NamedTuple):
     begun: Callable[[Xp, Truth, Memory, Memory], Memory]
 
     def memory(self, xp: Xp, fresh: Truth, memory: Memory, first: Callable[..., Memory]) -> Memory:
-        """The ``memory`` before a sample; ``first`` makes one of one without a past."""
+        """The ``memory`` before a sample; ``first`` makes one from a memory without a past."""
         rested = self.rested(xp, fresh, memory)
         return self.begun(xp, fresh, rested, first(rested))
 
 
 class Inside(NamedTuple):
-    """What a connected law is made of."""
+    """Parts of a connected law."""
 
     law: AxisLaw
     connection: Connection
@@ -91,7 +91,7 @@ class Inside(NamedTuple):
 
 
 class DriveMemory(NamedTuple):
-    """What is remembered of a drive."""
+    """Memory of a drive."""
 
     angles: dict[str, tuple[Scalar, ...]]  # readings, or what observers made of them, newest first
     rates: dict[str, Scalar]  # of observers
@@ -101,7 +101,7 @@ class DriveMemory(NamedTuple):
 
 
 class ConnectedMemory(NamedTuple):
-    """What a connected controller remembers from one sample to the next."""
+    """Memory of a connected controller from one sample to the next."""
 
     law: Memory
     drive: Any  # a DriveMemory, or of a machine those of its axes
@@ -110,7 +110,7 @@ class ConnectedMemory(NamedTuple):
 
 
 def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
-    """The law of raw readings."""
+    """The law as a law of raw readings."""
     return AxisLaw(
         _sample,
         _start,
@@ -161,7 +161,7 @@ def _sample(
 
 
 class ConnectedMachine(NamedTuple):
-    """The controller of a machine, of raw readings: all of its axes are on, or none is."""
+    """The controller of a machine, with raw readings: all of its axes are on, or none."""
 
     inner: Controller
     connections: tuple[Connection, ...]
@@ -192,7 +192,7 @@ class ConnectedMachine(NamedTuple):
         return memory._replace(drive=drives)
 
     def step(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> Stepped:
-        """The command that each drive is to have, and what to remember."""
+        """The command of each drive, and the new memory."""
         each = zip(self.connections, memory.drive, view.axes, strict=True)
         sensed = [
             _sensed(xp, connection.sensing, self.sample_time, *one) for connection, *one in each
@@ -220,7 +220,7 @@ class ConnectedMachine(NamedTuple):
 
 
 def _still(sensing: Sensing, zero: Scalar) -> DriveMemory:
-    """What is remembered of a drive before the first sample."""
+    """Memory of a drive before the first sample."""
     count = sensing.samples if sensing.source == "encoder" else 1
     angles = dict.fromkeys(sensing.rated, (zero,) * count)
     rates = dict.fromkeys(sensing.rated if sensing.source == "observer" else (), zero)
@@ -259,7 +259,7 @@ def _commanded(
     fresh: Truth,
     runs: Truth,
 ) -> tuple[Scalar, DriveMemory]:
-    """What a drive is to have of what its law ``requested``, and what is remembered of that."""
+    """Command of a drive from the one that its law ``requested``, and the new memory."""
     command, preset = limited(xp, limit, requested), signals.get("preset", 0.0)
     taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
     first = xp.where(taken > 0.5, preset - command, 0.0)
@@ -276,7 +276,7 @@ def _commanded(
 
 
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
-    """What the encoders read, in their steps."""
+    """Readings of the encoders, in their steps."""
     raw = {name: signals.get(name, 0.0) for name in sensing.fields}
     read = raw | xp.foreign(sensing.measured, raw)
     return read | {
@@ -287,7 +287,7 @@ def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
 def _sensed(
     xp: Xp, sensing: Sensing, every: float, memory: DriveMemory, signals: Signals
 ) -> tuple[dict[str, Scalar], DriveMemory]:
-    """What the law reads, and what is remembered of it (``simulation.sensors.measured``)."""
+    """Signals of the law, and the new memory (``simulation.sensors.measured``)."""
     read = _readings(xp, sensing, signals)
     angles: dict[str, tuple[Scalar, ...]] = {}
     rates: dict[str, Scalar] = {}
@@ -326,7 +326,7 @@ def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:
 
 
 def _converted(xp: Xp, connection: Connection, command: Scalar) -> Scalar:
-    """What the converter makes of a command (``simulation.sensors.converted``)."""
+    """Output of the converter for a command (``simulation.sensors.converted``)."""
     if connection.step is None:
         return limited(xp, connection.largest, command)
     whole = _in_steps(xp, command, connection.step)

@@ -1,6 +1,6 @@
-"""What a controller is: it sees the whole machine and gives every command. Never imports JAX.
+"""Controllers: each sees the whole machine and gives every command. Never imports JAX.
 
-Most controllers are the law of one axis, lifted to the machine by ``PerAxis``.
+Most controllers are the law of one axis, applied to the machine by ``PerAxis``.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,16 +25,16 @@ SLOW = frozenset(
 
 
 def units_of(units: Mapping[str, str]) -> dict[str, str]:
-    """Unit of everything that one axis tells, of those of its drive."""
+    """Unit of every signal of one axis, from the units of its drive."""
     position, rate = units["error"], units["error_rate"]
     faster = f"{rate}2" if rate.endswith("/s") else f"{rate}/s"
     return dict(zip(FOLLOWED, (position, rate, faster), strict=True)) | dict(units)
 
 
 class PathView(NamedTuple):
-    """The path of a machine, as the control knows it, where the machine should be.
+    """The path of a machine at its reference position, as the control knows it.
 
-    Its way counts in the unit of the linear axes, or where only rotary ones move, of these.
+    Its distance counts in the unit of the linear axes, or, if only rotary ones move, in theirs.
     """
 
     tangent: tuple[
@@ -51,7 +51,7 @@ class PathView(NamedTuple):
 
 
 class View(NamedTuple):
-    """Everything that a controller sees of its machine at a sample."""
+    """Inputs of a controller at a sample, from the whole machine."""
 
     axes: tuple[Signals, ...]
     path: PathView | None = None  # None: the machine follows no path
@@ -66,8 +66,8 @@ Stepped: TypeAlias = tuple[tuple[Scalar, ...], Memory]
 class Controller(Protocol):
     """Pure functions of scalars, called once a sample. Hashable: a key of compiled code.
 
-    ``gains`` are what a search changes, ``memory`` is what is remembered from one sample to the
-    next.
+    ``gains`` are the numbers that a search changes, ``memory`` the values kept from one sample to
+    the next.
     """
 
     @property
@@ -78,14 +78,14 @@ class Controller(Protocol):
         """Memory before the first sample."""
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """The command of every axis, and what to remember."""
+        """The command of every axis, and the new memory."""
 
 
 class AxisLaw(NamedTuple):
     """The law of one axis, in scalars: the same text for the simulator and the runtime.
 
-    ``sample(xp, law, gains, memory, signals)`` gives the command, what to remember, and what the
-    command is made of, for ``Kind.explain``; None where a kind does not tell.
+    ``sample(xp, law, gains, memory, signals)`` returns the command, the new memory, and the parts
+    of the command for ``Kind.explain``; these are None if a kind does not explain itself.
     """
 
     sample: Callable[..., tuple[Scalar, Memory, Any]]
@@ -111,37 +111,38 @@ class AxisLaw(NamedTuple):
         return self.begin(xp, self, gains, memory) if self.begin else memory
 
     def primed(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> Memory:
-        """The ``memory`` before the first sample as if the axis had stood as ``signals`` tell."""
+        """The ``memory`` before the first sample, the axis standing with these ``signals``."""
         return self.prime(xp, self, gains, memory, signals) if self.prime else memory
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> tuple[Scalar, Memory]:
-        """The command within its limit, and what to remember."""
+        """The command within its limit, and the new memory."""
         command, memory, _ = self.sample(xp, self, gains, memory, signals)
         return limited(xp, self.limit, command), memory
 
 
 def stood(xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals) -> Memory:
-    """A ``prime``: the error of the sample before was that of this one."""
+    """A ``prime`` that sets the error of the previous sample to that of this one."""
     return memory._replace(error=signals["error"])
 
 
 def primed(controller: Controller, xp: Xp, gains: Gains, memory: Memory, view: View) -> Memory:
-    """What a ``controller`` remembers before its first sample as if all had stood as in ``view``.
+    """Memory of a ``controller`` before its first sample as if everything had stood as in ``view``.
 
-    So no change of a signal kicks. A simulated motion has no need of it: there nothing was before.
+    So no change of a signal causes a kick. A simulated motion does not need it: there nothing was
+    before.
     """
     method = getattr(controller, "primed", None)
     return method(xp, gains, memory, view) if method else memory
 
 
 def begun(controller: Controller, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
-    """What a ``controller`` with these gains remembers before its first sample."""
+    """Memory of a ``controller`` with these gains before its first sample."""
     method = getattr(controller, "begun", None)
     return method(xp, zero, gains) if method else controller.initial_memory(zero)
 
 
 class PerAxis(NamedTuple):
-    """A controller of a law for each axis, with gains that all share or each its own."""
+    """A controller with a law for each axis; the axes share gains or have their own."""
 
     kind: str
     laws: tuple[AxisLaw, ...]
@@ -168,7 +169,7 @@ class PerAxis(NamedTuple):
         return gains if self.own_gains else (gains,) * len(self.laws)
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """The command of every axis, and what each remembers."""
+        """The command of every axis, and the new memory of each."""
         each = zip(self.laws, self._each(gains), memory, view.axes, strict=True)
         stepped = [
             law.step(xp, axis_gains, before, signals) for law, axis_gains, before, signals in each
@@ -178,16 +179,17 @@ class PerAxis(NamedTuple):
 
 
 class RateMemory(NamedTuple):
-    """What a controller remembers whose commands have a limited rate."""
+    """Memory of a controller with rate-limited commands."""
 
     inner: Memory
     commands: tuple[Scalar, ...]  # of the sample before; 0 before the first one
 
 
 class RateLimited(NamedTuple):
-    """A controller of a machine that changes its commands by no more than it may in a sample.
+    """A controller of a machine that limits the change of its commands in a sample.
 
-    What is inside does not know of that: no integral is held because a command is on its way.
+    The controller inside does not know of the limit: an integral is not held while a command is on
+    its way.
     """
 
     inner: Controller
@@ -212,7 +214,7 @@ class RateLimited(NamedTuple):
         return memory._replace(inner=primed(self.inner, xp, gains, memory.inner, view))
 
     def step(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> Stepped:
-        """The commands of what is inside, on their way to them, and what to remember."""
+        """The rate-limited commands of the controller inside, and the new memory."""
         requested, inner = self.inner.step(xp, gains, memory.inner, view)
         each = zip(self.limits, self.changes, memory.commands, requested, strict=True)
         commands = tuple(
@@ -225,41 +227,41 @@ class RateLimited(NamedTuple):
 def rate_limited(
     controller: Controller, limits: Mapping[str, float | None], changes: Mapping[str, float | None]
 ) -> Controller:
-    """A controller that keeps to the largest ``changes`` of each axis; itself without any."""
+    """A controller that keeps to the largest ``changes`` of each axis; unchanged without any."""
     if not any(changes.values()):
         return controller
     return RateLimited(controller, tuple(limits.values()), tuple(changes.values()))
 
 
 def within_rate(memory: Memory) -> Memory:
-    """What the controller remembers inside of ``RateLimited`` ones, or alone."""
+    """Memory of the controller inside ``RateLimited`` ones, or of one without rate limit."""
     while isinstance(memory, RateMemory):
         memory = memory.inner
     return memory
 
 
 def ramped(xp: Xp, change: float | None, before: Scalar, command: Scalar) -> Scalar:
-    """``command``, no farther from the one ``before`` than a change; what is infinite is nan."""
+    """``command``, at most a change from the one ``before``; nan for an infinite command."""
     if change is None:
         return command
     return clipped(xp, command, before - change, before + change) + 0.0 * command
 
 
 def limited(xp: Xp, limit: float | None, command: Scalar) -> Scalar:
-    """``command``, no larger than its limit in either direction."""
+    """``command``, limited to the same magnitude in both directions."""
     return command if limit is None else clipped(xp, command, -limit, limit)
 
 
 def outside(xp: Xp, dead_zone: Scalar | None, error: Scalar) -> Scalar:
-    """``error``, or 0 where it is within the dead zone; None: there is none."""
+    """``error``, or 0 within the dead zone; None: there is no dead zone."""
     return error if dead_zone is None else xp.where(abs(error) <= dead_zone, 0.0, error)
 
 
 def held(xp: Xp, limit: float | None, command: Scalar, before: Scalar, after: Scalar) -> Scalar:
-    """An integral that went from ``before`` to ``after``, or stays where that would wind it up.
+    """An integral that went from ``before`` to ``after``, or its old value against windup.
 
-    It stays while the ``command`` that it is part of is beyond the limit and the step would push
-    it further (clamping anti-windup).
+    It keeps its old value while the ``command`` that contains it is beyond the limit and the step
+    would increase the excess (clamping anti-windup).
     """
     if limit is None:
         return after

@@ -1,4 +1,4 @@
-"""What a search strategy needs to know of what it varies."""
+"""Genomes: the interface between a search strategy and the individuals that it varies."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
@@ -10,7 +10,7 @@ from hfc_design.core.numbers import Floats, Gains, Integers, Json, Mask, Own
 
 
 class Population(Protocol):
-    """n individuals: a NamedTuple of arrays that carry them in the leading axis."""
+    """n individuals: a NamedTuple of arrays with the individuals in the leading axis."""
 
     @property
     def tree(self) -> Integers:
@@ -23,7 +23,7 @@ Members: TypeAlias = Any
 
 
 class Space(NamedTuple):
-    """Individuals as points, so that the derivative of a loop tells where to go from one."""
+    """Individuals as points, so that the derivative of a loop gives a direction to move in."""
 
     vectors: Callable[[Members], Floats]  # population -> (n, parameters), ordered as ``gains`` are
     from_vectors: Callable[[Floats, Members], Members]  # (points, one of their structure) -> they
@@ -33,7 +33,7 @@ class Space(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """Coordinates in which a distribution of individuals moves for a part of a search."""
+    """Coordinates in which a distribution of individuals moves during a part of a search."""
 
     start: Floats  # (size,) where it begins
     step: float  # first standard deviation of each
@@ -43,7 +43,7 @@ class Stage(NamedTuple):
 class Genome(Protocol):
     """Individuals of one kind of controller: how they begin, vary and become a controller.
 
-    The base of every kind's genome. One whose individuals are points too says so by a method
+    It is the base of every kind's genome. A genome whose individuals are also points has a method
     ``space() -> Space``; one through which a distribution can be led has ``stages``.
     """
 
@@ -58,48 +58,48 @@ class Genome(Protocol):
     stages: tuple[tuple[float, bool], ...] = ()
 
     def stage(self, number: int, about: Members | None) -> Stage:
-        """Coordinates about the individual that the stage before ended with; None: the first."""
+        """Coordinates about the individual with which the previous stage ended; None: the first."""
         raise TypeError(f"{type(self).__name__} has no stages")
 
     def around(self, about: Members) -> Stage | None:
-        """Coordinates of every number about a population of one; None where there are none."""
+        """Coordinates of every number about a population of one; None if there are none."""
         return self.stage(len(self.stages) - 1, about) if self.stages else None
 
     def empty(self) -> Members:
-        """One individual of each structure that nobody has tried."""
+        """One untried individual of each structure."""
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Members:
         """First individuals with the given structures."""
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Members | None:
-        """The same of what is known of the machine; None where ``fresh`` is all there is."""
+        """First individuals that use knowledge of the machine; None: only ``fresh`` ones exist."""
         return None
 
     def laws(self) -> Any | None:
-        """Laws of few numbers that the individuals can follow; None: there are none.
+        """Laws with few numbers that the individuals can reproduce; None if there are none.
 
-        They are searched before the individuals are, see ``hierarchical.laws.LinearLaws``.
+        They are searched before the individuals, see ``hierarchical.laws.LinearLaws``.
         """
         return None
 
     def mutated(self, population: Members, step: Floats, rng: np.random.Generator) -> Members:
-        """The individuals changed by relative steps (n,)."""
+        """Individuals changed by relative steps (n,)."""
 
     def blended(self, one: Members, other: Members, share: Floats) -> Members:
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
 
     def nudged(self, population: Members, rng: np.random.Generator) -> Members:
-        """The individuals with a number a millionth off."""
+        """Individuals with a number changed by a millionth."""
 
     def gains(self, population: Members) -> Gains:
-        """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
+        """Gains of the controllers for ``simulate``, with individuals in the trailing axis."""
 
     def notation(self, structure: int) -> str:
-        """A structure as people read it; of a single one the name of the kind."""
+        """Readable text of a structure; the name of the kind if there is only one."""
         return str(self.settings.kind)
 
     def record(self, individual: Members) -> Json:
-        """A population of one as the controller of a design file."""
+        """Controller of a design file, from a population of one."""
 
 
 def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float) -> Floats:
@@ -108,12 +108,12 @@ def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float
 
 
 def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
-    """The individuals that an index array, a mask or a slice chooses."""
+    """Individuals chosen by an index array, a mask or a slice."""
     return _mapped(lambda array: array[chosen], population)
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:
-    """Populations one after the other."""
+    """Join populations one after the other."""
     return _mapped(lambda *parts: np.concatenate(parts), *populations)
 
 

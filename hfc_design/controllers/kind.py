@@ -1,6 +1,6 @@
-"""What a kind of controller is: a class with all that the rest of the package asks it.
+"""Kinds of controller: the base class with everything that the rest of the package calls.
 
-A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known, ``KINDS`` several.
+A kind is a folder beside this file; ``KIND`` in its ``__init__`` registers it, ``KINDS`` several.
 Never imports JAX.
 """
 
@@ -30,7 +30,7 @@ DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 
 
 class later:
-    """Something of a module that is imported when it is asked for: it starts JAX, or draws.
+    """Name of a module that is imported only on access, because it starts JAX or draws.
 
     In the body of a class it is a method, or a value.
     """
@@ -45,12 +45,12 @@ class later:
 
 
 class ControllerSettings(Record):
-    """The ``[controller]`` of a scenario: what a search starts from and may vary."""
+    """The ``[controller]`` of a scenario: start of a search, and the ranges that it may vary."""
 
     kind: str  # kind of the controller
 
     def fault(self, target: "Target") -> str | None:
-        """What makes a search for ``target`` impossible, in a line that begins with the key."""
+        """Line that says why a search for ``target`` is impossible; it begins with the key."""
         return None
 
     @property
@@ -60,7 +60,7 @@ class ControllerSettings(Record):
 
 
 def controller_named(start: Plain, info: ValidationInfo) -> Plain:
-    """The controller of the design that ``start`` names; a record stays one.
+    """Controller of the design named by ``start``; a record is returned as it is.
 
     Raises:
         ValueError: there is no such design, or it is not of the kind of the settings.
@@ -77,7 +77,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
 
 
 class Target(NamedTuple):
-    """What a controller is designed for."""
+    """Machine and conditions for which a controller is designed."""
 
     machine: "Machine"
     parameters: tuple[Parameters, ...]  # the record of each axis
@@ -87,14 +87,14 @@ class Target(NamedTuple):
     follows_path: bool = True  # whether it does in every motion
 
     def of(self, k: int) -> "Target":
-        """The same for axis ``k`` alone."""
+        """The target for axis ``k`` alone."""
         name, parameters = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
         return self._replace(machine=self.machine.only(k), parameters=parameters, limits=limits)
 
 
 class ReportContext(NamedTuple):
-    """What a report knows of a design besides its record."""
+    """Facts about a design that a report needs besides its record."""
 
     machine: "Machine"
     parameters: tuple[Parameters, ...]  # the record of each axis
@@ -104,7 +104,7 @@ class ReportContext(NamedTuple):
     largest: tuple[float | None, ...] = ()
 
     def of(self, axis: str) -> "ReportContext":
-        """The same of one axis."""
+        """The same for one axis."""
         k = self.machine.axes.index(axis)
         signals = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
@@ -124,18 +124,18 @@ CHANGES = (
 
 
 def dead_zone_note(record: Own) -> list[str]:
-    """The dead zone of a record for ``ControllerRecord.connecting``; nothing without one."""
+    """Note on the dead zone of a record for ``ControllerRecord.connecting``; empty without one."""
     zone = record.dead_zone
     return [f"An `error` of up to {zone!r} either way counts as 0 inside."] if zone else []
 
 
 def input_ranges(gains: dict[str, float], limit: float | None) -> dict[str, float]:
-    """``ControllerRecord.input_range`` of signals with a gain each: limit, or 1, by gain."""
+    """``ControllerRecord.input_range`` of signals with one gain each: (limit, or 1) / gain."""
     return {name: (limit or 1.0) / abs(gain) for name, gain in gains.items() if gain}
 
 
 class Explain(NamedTuple):
-    """How a kind explains what it does at a sample; see ``runtime.explain``."""
+    """Functions with which a kind explains its command at a sample; see ``runtime.explain``."""
 
     #: Signals that it reads at a sample, and those that it remembers of the one before.
     signals: Callable[[Own], tuple[list[str], list[str]]]
@@ -150,17 +150,17 @@ class Explain(NamedTuple):
 
 
 def errors_alone(record: Record) -> list[str]:
-    """What a law reads that says nothing else."""
+    """Signals of a law by default: the error and its rate."""
     return ["error", "error_rate"]
 
 
 def nothing(record: Record) -> list[Any]:
-    """Of what a kind has none."""
+    """Empty list, for features that a kind does not have."""
     return []
 
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
-    """The section of a report on a controller that says nothing else of itself."""
+    """Default section of a report on a controller: its numbers."""
     from hfc_design.pictures.section import Listing, Section  # which draw
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
@@ -171,15 +171,16 @@ def numbers(record: Any, shown: "ReportContext") -> list[Any]:
 
 
 def names_of(part: type[Record]) -> tuple[str, ...]:
-    """Of a kind, as its record or its settings have them; () where they have any."""
+    """Names of a kind, from its record or its settings; () if these allow any."""
     return get_args(part.model_fields["kind"].annotation)
 
 
 class ControllerRecord(Record):
-    """A kind of controller: a class, whose objects are the controllers of design files.
+    """A kind of controller: a class whose objects are the controllers of design files.
 
     Its fields are the keys of a file. It has either ``law``, of one axis, or ``controller``, of a
-    whole machine; what else it lacks is None here, and one sentence to the user.
+    whole machine; other features that it lacks are None here, and the user who asks for them gets
+    one sentence.
     """
 
     kind: str  # which kind of controller it is
@@ -226,19 +227,19 @@ class ControllerRecord(Record):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **others: Any) -> None:
-        """What is known by itself."""
+        """Set the record and the name of the kind."""
         cls.record = cls
         if names := names_of(cls):
             cls.name = names[0]
 
     def law_gains(self) -> Gains:
-        """Its numbers, for one individual; arrays with a trailing axis in a population."""
+        """Numbers of its law, for one individual; in a population, arrays with a trailing axis."""
         raise NotImplementedError
 
     def inside(self, axes: tuple[str, ...]) -> "dict[str, ControllerRecord]":
-        """The controllers that it is made around, of a machine with these axes.
+        """Controllers that this one wraps, on a machine with these axes.
 
-        That of each axis by its name, or "" and that of all of them.
+        The keys are the names of the axes, or "" for a controller of all of them.
         """
         return {}
 
@@ -247,23 +248,23 @@ class ControllerRecord(Record):
         return self
 
     def structure(self) -> str:
-        """As ``Genome.notation`` tells it; "": its kind has but one."""
+        """Structure as ``Genome.notation`` writes it; "": its kind has only one."""
         return ""
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """How far signals of an axis go until its range ends, or each alone commands the limit.
+        """Range of each signal of an axis: to its end, or to where it alone commands the limit.
 
-        "error_change" is of the error in a sample. Those that are not named go to 1. Test vectors
-        go a little beyond.
+        "error_change" is the change of the error in a sample. Signals that are not named go to 1.
+        Test vectors go a little beyond.
         """
         return {}
 
     def connecting(self) -> list[str]:
-        """What whoever connects its signals has to know beside what they are, a line each."""
+        """Facts that whoever connects its signals needs beside their meanings, a line each."""
         return []
 
     def controller_of(self, limits: Limits) -> Controller:
-        """The controller of a machine whose axes have these limits of their commands."""
+        """Controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:
             controller: Controller = self.controller(limits)
             return controller
@@ -271,7 +272,7 @@ class ControllerRecord(Record):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Take out of a record's ``data`` what follows from its values of these dotted keys.
+        """Remove from a record's ``data`` the values that are derived from these dotted keys.
 
         Raises:
             ValueError: a key changes nothing; the line begins with it.
@@ -279,15 +280,15 @@ class ControllerRecord(Record):
 
 
 def kinds() -> Group[Any]:
-    """Every kind by its name: ``kinds.KINDS``, which finds all that import this."""
+    """Every kind by its name, from ``kinds.KINDS``."""
     return GROUPS["controller"]
 
 
 def require(capability: Any, design: Any, lacks: str) -> Any:
-    """The capability of a kind.
+    """Return the capability of a kind.
 
     Raises:
-        UserError: the kind has none; the line names the design and what it ``lacks``.
+        UserError: the kind does not have it; the line names the design and what it ``lacks``.
     """
     if capability is None:
         raise UserError(f"design {design.name} is of kind {design.controller.kind}: {lacks}")

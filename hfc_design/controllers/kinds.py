@@ -1,4 +1,4 @@
-"""Every kind of controller by its name: the folders here, and what users add."""
+"""Every kind of controller by its name: those in the folders here, and those that users add."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ METHODS = ("law", "controller", "genome", "of_gains", "reads", "sections")
 
 
 def _fault(kind: type[ControllerRecord]) -> str | None:
-    """What keeps a kind from working, in a line; None if nothing that is seen at once."""
+    """Line on what keeps a kind from working; None if no fault is visible at once."""
     settings: Any = kind.settings
     named = names_of(settings) if isinstance(settings, type) else ()
     faults = {

@@ -1,8 +1,8 @@
-"""Degrees of a value in terms of which no more than two neighbours fire.
+"""Degrees of a value in fuzzy terms of which at most two neighbours fire.
 
-Where values may choose what is computed (``Xp.sparse``: the runtime, code in other languages) they
-are these two; in the simulator, which steps a population at once, they are those of all terms.
-What laws do with them is the same text. Never imports JAX.
+Where the computation may depend on values (``Xp.sparse``: the runtime, code in other languages),
+only these two degrees are computed; the simulator, which steps a population at once, computes those
+of all terms. The text of a law is the same for both. Never imports JAX.
 """
 
 import math
@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Scalar, Triangles, Xp, clipped, total
 
 
 class Neighbours(NamedTuple):
-    """Two neighbouring terms, or a number for each of both."""
+    """Two neighbouring terms, or a number for each of the two."""
 
     first: Scalar  # number of the lower one, from 0 on
     values: Sequence[Scalar]  # (2,)
@@ -33,7 +33,7 @@ class Partition(NamedTuple):
 
     @classmethod
     def of(cls, triangles: Triangles) -> "Partition":
-        """Those of (left, centre, right); the outermost edges are not read."""
+        """Partition from triangles (left, centre, right); the outermost edges are not read."""
         centres = [centre for _, centre, _ in triangles]
         rights = [right for _, _, right in triangles[:-1]]
         return cls(centres, rights, [left for left, _, _ in triangles[1:]])
@@ -59,7 +59,7 @@ def neighbours(
     lefts: Sequence[Scalar],
     u: Scalar,
 ) -> Neighbours:
-    """The two of a partition's terms that may fire, and their degrees."""
+    """The two terms of a partition that may fire, and their degrees."""
     k = sum((u >= centre for centre in centres[1:-1]), 0)
     right, left = rights[k], lefts[k]
     lower = clipped(xp, (right - u) / (right - centres[k]), 0.0, 1.0)
@@ -79,9 +79,9 @@ def _membership(xp: Xp, terms: Partition, k: int, u: Scalar) -> Scalar:
 
 
 def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
-    """Degrees in terms at -``highest`` to ``highest``, 1 apart, of a ``place`` between these.
+    """Degrees of a ``place`` in terms at -``highest`` to ``highest``, 1 apart.
 
-    Triangles that reach to their neighbours' centres, so that degrees add up to 1.
+    The triangles reach to their neighbours' centres, so that the degrees add up to 1.
     """
 
     if not xp.sparse:
@@ -103,7 +103,7 @@ def _near(xp: Xp, place: Scalar, term: Scalar) -> Scalar:
 
 
 def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
-    """Number and degree of the terms that may fire."""
+    """Number and degree of each term that may fire."""
     if isinstance(degrees, Neighbours):
         lower, upper = degrees.values
         return [(degrees.first, lower), (degrees.first + 1, upper)]
@@ -111,7 +111,7 @@ def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
 
 
 def spread(degrees: Degrees, count: int) -> Sequence[Scalar]:
-    """A number for each of ``count`` terms, 0 where only two neighbours have one."""
+    """A number for each of ``count`` terms, 0 for all but the two neighbours."""
     if not isinstance(degrees, Neighbours):
         return degrees
     values = [0.0] * count
@@ -125,7 +125,7 @@ def firing_of(degrees: Degrees) -> Scalar:
 
 
 def alike(degrees: Degrees, values: Sequence[Scalar]) -> Degrees:
-    """A value for each of the terms that ``fired`` tells of ``degrees``."""
+    """The same value for each of the terms that ``fired`` gives for ``degrees``."""
     return Neighbours(degrees.first, values) if isinstance(degrees, Neighbours) else values
 
 
@@ -139,7 +139,7 @@ def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
 
 
 def weighted(xp: Xp, in_row: Degrees, in_column: Degrees, table: Any) -> Scalar:
-    """The sum of a table's numbers, each times the degrees of its row and of its column."""
+    """Sum of a table's numbers, each times the degrees of its row and of its column."""
     rows = xp.table(table) if xp.sparse else table
     return xp.total(
         row * xp.total(column * rows[i][j] for j, column in fired(in_column))
@@ -155,10 +155,11 @@ def changed(
     of_row: Callable[[Scalar], Scalar],
     function: Callable[..., Scalar],
 ) -> Any:
-    """A table whose numbers have moved where their row and their column fire.
+    """A table whose numbers are changed where their row and their column fire.
 
-    ``function`` gives a number of what ``of_row`` makes of the degree of its row, of the degree of
-    its column, and of what it was. What does not fire it has to leave as it was.
+    ``function`` computes the new number from three values: ``of_row`` of the degree of its row, the
+    degree of its column, and the old number. It must not change a number whose row or column does
+    not fire.
     """
     if not xp.sparse:
         sizes = map(of_row, in_row)

@@ -1,4 +1,4 @@
-"""Genome of a controller that is made of others: those of its parts, side by side."""
+"""Genome of a controller that consists of others: their genomes side by side."""
 
 import math
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ class ProductPopulation(NamedTuple):
 
 
 class ProductGenome(Genome):
-    """What a search can do with ``ProductPopulation``; what it is a controller of, its kind says.
+    """Operations of a search on ``ProductPopulation``; each kind adds the controller that it makes.
 
     Raises:
         UserError: the parts have too many structures together.
@@ -66,7 +66,7 @@ class ProductGenome(Genome):
         return np.unravel_index(tree, self.counts)
 
     def each(self, what: str, *parts: Any, shared: tuple[Any, ...] = ()) -> tuple[Any, ...]:
-        """What the method ``what`` of every part's genome makes of its own and what all share."""
+        """Call the method ``what`` of every part's genome with own and shared arguments."""
         every = zip(self.parts, *parts, strict=True)
         return tuple(getattr(genome, what)(*args, *shared) for genome, *args in every)
 
@@ -93,7 +93,7 @@ class ProductGenome(Genome):
         return one._replace(parts=self.each("blended", one.parts, other.parts, shared=(share,)))
 
     def nudged(self, population: ProductPopulation, rng: np.random.Generator) -> ProductPopulation:
-        """Every part with a number a millionth off."""
+        """Every part with a number changed by a millionth."""
         return population._replace(parts=self.each("nudged", population.parts, shared=(rng,)))
 
     def gains(self, population: ProductPopulation) -> Gains:
@@ -115,12 +115,12 @@ def _together(each: Sequence[Stages]) -> Stages:
 
 
 class WrapperGenome(ProductGenome):
-    """Of a controller around others: its parts are what is ``inner``, and numbers of its own."""
+    """Genome of a controller around others: its parts are ``inner``, and numbers of its own."""
 
     def __init__(self, settings: Any, target: Target, outer: Genome):
         inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
         super().__init__(settings, target, [inner, outer], "inner")
 
     def notation(self, structure: int) -> str:
-        """That of what is inside."""
+        """Notation of the controller inside."""
         return str(self.parts[0].notation(structure))

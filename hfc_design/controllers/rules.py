@@ -1,4 +1,4 @@
-"""Rule tables as every format and every explanation wants them, whatever the kind.
+"""Rule tables in the form that every format and every explanation uses, for all kinds.
 
 Names and labels are identifiers (``records.Label``, ``records.Name``), everything else is a
 number, so that nothing a user wrote freely gets into a generated file. Never imports JAX.
@@ -52,7 +52,7 @@ class RuleUnit(NamedTuple):
 
 
 class RuleBase(NamedTuple):
-    """What a kind with rule tables tells the formats."""
+    """Rule tables and signals that a kind with rules gives to the formats."""
 
     #: Units in evaluation order, the last one gives the output.
     units: Callable[[Own], list[RuleUnit]]
@@ -67,25 +67,25 @@ class RuleBase(NamedTuple):
 
 
 def range_of(triangles: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
-    """Of an input: beyond the outermost centres by as much as these terms fall within them."""
+    """Range of an input: its outermost centres, extended by the inner widths of their terms."""
     (_, lowest, right), (left, highest, _) = triangles[0], triangles[-1]
     return 2.0 * lowest - right, 2.0 * highest - left
 
 
 def spread(table: RuleTable) -> tuple[float, float]:
-    """What a weighted average of the table can be, and some room if that is one number."""
+    """Range of a weighted average of the table, widened if it is a single number."""
     values = [value for row in table for value in row]
     lowest, highest = min(values), max(values)
     return (lowest, highest) if lowest < highest else (lowest - 1.0, highest + 1.0)
 
 
 def numbered(row: int, column: int) -> str:
-    """What the singleton of a rule is called that has no name, by the places of its terms."""
+    """Name of a rule's singleton that has none of its own, from the places of its terms."""
     return f"u{row + 1}_{column + 1}"
 
 
 def identifier(name: str) -> str:
-    """A name of a design file as an identifier of every target."""
+    """A name of a design file as an identifier that every target language accepts."""
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
 
 
@@ -115,7 +115,7 @@ def fired(
     output: float,
     labels: Sequence[Sequence[str]] | None = None,
 ) -> Json:
-    """One unit with the rules that fire, the strongest first; its inputs are ``side``s."""
+    """One unit with the rules that fire, the strongest first; its inputs are made by ``side``."""
     in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
     strength = np.outer(in_row, in_column)
     total = float(strength.sum())

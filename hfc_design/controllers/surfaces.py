@@ -1,6 +1,6 @@
-"""The surface of a two-input unit: its pictures, and the numbers that tell which rules fire on it.
+"""The surface of a two-input unit: its pictures, and the numbers that show which rules fire on it.
 
-The numbers stand in a report, where a script moves a cursor over the picture.
+The numbers are part of a report, where a script moves a cursor over the picture.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +18,7 @@ from hfc_design.pictures.section import Drawing, Drawn
 
 
 class Side(NamedTuple):
-    """One input of a unit as its surface shows it."""
+    """One input of a unit, as an axis of its surface."""
 
     name: str  # for people
     unit: str
@@ -32,12 +32,12 @@ class Side(NamedTuple):
 
     @property
     def points(self) -> Floats:
-        """(points,) at which the picture is computed."""
+        """(points,) values at which the picture is computed."""
         return np.linspace(*self.ends, units.POINTS)
 
 
 class Surface(NamedTuple):
-    """What a unit says over its two inputs."""
+    """Output of a unit over its two inputs."""
 
     title: str  # stands above
     unit: RuleUnit  # its terms are of what enters
@@ -50,18 +50,18 @@ class Surface(NamedTuple):
     worth: tuple[float, str] | None = None
 
     def values(self) -> Floats:
-        """(rows, columns) at the points of both sides."""
+        """(rows, columns) output at the points of both sides."""
         column, row = self.column, self.row
         return self.law(column.enters * column.points, row.enters * row.points[:, None])
 
 
 def flat(surface: Surface) -> Figure:
-    """The surface as colours."""
+    """The surface in colours."""
     return _figure(units.surface, surface)
 
 
 def solid(surface: Surface) -> Figure:
-    """The surface in space."""
+    """The surface in three dimensions."""
     return _figure(units.solid, surface)
 
 
@@ -73,7 +73,7 @@ def _figure(draw: Callable[..., Figure], surface: Surface) -> Figure:
 
 
 def pictures(surfaces: Mapping[str, Callable[[], Surface]]) -> dict[str, dict[str, Drawn]]:
-    """Of ``Kind.pictures`` what shows surfaces, by the names of the units."""
+    """Pictures of surfaces for ``Kind.pictures``, by the names of the units."""
     return {
         what: {name: partial(_of, draw, made) for name, made in surfaces.items()}
         for what, draw in (("surface", flat), ("surface-3d", solid))
@@ -85,7 +85,7 @@ def _of(draw: Callable[[Surface], Figure], made: Callable[[], Surface]) -> Figur
 
 
 def drawing(surface: Surface, caption: str) -> Drawing:
-    """For a report: a picture with a cursor on it."""
+    """Picture with a cursor on it, for a report."""
     figure, said = flat(surface), surface.said.partition(" [")[0]
     title = surface.title[0].upper() + surface.title[1:]
     place = figure.axes[0].get_position()

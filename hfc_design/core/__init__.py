@@ -1,1 +1,1 @@
-"""What every other part stands on: checked records, errors, files, plug-ins, devices."""
+"""Foundation of every other package: checked records, errors, files, plug-ins, devices."""

@@ -1,7 +1,7 @@
-"""Arrays by their names as one file: an .npz of NumPy that ends with a digest of itself.
+"""Named arrays in one file: an .npz of NumPy that ends with a digest of itself.
 
-Nothing that a file says of itself is believed before it has been compared with the file, so that
-no file takes more memory than it is long, and none is ever unpickled.
+Nothing that a file says about itself is used before it has been compared with the file, so that no
+file takes more memory than its length, and none is ever unpickled.
 """
 
 import ast
@@ -40,7 +40,7 @@ def packed(arrays: Arrays) -> bytes:
 
 
 def is_whole(content: bytes) -> bool:
-    """Whether the content is what ``packed`` gave, and not a bit is another."""
+    """Whether the content is unchanged since ``packed`` made it."""
     return content[-DIGEST:] == sha256(content[:-DIGEST]).hexdigest().encode()
 
 
@@ -48,7 +48,7 @@ def unpacked(content: bytes) -> Arrays:
     """The arrays in the content of a file, with a digest or without.
 
     Raises:
-        Exception: whatever ``zipfile`` and NumPy raise of what is none, and ValueError.
+        Exception: whatever ``zipfile`` and NumPy raise for other content, and ValueError.
     """
     loaded = arrays(content, len(content), STORED)
     for array in loaded.values():
@@ -58,10 +58,10 @@ def unpacked(content: bytes) -> Arrays:
 
 
 def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
-    """The arrays in an .npz file of any program, which together unpack to ``largest`` bytes.
+    """Arrays in an .npz file of any program, which together unpack to at most ``largest`` bytes.
 
     Raises:
-        Exception: as of ``unpacked``.
+        Exception: as in ``unpacked``.
     """
     if content.count(b"PK\1\2") > MOST_MEMBERS:  # begins each entry in a zip file's directory
         raise ValueError(f"holds more than {MOST_MEMBERS} members")
@@ -86,10 +86,10 @@ def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
 
 
 def array_of(content: bytes) -> np.ndarray:
-    """The array that the content of an .npy file is, where it lies.
+    """The array in the content of an .npy file, without a copy.
 
     Raises:
-        ValueError: it is none, holds objects, or is longer or shorter than it says.
+        ValueError: it is not an array, holds objects, or is longer or shorter than it says.
     """
     try:
         with warnings.catch_warnings():
@@ -110,7 +110,7 @@ def array_of(content: bytes) -> np.ndarray:
 
 
 def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
-    """Where the data begins, shape, whether columns come first, type."""
+    """Start of the data, shape, whether columns come first, type."""
     version, width = content[6:8], 2 if content[6] == 1 else 4
     begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
     if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:

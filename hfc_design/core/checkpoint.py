@@ -1,4 +1,4 @@
-"""A search on disk: written whole or not at all, read back bit for bit, never unpickled."""
+"""Checkpoint of a search: written whole or not at all, read back bit for bit, never unpickled."""
 
 import errno
 import json
@@ -29,11 +29,11 @@ ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that a reader, or a machine that lost power, sees all of it or nothing.
+    """Write a file so that a reader sees all of it or nothing, even after a power failure.
 
     Raises:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
-            now; what was there stays.
+            now; the old content stays.
     """
     temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     with writing(path):
@@ -52,7 +52,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def synced(folder: Path) -> None:
-    """Keep what was created or renamed in a folder, whatever becomes of the machine."""
+    """Make sure that created and renamed files of a folder survive a power failure."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
@@ -64,7 +64,7 @@ def synced(folder: Path) -> None:
 
 
 def tidy(folder: Path) -> None:
-    """Remove what killed processes have left half written; nobody else may be writing there."""
+    """Remove half-written files of killed processes; no other process may be writing there."""
     for half in folder.glob("*".join(TEMPORARY)):
         with suppress(OSError):
             if half.is_dir() and not half.is_symlink():
@@ -74,7 +74,7 @@ def tidy(folder: Path) -> None:
 
 
 def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
-    """Write ``search``, a record of records and arrays, and what made it.
+    """Write ``search``, a record of records and arrays, and ``made_by``, the versions that made it.
 
     Raises:
         RunError: it cannot be written.
@@ -85,7 +85,7 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
 
 @contextmanager
 def corrupt_as_error(path: Path) -> Iterator[None]:
-    """Whatever the file makes zipfile, NumPy and others raise becomes a RunError: it is damaged."""
+    """Turn any error of zipfile, NumPy and others about the file into a RunError: it is damaged."""
     try:
         yield
     except RunError:
@@ -97,7 +97,7 @@ def corrupt_as_error(path: Path) -> Iterator[None]:
 
 
 def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
-    """What made the search in a file of at most ``largest`` bytes, and its arrays.
+    """Read a file of at most ``largest`` bytes: the versions that made the search, and its arrays.
 
     Raises:
         RunError: another version has written it.
@@ -121,13 +121,13 @@ def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
 
 
 def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any:
-    """The arrays as a record of records of a ``kind``.
+    """Return the arrays as a record of records of a ``kind``.
 
-    ``fields``: of some fields in it, by their name or annotation, the type, or a record that they
-    are built like.
+    ``fields``: the types of some of its fields, by name or annotation, or a record with the same
+    structure.
 
     Raises:
-        ValueError, KeyError: an array is not what such a record has, is missing or too many.
+        ValueError, KeyError: an array does not fit such a record, is missing or is unknown.
     """
     left = dict(arrays)
     record = _built(kind, "", left, fields)
@@ -137,7 +137,7 @@ def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any
 
 
 def digest(content: bytes) -> str:
-    """What tells a content from every other."""
+    """Digest that distinguishes a content from every other."""
     return sha256(content).hexdigest()
 
 
@@ -148,7 +148,7 @@ def _named(record: tuple[Any, ...]) -> dict[str, Any]:
 
 
 def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
-    """Every array of a record of records and its name, as in "population.tree"."""
+    """Every array of a record of records with its name, as in "population.tree"."""
     if not isinstance(record, tuple):
         return [(prefix.rstrip("."), np.asarray(record))]
     parts = _named(record).items()
@@ -156,7 +156,7 @@ def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
 
 
 def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
-    """What is of the type ``like``, or built like that record: tuples of tuples of arrays."""
+    """An object of the type ``like``, or built like that record: tuples of tuples of arrays."""
     if isinstance(like, tuple):
         kind, parts = type(like), _named(like)
     elif hasattr(like, "_fields"):

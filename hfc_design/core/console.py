@@ -1,4 +1,4 @@
-"""The terminal: text is shown as it is, since brackets hold units and are no markup."""
+"""Output to the terminal: text is shown as it is, since brackets hold units and are not markup."""
 
 import sys
 from collections.abc import Container, Iterable
@@ -21,7 +21,7 @@ BARS = {60: 10, 100: 20}
 
 
 def terminal(stderr: bool = False) -> Console:
-    """Standard output, or standard error."""
+    """Console for standard output, or for standard error."""
     console = Console(stderr=stderr, markup=False, emoji=False)
     if console.width < NARROWEST:  # COLUMNS=0, as some shells and editors have it
         console.width = USUAL
@@ -29,12 +29,12 @@ def terminal(stderr: bool = False) -> Console:
 
 
 def room() -> int:
-    """Letters in a line of text: as many as the terminal has, 80 at most."""
+    """Number of characters in a line of text: the width of the terminal, 80 at most."""
     return min(terminal().width, 80)
 
 
 def busy(what: str) -> AbstractContextManager[object]:
-    """Says on a terminal what takes a while and has no steps to count; nothing elsewhere."""
+    """Show on a terminal what takes a while without countable steps; nothing elsewhere."""
     console = terminal(stderr=True)
     if not console.is_terminal:
         return nullcontext()
@@ -44,7 +44,7 @@ def busy(what: str) -> AbstractContextManager[object]:
 
 
 class Fitting(ProgressColumn):
-    """What a line has room for: how far it is, the time left, then the rest as long as it fits."""
+    """Progress text for a line: the count, the time left, then as much of the rest as fits."""
 
     def __init__(self, console: Console):
         super().__init__(Column(no_wrap=True))
@@ -87,7 +87,7 @@ def _clock(seconds: float | None) -> str:
 class ProgressBar:
     """A bar on a terminal, lines elsewhere; both on stderr.
 
-    ``line`` has what is told beside it, the most important first, with two blanks between.
+    ``line`` is shown beside it, the most important parts first, separated by two blanks.
     """
 
     def __init__(self, task: str, total: int, line: str = ""):
@@ -106,17 +106,17 @@ class ProgressBar:
         self._bar.stop()
 
     def show(self, **fields: Any) -> None:
-        """Change the bar: ``completed``, ``description``, or the ``line`` behind its counts."""
+        """Update the bar: ``completed``, ``description``, or the ``line`` behind its counts."""
         self._bar.update(self._task, **fields)
 
     def say(self, line: str) -> None:
-        """A line where there is no bar."""
+        """Print a line if there is no bar."""
         if not self.console.is_terminal:
             print(line, file=sys.stderr)
 
 
 def plain_table(**options: Any) -> Table:
-    """A table whose columns a space separates, so that eight of them fit into 80 characters."""
+    """A table with a space between columns, so that eight of them fit into 80 characters."""
     return Table(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
 
 
@@ -127,7 +127,7 @@ def show_rows(
     left: Container[int] = (0,),
     **options: Any,
 ) -> None:
-    """Print rows as ``show_whole`` does; columns hold numbers but for the ``left`` ones."""
+    """Print rows with ``show_whole``; columns hold numbers except for the ``left`` ones."""
     table = plain_table(**options)
     for k, head in enumerate(heads):
         table.add_column(head, justify="left" if k in left else "right")
@@ -137,10 +137,10 @@ def show_rows(
 
 
 def show_whole(table: Table, leading: int = 1) -> None:
-    """Print a table with no number cut.
+    """Print a table without cutting a number.
 
-    Columns that do not fit beside the first ``leading``, which may break and take half of the room,
-    come in further tables below.
+    Columns that do not fit beside the first ``leading`` ones are printed in further tables below.
+    The leading columns may be wrapped and take half of the width.
     """
     console, others = terminal(), [*range(leading, len(table.columns))]
     whole = _part(table, [*range(leading), *others], leading, None)

@@ -1,6 +1,6 @@
-"""How JAX is set up: CPU cores as devices, float64 allowed, compiled programs kept.
+"""Setup of JAX: CPU cores as devices, float64 allowed, compiled programs kept.
 
-Import this before anything starts JAX; afterwards it still works, only slower, and says so.
+Import this before anything starts JAX; afterwards it still works, but slower, and it says so.
 """
 
 import itertools
@@ -58,17 +58,17 @@ _SIMULATIONS = itertools.count()
 
 
 def make_room() -> None:
-    """Forget compiled programs now and then, should a process have hundreds of them.
+    """Forget compiled programs now and then, if a process has hundreds of them.
 
-    Each is 100 to 200 pieces of memory, of 65,530 where nobody has changed that; a program that is
-    wanted again comes from the disk.
+    Each takes 100 to 200 memory maps, of 65,530 by default; a program that is needed again comes
+    from the disk.
     """
     if next(_SIMULATIONS) % SELDOM == 0 and crowded():
         jax.clear_caches()
 
 
 def crowded() -> bool:
-    """Whether half of what a process may map is mapped; never on systems that count nothing."""
+    """Whether half of the memory maps of a process are used; False on systems without a count."""
     try:
         most = int(MOST_MAPPED.read_text())
         with MAPPED.open() as lines:

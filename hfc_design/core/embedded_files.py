@@ -1,4 +1,4 @@
-"""Files that a record names, or carries with it so that it goes without them."""
+"""Files that a record names, or contains so that it works without them."""
 
 import json
 from collections.abc import Callable
@@ -19,7 +19,7 @@ ROOM = LARGEST * MEGABYTE * 2 // 5
 
 
 class EmbeddedFile(Record):
-    """A file within another; without ``text`` it lies beside that one, and is known by its hash."""
+    """A file within another; without ``text`` it lies beside that one, identified by its hash."""
 
     name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]  # of the file
     sha256: str  # of its bytes
@@ -36,11 +36,11 @@ class EmbeddedFile(Record):
 
     @property
     def suffix(self) -> str:
-        """As that of a path."""
+        """Suffix, as of a path."""
         return Path(self.name).suffix
 
     def read_bytes(self) -> bytes:
-        """As those of a path."""
+        """Content, as of a path."""
         return (self.text or "").encode()
 
 
@@ -53,14 +53,14 @@ WRITTEN = Annotated[
 
 
 def content_of(file: AnyFile, largest: int = LARGEST) -> bytes:
-    """What a file holds; ValueError as ``texts.content``."""
+    """Content of a file; ValueError as from ``texts.content``."""
     return file.read_bytes() if isinstance(file, EmbeddedFile) else content(file, largest)
 
 
 def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
-    """Validates a file that another names, whose folder a relative path starts at, by reading it.
+    """Validator of a file named in another: reads it, with relative paths from that file's folder.
 
-    ``read`` raises ValueError where that cannot be done.
+    ``read`` raises ValueError if it cannot be read.
     """
 
     def located(file: AnyFile, info: ValidationInfo) -> AnyFile:
@@ -88,9 +88,9 @@ def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
 
 
 def embedder(room: int = ROOM) -> Callable[[AnyFile], EmbeddedFile]:
-    """Makes one file after the other one that is carried, as long as there is room.
+    """Function that embeds one file after another, as long as there is ``room``.
 
-    What has none of it, or is no text in UTF-8, has to lie beside.
+    A file that does not fit, or is not text in UTF-8, stays beside the record.
     """
     left = room
 
@@ -112,9 +112,9 @@ def embedder(room: int = ROOM) -> Callable[[AnyFile], EmbeddedFile]:
 
 
 def embedded(part: Plain, folder: Path, carried: Callable[[AnyFile], EmbeddedFile]) -> Plain:
-    """What a design's file says of its scenario, with the files in ``folder`` that it only names.
+    """Part of a scenario as a design stores it, with the files in ``folder`` that it only names.
 
-    Earlier designs have the name alone; what cannot be read stays a name.
+    Earlier designs contain only the name; a file that cannot be read stays a name.
     """
     if isinstance(part, list):
         return [embedded(one, folder, carried) for one in part]

@@ -1,4 +1,4 @@
-"""Lines about a mistake as a script of Python reads them: arguments where a shell has options.
+"""Error lines for Python scripts, with arguments in place of command-line options.
 
 Messages are written once, in the words of the command line. Never imports JAX.
 """
@@ -42,9 +42,9 @@ _OPTIONS = re.compile(
 
 
 def for_scripts(line: str) -> str:
-    """``--samples 0: must`` as ``samples=0: must``; a whole ``hfc`` command stays.
+    """Translate ``--samples 0: must`` to ``samples=0: must``; a whole ``hfc`` command stays.
 
-    So does an option that no function has as an argument.
+    An option that no function has as an argument stays too.
     """
     for phrase, instead in PHRASES.items():
         line = re.sub(phrase, instead, line)

@@ -1,7 +1,7 @@
-"""Ctrl-C that is not lost.
+"""Reliable Ctrl-C.
 
-Python raises it wherever it happens to be. In a callback that some library has the garbage
-collector call, JAX's among them, it is printed and ignored there, and a long search would go on.
+Python raises it at any place in the program. In a callback that a library such as JAX has the
+garbage collector call, it is printed and ignored, and a long search would continue.
 """
 
 import signal
@@ -12,7 +12,7 @@ _told: list[int] = []
 
 
 def listen() -> None:
-    """Note every Ctrl-C from now on; where it is ignored, as after ``nohup``, it stays so."""
+    """Note every Ctrl-C from now on; if it is ignored, as after ``nohup``, it stays ignored."""
     _told.clear()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _note)
@@ -20,7 +20,7 @@ def listen() -> None:
 
 
 def heard() -> None:
-    """Raise KeyboardInterrupt, once, where it has been raised already since ``listen``."""
+    """Raise KeyboardInterrupt, once, if there was a Ctrl-C since ``listen``."""
     if _told:
         _told.clear()
         raise KeyboardInterrupt

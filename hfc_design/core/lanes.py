@@ -1,4 +1,4 @@
-"""The functions of laws on JAX scalars, of which ``simulation`` makes vectors, and code its own."""
+"""The functions of laws on JAX scalars, which ``simulation`` vectorises, and code translates."""
 
 from jax import numpy as jnp
 

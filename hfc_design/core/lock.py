@@ -1,11 +1,11 @@
-"""A folder of results belongs to one process at a time; who has lost it writes nothing there.
+"""Lock of a folder of results: one process at a time writes there, and not after losing it.
 
-A lock is a file that its holder keeps by ``flock``, which the system gives back when a process
-ends, however it ends. A heartbeat moves the time of the file on, so that a holder who is frozen,
-or whose machine is gone, is overtaken: the taker renames a lock file of its own over that one. The
-file that lies there is the fence: ``check`` refuses to write for the holder of another. (Leases of
-the package filelock expire likewise, but leave the fence to their callers, and tell by the numbers
-of processes who is dead.)
+A lock is a file that its holder keeps by ``flock``, which the system releases when a process ends,
+for any reason. A heartbeat updates the time of the file, so that a frozen holder, or one on a lost
+machine, can be overtaken: the new holder renames a lock file of its own over the old one. The file
+at that place is the fence: ``check`` refuses to write for the holder of another. (Leases of the
+package filelock expire likewise, but leave the fence to their callers, and recognise dead processes
+by their numbers.)
 """
 
 import fcntl
@@ -39,7 +39,7 @@ READ = os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
 
 
 class Overtaken(RunError):
-    """Another process has the folder now, as this one had been silent for too long."""
+    """Another process has taken the folder, because this one had been silent for too long."""
 
 
 #: Locks of this process: the file, the folder that it guards, the open file.
@@ -81,7 +81,7 @@ def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
 
 @contextmanager
 def exclusive(folder: Path) -> Iterator[None]:
-    """This process alone writes into ``folder``.
+    """Lock ``folder`` for this process, so that no other one writes there.
 
     Raises:
         RunError: another one does, or the lock cannot be written.
@@ -104,7 +104,7 @@ def wait_for(folder: Path, path: Path) -> Iterator[None]:
 
 
 def in_use(folder: Path) -> bool:
-    """Whether a process is at the folder; nothing is written to find out."""
+    """Whether a process uses the folder; nothing is written to find out."""
     with suppress(OSError):
         file = os.open(folder / LOCK, READ)
         try:
@@ -120,7 +120,7 @@ def check(path: Path) -> None:
     """Refuse to write a file into a folder whose lock this process has lost.
 
     Raises:
-        Overtaken: it has.
+        Overtaken: the lock is lost.
     """
     place = Path(os.path.realpath(path.parent) if _held else "", path.name)
     for lock, folder, descriptor in tuple(_held):
@@ -132,7 +132,7 @@ def check(path: Path) -> None:
 
 
 def stale_after() -> float:
-    """Seconds of silence after which a holder may be overtaken; UserError: they cannot be."""
+    """Seconds of silence after which a holder may be overtaken; UserError: an invalid setting."""
     given = os.environ.get(GRACE, "60")
     if 1.0 <= (seconds := number_or_none(given) or 0.0) <= 1e6:
         return seconds
@@ -199,7 +199,7 @@ def _sign(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Who holds a lock, as its file says."""
+    """Holder of a lock, from its file."""
     with suppress(OSError), open(os.open(path, READ), "rb") as file:
         return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"

@@ -1,6 +1,6 @@
-"""Numbers, tables and arrays: each type named once, and the functions that laws are written with.
+"""Types of numbers, tables and arrays, and the functions that laws are written with.
 
-A law takes them as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
+A law takes the functions as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
 ``core.lanes`` in the simulator, ``codegen.trace`` for code in other languages. A law has no
 branches on values, so that the same text serves all four. Never imports JAX.
 """
@@ -57,10 +57,10 @@ FEWEST_DEVICES = 2
 
 
 class Constant(float):
-    """A number of a controller that belongs to its code: another one is another program.
+    """A number of a controller that is part of its code: each value has its own compiled program.
 
-    Any other float in what a loop is made of is an input of its compiled program. Make it one where
-    it is worth it in a hot loop, or where Python has to know it, for a branch or ``math``.
+    Any other float of a loop is an input of its compiled program. Use a constant where it saves
+    time in a hot loop, or where Python needs the value, for a branch or ``math``.
     """
 
 
@@ -70,17 +70,17 @@ def total(values: Iterable[Scalar]) -> Scalar:
 
 
 def along(function: Callable[..., Any], *rows: Iterable[Any]) -> list[Any]:
-    """``function`` of what stands at the same place in rows."""
+    """Apply ``function`` to the values at the same place in rows."""
     return [function(*values) for values in zip(*rows, strict=True)]
 
 
 def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:
-    """Rows of ``function`` of what stands at the same place in tables of rows."""
+    """Apply ``function`` to the values at the same place in tables, row by row."""
     return along(partial(along, function), *tables)
 
 
 def put(rows: Sequence[Any], changes: Iterable[tuple[Any, ...]]) -> list[Any]:
-    """Rows of numbers, or of rows, with those replaced that ``(place, ..., value)`` tell."""
+    """Rows of numbers, or of rows, with changes at some places: ``(place, ..., value)``."""
     updated = [list(row) if isinstance(row, Sequence) else row for row in rows]
     for *places, last, value in changes:
         reduce(getitem, places, updated)[last] = value
@@ -94,9 +94,10 @@ def between(
     function: Callable[..., Sequence[Any]],
     but: int | None = None,
 ) -> list[list[Any]]:
-    """Tables whose rows from ``low`` to before ``high`` became ``function(number, row, ...)``.
+    """Replace the rows from ``low`` to before ``high`` of tables by ``function(number, row, ...)``.
 
-    Those that there are, ``but`` one. A row is a number where a table is a row itself.
+    Row numbers that do not exist, and the row ``but``, are skipped. If a table is a single row, its
+    rows are numbers.
     """
     updated = [list(table) for table in tables]
     for k in range(max(low, 0), min(high, len(updated[0]))):
@@ -108,11 +109,11 @@ def between(
 
 
 class Xp(NamedTuple):
-    """What a law needs beside arithmetic.
+    """Functions that a law needs beside arithmetic.
 
-    Those with a default are of laws whose tables are large: they go through their rows with
-    ``along`` and ``total``, which code has as loops, and where ``sparse`` is true they compute only
-    what is not 0.
+    Those with a default are for laws with large tables. Such laws go through their rows with
+    ``along`` and ``total``, which become loops in generated code, and if ``sparse`` is true they
+    compute only the terms that are not 0.
     """
 
     where: Callable[[Truth, Scalar, Scalar], Scalar]
@@ -175,12 +176,12 @@ ARRAYS = Xp(
 
 
 def number_or_none(text: str) -> float | None:
-    """The number that a text is, of any size; None: it is none, or an infinite one."""
+    """Number of any size in a text; None: it is not a number, or it is infinite."""
     return float(text) if NUMBER.fullmatch(text.strip()) and math.isfinite(float(text)) else None
 
 
 def number_of(text: str) -> float:
-    """The number that a text of a user is; ValueError: it is none, or beyond ``LARGEST_NUMBER``."""
+    """Number in a user's text; ValueError: it is not a number, or is beyond ``LARGEST_NUMBER``."""
     if not NUMBER.fullmatch(text.strip()):
         raise ValueError(f"{text[:40]!r} must be a finite number")
     if abs(value := float(text)) > LARGEST_NUMBER:
@@ -189,7 +190,7 @@ def number_of(text: str) -> float:
 
 
 def finite(value: Plain) -> bool:
-    """Whether every number in ``value`` is finite: in tables, rows, arrays; what is none counts."""
+    """Whether every number in ``value`` is finite: in tables, rows, arrays; texts count too."""
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, Mapping):
@@ -204,7 +205,7 @@ def finite(value: Plain) -> bool:
 
 
 def storable(value: Any) -> Any:
-    """What a file can hold of numbers, in rows and tables too: None for one that is not finite."""
+    """Numbers, also in rows and tables, as a file holds them: None for one that is not finite."""
     if isinstance(value, Mapping):
         return {key: storable(one) for key, one in value.items()}
     if isinstance(value, tuple | list):
@@ -215,32 +216,32 @@ def storable(value: Any) -> Any:
 
 
 def passed(moments: Floats, now: Floats) -> Indices:
-    """How many of rising ``moments`` (n,) each of ``now`` has come to, but for its last bits."""
+    """Number of rising ``moments`` (n,) that each of ``now`` has reached, within rounding."""
     return np.searchsorted(moments, now + SAME * np.abs(now), side="right")
 
 
 def first_at(time: Floats, moment: float) -> int:
-    """The first of rising times (n,) that is not before a moment, but for its last bits."""
+    """Index of the first of rising times (n,) that is not before a moment, within rounding."""
     return int(np.searchsorted(time, moment - SAME * abs(moment)))
 
 
 def within(low: float, value: float, high: float) -> bool:
-    """Whether a value is between two, an end or one beside it among them."""
+    """Whether a value is between two others or at one of them, within single-precision rounding."""
     return low * (1.0 - SAME_SINGLE) <= value <= high * (1.0 + SAME_SINGLE)
 
 
 def floored(value: float) -> int:
-    """The whole part of a number that is not negative; 0.29 * 100 has 29."""
+    """Whole part of a number that is not negative, within rounding: 29 for 0.29 * 100."""
     return int(value * (1.0 + SAME))
 
 
 def digits(values: Iterable[float]) -> Floats:
-    """Values with those digits alone that rounding leaves, so that equal ones are equal."""
+    """Values with only the digits that rounding leaves, so that equal values are equal."""
     return np.array([float(f"{value:.9g}") for value in values])
 
 
 def rms(values: Floats) -> float:
-    """Root mean square of all of them."""
+    """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 

@@ -1,4 +1,4 @@
-"""Keys inside tables by their dotted names, as in simulation.duration_s; a number is of a list."""
+"""Changes of tables by dotted keys, as in simulation.duration_s; a number is a place in a list."""
 
 import copy
 from collections.abc import Iterable, Mapping
@@ -17,12 +17,12 @@ EXAMPLES = {"--set": "simulation.duration_s=5", "--change": "controller.integral
 
 
 def set_keys(changes: Iterable[str], option: str) -> Json:
-    """Dotted keys and values of an option's "dotted.key=value".
+    """Dotted keys and values from an option's "dotted.key=value".
 
     A value is TOML, or else a bare string.
 
     Raises:
-        UserError: a change is not of that form.
+        UserError: a change does not have that form.
     """
     settings: Json = {}
     for change in _texts(changes, option):
@@ -47,12 +47,12 @@ def _from_here(key: str, value: Plain) -> Plain:
 
 
 def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
-    """``data`` with the values of dotted keys; ``option`` stands in the messages.
+    """Return ``data`` with the values of dotted keys; ``option`` is named in messages.
 
-    In a list a part of a key is the number of an entry, counted from 0.
+    In a list, a part of a key is the number of an entry, counted from 0.
 
     Raises:
-        UserError: a key runs through something that is neither table nor list, or names an entry
+        UserError: a key leads through something that is neither table nor list, or names an entry
             that a list does not have; or a value is not plain.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, option)
@@ -110,17 +110,17 @@ def _entry(place: list[Plain], part: str, argument: str) -> int:
 
 
 def lists(value: Plain) -> Plain:
-    """The same with lists where a script has tuples, as a file holds it."""
+    """The same value with lists in place of a script's tuples, as a file holds it."""
     if isinstance(value, dict):
         return {key: lists(inside) for key, inside in value.items()}
     return [*map(lists, value)] if isinstance(value, list | tuple) else value
 
 
 def flat(table: Json, prefix: str = "") -> Json:
-    """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table.
+    """Flatten nested tables to dotted keys; TOML reads ``run.seed = 1`` as a table in a table.
 
-    An empty table inside another is a value: ``controller.linear = {}`` asks for a linear part. An
-    empty section says nothing, as one whose lines are all comments.
+    An empty table inside another is a value: ``controller.linear = {}`` requests a linear part. An
+    empty section says nothing, like one whose lines are all comments.
     """
     flattened: Json = {}
     for key, value in table.items():

@@ -1,8 +1,8 @@
-"""What users add without changing the package: plants, fitnesses, strategies, laws of their own.
+"""Plug-ins: plants, fitnesses, strategies and laws that users add without changing the package.
 
-A file names one by a plain name. It is looked up among what is built in, what the program has
-added, and the entry points of installed packages. Modules are named on the command line and in
-scripts only, so that nothing a file says is ever imported. Never imports JAX.
+A file names one by a plain name. It is looked up among the built-in ones, those that the program
+has added, and the entry points of installed packages. Modules are named only on the command line
+and in scripts, so that a file never causes an import. Never imports JAX.
 """
 
 import importlib
@@ -68,10 +68,10 @@ class Group(Generic[Thing]):
         GROUPS[self.what] = self
 
     def add(self, thing: Any) -> Thing:
-        """Make ``thing`` known; one of the same name that was added earlier is replaced.
+        """Register ``thing``; one of the same name that was added earlier is replaced.
 
         Raises:
-            UserError: it is none of this kind, cannot work, or has a name that is taken.
+            UserError: it is not of this kind, cannot work, or has a name that is taken.
         """
         if not self.takes(thing):
             wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
@@ -94,12 +94,12 @@ class Group(Generic[Thing]):
         return thing
 
     def takes(self, thing: Any) -> bool:
-        """Whether that is one of these."""
+        """Whether ``thing`` is of this kind."""
         is_subclass = isinstance(thing, type) and issubclass(thing, self.classes)
         return is_subclass or isinstance(thing, self.kind)
 
     def get(self, name: str) -> Thing:
-        """The one with a name, of an installed package if need be.
+        """Return the plug-in with a name, from an installed package if necessary.
 
         Raises:
             UserError: nothing here has that name, or the package's cannot be used.
@@ -124,9 +124,9 @@ class Group(Generic[Thing]):
         return thing
 
     def named(self, key: str, name: str) -> Thing:
-        """The one with the name that a file has under ``key``; ValueError: ``get`` refuses it.
+        """Plug-in with the name that a file has under ``key``; ValueError: ``get`` refuses it.
 
-        Where the ``key`` is known otherwise it is "".
+        ``key`` is "" if the message names it elsewhere.
         """
         try:
             return self.get(name)
@@ -135,12 +135,12 @@ class Group(Generic[Thing]):
             raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
-        """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""
+        """Origin of a user's own plug-in, as ``module:OBJECT``; None if it is not known."""
         entries = metadata.entry_points(group=self.entry_points, name=name)
         return self.given.get(name) or next((entry.value for entry in entries), None)
 
     def resolve(self, text: str) -> Thing:
-        """What the command line means: a name, or ``module:OBJECT``.
+        """Plug-in from a text of the command line: a name, or ``module:OBJECT``.
 
         A module may lie in the current folder; installed ones come first.
 
@@ -156,7 +156,7 @@ class Group(Generic[Thing]):
         return thing
 
     def names(self) -> list[str]:
-        """Every name that ``get`` knows, built-in ones first."""
+        """Every name that ``get`` accepts, built-in ones first."""
         installed = metadata.entry_points(group=self.entry_points).names
         reserved = sorted(self.built_in - self.known.keys())
         return list(dict.fromkeys([*self.known, *reserved, *sorted(installed)]))
@@ -169,7 +169,7 @@ class Group(Generic[Thing]):
 
 
 def use(text: str) -> None:
-    """Make what ``module:OBJECT`` names known; UserError: there is none, or no group takes it."""
+    """Register the object ``module:OBJECT``; UserError: there is none, or no group takes it."""
     try:
         group = group_of(_found_at(text))
     except UserError as error:
@@ -178,7 +178,7 @@ def use(text: str) -> None:
 
 
 def group_of(thing: Any) -> Group[Any]:
-    """The group that takes ``thing``; UserError: there is none."""
+    """Group that takes ``thing``; UserError: there is none."""
     for group in GROUPS.values():
         if group.takes(thing):
             return group
@@ -186,12 +186,12 @@ def group_of(thing: Any) -> Group[Any]:
 
 
 def given() -> References:
-    """What this process was told on its command line; never what a file or a package says."""
+    """Plug-ins named on the command line of this process, never by a file or a package."""
     return [(what, text) for what, group in GROUPS.items() for text in group.given.values()]
 
 
 def know(references: References) -> None:
-    """Make these known, and no longer those that an earlier call made known.
+    """Register these, and forget those that an earlier call registered.
 
     Raises:
         UserError: one cannot be imported or used here.
@@ -205,12 +205,12 @@ def know(references: References) -> None:
 
 
 def own_ones(used: Iterable[tuple[str, str]]) -> References:
-    """Group and name of each that is used and not built in, once."""
+    """Group and name of each used part that is not built in, once."""
     return [(what, name) for what, name in dict.fromkeys(used) if name not in GROUPS[what].built_in]
 
 
 def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
-    """Group -> name -> where it comes from, of what is used and not built in."""
+    """Group -> name -> origin, of used parts that are not built in."""
     by_group: dict[str, dict[str, str]] = {}
     for what, name in own_ones(used):
         if source := GROUPS[what].source(name):
@@ -219,9 +219,9 @@ def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
 
 
 def origins(used: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """Which is at work of each that is used and not built in: version, or digest of its module.
+    """Version of each used part that is not built in, or digest of its module.
 
-    The version is that of the installed distribution that has it.
+    The version is that of the installed distribution that contains it.
     """
     return {f"{what} {name!r}": _origin(GROUPS[what], name) for what, name in own_ones(used)}
 
@@ -240,7 +240,7 @@ _distributions = cache(metadata.packages_distributions)
 
 
 def _module(thing: Any) -> str:
-    """Where a user's own part has its code, "" where it has none but the package's."""
+    """Module of a user's own part, "" if it has no code but the package's."""
     parts = [thing, *(thing if isinstance(thing, tuple) else vars(thing).values())]
     names = (str(getattr(part, "__module__", None) or "") for part in parts)
     ours = {"", "builtins", "functools", *(__name__.partition(".")[:1]), "plants"}
@@ -251,10 +251,10 @@ def _module(thing: Any) -> str:
 def own_code(
     doing: str, *parts: tuple[str, str], passing: tuple[type[Exception], ...] = ()
 ) -> Iterator[None]:
-    """What a user's own code raises becomes a UserError, a line: which part, ``doing`` what.
+    """Turn an error of a user's own code into a UserError, a line: which part, ``doing`` what.
 
-    ``parts`` are group and name of all that take part; where all are built in, the error stays,
-    as do those that are ``passing``.
+    ``parts`` are group and name of all parts involved; if all are built in, the error stays, as do
+    ``passing`` errors.
     """
     try:
         yield
@@ -267,7 +267,7 @@ def own_code(
 
 
 def uses(named: Any, known: bool = True) -> str:
-    """`` --use module:OBJECT`` for each of ``sources``, or of those that are not known here."""
+    """`` --use module:OBJECT`` for each of ``sources``, or of those not registered here."""
     groups = named.items() if isinstance(named, dict) else ()
     valid_groups = [
         (what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)
@@ -287,7 +287,7 @@ def options(texts: Iterable[str]) -> str:
 
 @AfterValidator
 def naming_modules(provenance: Json) -> Json:
-    """Validates a provenance: its plug-ins are nothing but modules and what is in them."""
+    """Validate a provenance: its plug-ins contain only modules and names of objects in them."""
     for key, text in flat({"plugins": provenance.get("plugins", {})}).items():
         if not isinstance(text, str) or not REFERENCE.fullmatch(text):
             raise ValueError(f"{key} = {short(text)}: must be module:OBJECT")
@@ -295,7 +295,7 @@ def naming_modules(provenance: Json) -> Json:
 
 
 def resuming(folder: Path) -> str:
-    """How a run that was stopped goes on, with the own parts that this process was given."""
+    """Command that continues a stopped run, with the user's own parts of this process."""
     use_options = options(text for _, text in given())
     return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{use_options}"
 
@@ -312,9 +312,9 @@ def _check_fields(thing: Any, source: str) -> None:
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
-    """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
+    """Validator of a file's table by the record that is ``part`` of the object its ``key`` names.
 
-    ``default`` is the name where the key is left out.
+    ``default`` is the name if the key is left out.
     """
 
     def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
@@ -332,10 +332,10 @@ def chosen(
 
 
 def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json:
-    """What the modules and folders of a package hold under one name, by the names of these.
+    """Objects with one name in the modules and folders of a package, by the names of these.
 
-    One that holds several has a tuple of them under the plural. With ``folders`` only those are
-    looked at, so that nothing else is imported, as what draws.
+    A module with several has a tuple of them under the plural. With ``folders`` only those are
+    searched, so that nothing else is imported, such as modules that draw.
     """
     inside = pkgutil.iter_modules(package.__path__)
     modules = sorted(module.name for module in inside if module.ispkg or not folders)
@@ -346,7 +346,7 @@ def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json
 
 
 def _module_meant(text: str) -> str:
-    """What ``module:OBJECT`` may be meant by mine.py:AXIS, mine.AXIS or mine.py; "": none."""
+    """Suggested ``module:OBJECT`` for mine.py:AXIS, mine.AXIS or mine.py; "": none."""
     start, colon, name = text.partition(":")
     path = Path(start)
     if path.suffix == ".py":
@@ -358,7 +358,7 @@ def _module_meant(text: str) -> str:
 
 
 def _found_at(reference: str) -> Any:
-    """What ``module:OBJECT`` names."""
+    """Object that ``module:OBJECT`` names."""
     module, _, name = reference.partition(":")
     meant = _module_meant(reference)
     if not module or not name or not (meant or REFERENCE.fullmatch(reference)):

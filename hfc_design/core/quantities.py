@@ -1,4 +1,4 @@
-"""Quantities as people write them, ``"20 urad"``: numbers of a drive's unit."""
+"""Quantities as texts, ``"20 urad"``, and their conversion to numbers of a drive's unit."""
 
 import math
 import re
@@ -13,17 +13,17 @@ WRITTEN = re.compile(
 
 
 def known(text: float | str) -> float | str:
-    """Validates a quantity; ValueError: a text is none."""
+    """Validate a quantity; ValueError: a text is not one."""
     if isinstance(text, str):
         _quantity(text, None)
     return text
 
 
 def number(quantity: float | str, unit: str, millimetres: float | None = None) -> float:
-    """The quantity in ``unit``; a "BLU" in it has so many ``millimetres``.
+    """Quantity in ``unit``; a "BLU" in it is ``millimetres`` long.
 
     Raises:
-        ValueError: it cannot be counted in that unit.
+        ValueError: it cannot be converted to that unit.
     """
     if not isinstance(quantity, str):
         return float(quantity)
@@ -36,7 +36,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
 
 
 def without_unit(value: Any, unit: str) -> str:
-    """What to write for ``"40 kg"`` where a number of a ``unit`` is wanted; "" of anything else."""
+    """Number to write in place of ``"40 kg"`` where a number of a ``unit`` is expected; else ""."""
     if not (isinstance(value, str) and unit):
         return ""
     try:

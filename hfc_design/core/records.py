@@ -1,4 +1,4 @@
-"""Checked records of what a user wrote, and the lines about what is wrong with it."""
+"""Checked records of user input, and the lines about its mistakes."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -58,14 +58,14 @@ Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 @AfterValidator
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    """Validates a range."""
+    """Validate a range."""
     if pair[0] > pair[1]:
         raise ValueError("must be [low, high]")
     return pair
 
 
 class Asked(type(BaseModel)):  # type: ignore[misc]
-    """Of a record that scripts make by its name: its faults are the lines that a file would get."""
+    """Metaclass of records that scripts make by name: mistakes give the same lines as in a file."""
 
     def __call__(cls, *given: Any, **fields: Any) -> Any:
         """A record; UserError: it is not allowed."""
@@ -105,7 +105,7 @@ class Record(BaseModel):
 
 
 class Ordered(Record):
-    """A record that ends with some keys in a file: the cells of batches are named by its text."""
+    """A record with fixed last keys in a file: the cells of batches are named by its text."""
 
     keys_last: ClassVar[Collection[str]] = ()
 
@@ -122,7 +122,7 @@ LONG_WORD = re.compile(r"\S{101,}")
 
 
 def in_a_line(message: str) -> str:
-    """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
+    """A message as one line with a limited length and without control characters."""
     line = " ".join(message.split())
     if len(line) > LONGEST:
         line = LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-30:]}", line)
@@ -132,44 +132,44 @@ def in_a_line(message: str) -> str:
 
 
 def harmless(text: str) -> str:
-    """A text of which nothing moves the terminal."""
+    """A text without characters that control the terminal."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 class UserError(Exception):
-    """Something that the user wrote cannot be used, a line a fault: exit code 2."""
+    """User input that cannot be used, a line for each mistake: exit code 2."""
 
     exit_code = 2
 
     @property
     def lines(self) -> list[str]:
-        """Every fault in a line in the words of the command line, whatever was quoted in it."""
+        """Every mistake in a line in the words of the command line, harmless to a terminal."""
         return [in_a_line(str(line)) for line in self.args]
 
     def __str__(self) -> str:
-        """The same for a script: its arguments where the command line has options."""
+        """The lines for a script, with arguments in place of command-line options."""
         # Whoever says where it was has room before.
         return "\n".join(in_a_line(for_scripts(str(line))) for line in self.args)
 
     @property
     def typed(self) -> str:
-        """All ``lines``, for what is made of them: another error, or a table of the program."""
+        """All ``lines`` as one text, for another error or for a table of the program."""
         return "\n".join(self.lines)
 
     def within(self, source: object) -> Self:
-        """The same faults, said to be of ``source``."""
+        """The same mistakes, attributed to ``source``."""
         return type(self)(*(f"{source}: {line}" for line in self.args))
 
 
 class RunError(UserError):
-    """Something outside the program went wrong, a full disk for one: exit code 1."""
+    """Failure outside the program, such as a full disk: exit code 1."""
 
     exit_code = 1
 
 
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
-    """What the system refuses becomes a RunError that names the file or folder to be written."""
+    """Turn an error of the system into a RunError that names the file or folder to be written."""
     try:
         yield
     except OSError as error:
@@ -187,12 +187,12 @@ def checked(
     keys: Keys = NO_KEYS,
     **context: Any,
 ) -> Checked:
-    """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
+    """Return ``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
 
     ``keys`` are those that it may have, ``context`` is for the validators.
 
     Raises:
-        UserError: data is not what the model allows; a line a fault with file, key, value and rule.
+        UserError: the model does not allow data; a line a mistake, with file, key, value, rule.
     """
 
     def check(data: Plain) -> Checked:

@@ -1,4 +1,4 @@
-"""What a notebook shows of a record: a line, or a small table in the look of the pages."""
+"""Display of a record in a notebook: a line, or a small table in the style of the pages."""
 
 from collections.abc import Mapping
 from html import escape
@@ -13,12 +13,12 @@ Rows = Mapping[str, object]
 
 
 def line(kind: str, rows: Rows) -> str:
-    """``kind(name=value, ...)``, numbers with four digits."""
+    """Text ``kind(name=value, ...)``, numbers with four digits."""
     return f"{kind}({', '.join(f'{key}={_text(value, True)}' for key, value in rows.items())})"
 
 
 def table(title: str, rows: Rows) -> str:
-    """A table of two columns as HTML; what stands in it is escaped."""
+    """A table of two columns as HTML; its texts are escaped."""
     shown = list(rows.items())[:MOST]
     cells = [
         f'<tr><th scope="row" style="{CELL.format("left")};font-weight:normal">{escape(key)}</th>'

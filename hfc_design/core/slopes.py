@@ -1,4 +1,4 @@
-"""Numbers that carry their slopes: every law has one at a point, found without compiling it."""
+"""Numbers with their slopes, to find the slope of a law at a point without compiling it."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -25,7 +25,7 @@ SLOPES: Mapping[Any, Callable[..., tuple[Any, ...]]] = {
 
 
 class Sloped(NDArrayOperatorsMixin):
-    """(lanes,) numbers and their slopes (variables, lanes), as a law written with ``xp`` takes."""
+    """(lanes,) numbers and their slopes (variables, lanes), usable in laws written with ``xp``."""
 
     def __init__(self, value: Any, slope: Any):
         self.value, self.slope = value, slope
@@ -51,7 +51,7 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 
 def parts(x: Any, variables: int, lanes: int) -> tuple[Floats, Floats]:
-    """A number and its slopes, whole: (lanes,) and (variables, lanes)."""
+    """A number and its slopes in full: (lanes,) and (variables, lanes)."""
     value, slope = _parts(x)
     return np.broadcast_to(value, lanes), np.broadcast_to(slope, (variables, lanes))
 

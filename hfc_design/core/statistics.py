@@ -1,4 +1,4 @@
-"""What can be said of shares, of paired numbers and of many tests; SciPy is imported when used."""
+"""Statistics of shares, of paired numbers and of many tests; SciPy is imported when used."""
 
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ Interval = tuple[float, float]
 
 
 class Paired(NamedTuple):
-    """How (n,) ratios of two things on the same n occasions lie about 1."""
+    """Distribution of (n,) ratios of two things on the same n occasions, relative to 1."""
 
     ratio: float  # the median; nan of nothing, or between 0 and infinity
     interval: Interval | None  # of the median; None where n is too small for one
@@ -22,9 +22,9 @@ class Paired(NamedTuple):
 
 
 def share_interval(hits: int, count: int) -> Interval:
-    """Where the share lies of which ``hits`` of ``count`` are a sample (Clopper & Pearson 1934).
+    """Confidence interval of a share from ``hits`` of ``count`` (Clopper & Pearson 1934).
 
-    Exact: it holds the true share with at least ``LEVEL``, whatever that is.
+    Exact: it contains the true share with a probability of at least ``LEVEL``, for every share.
     """
     from scipy.stats import binomtest
 
@@ -35,10 +35,11 @@ def share_interval(hits: int, count: int) -> Interval:
 
 
 def median_interval(values: Floats) -> Interval | None:
-    """Where the median lies of which (n,) ``values`` are a sample; None for fewer than six.
+    """Confidence interval of the median from a sample of (n,) ``values``; None for fewer than six.
 
-    Between two of them in order, of which the binomial distribution says how probably the median
-    is between (the sign test turned around): exact, and infinite values are values as well.
+    Its ends are two of the ordered values; the binomial distribution gives the probability that the
+    median is between them (the sign test turned around). It is exact, and infinite values are
+    allowed.
     """
     from scipy.stats import binom
 
@@ -50,7 +51,7 @@ def median_interval(values: Floats) -> Interval | None:
 
 
 def paired(logarithms: Floats) -> Paired:
-    """What (n,) logarithms of ratios say, infinite ones too: these rank beyond all others.
+    """Test of (n,) logarithms of ratios, infinite ones too: these rank beyond all others.
 
     Equal pairs (0) keep their ranks and then count for neither side (Pratt 1959). p is exact up to
     ``FEW`` pairs, and up to 50 without ties; else it is by the normal approximation.
@@ -87,7 +88,7 @@ def _median_ratio(logarithms: Floats) -> float:
 
 
 def holm(p: Floats) -> Floats:
-    """Holm's step-down correction of (n,) p-values for having been n (Holm 1979)."""
+    """Holm's step-down correction of (n,) p-values for n tests (Holm 1979)."""
     order = np.argsort(p, kind="stable")
     steps = np.maximum.accumulate(p[order] * (len(p) - np.arange(len(p))))
     corrected = np.empty(len(p))

@@ -1,7 +1,7 @@
-"""What the files of users say: read within limits, and only what can be worked with and written.
+"""Content of users' files: read within limits, and only what can be processed and written again.
 
-Whatever is wrong with a text is a ``ValueError`` that does not name the file, for those who check
-a part of another file; ``as_user_error`` makes a line for the user of it.
+A mistake in a text is a ``ValueError`` that does not name the file, for callers that check a part
+of another file; ``as_user_error`` turns it into a line for the user.
 """
 
 import codecs
@@ -39,7 +39,7 @@ _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def content(path: str | Path, largest: int = LARGEST) -> bytes:
-    """What a file or the other end of a pipe holds, up to ``largest`` MB; a device ends there too.
+    """Bytes of a file or of the other end of a pipe, up to ``largest`` MB, also from a device.
 
     Raises:
         ValueError: it cannot be read, holds more, or waits for somebody to open its other end.
@@ -59,7 +59,7 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
 
 
 def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """The text that a file holds, UTF-16 if it says so; ValueError: it is none, or packed."""
+    """Text in the bytes of a file, UTF-16 if it says so; ValueError: none, or compressed."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encoding = "utf-16"
     try:
@@ -77,7 +77,7 @@ def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str
 
 
 def toml_of(text: str) -> Json:
-    """What a TOML text says; ValueError: it is none, or goes beyond the limits."""
+    """Content of a TOML text; ValueError: it is not TOML, or goes beyond the limits."""
     for line in text.split("\n"):
         if line.count(".") >= DEEPEST and _LONG_KEY.search(_STRING.sub("_", line)):
             raise ValueError(f"is not valid TOML: a key has more than {DEEPEST} parts")
@@ -93,7 +93,7 @@ _TWICE = "Cannot overwrite a value"
 
 
 def _hint(message: str, text: str) -> str:
-    """What a mistake of TOML may be about, of those that people make; "": another one."""
+    """Likely cause of a mistake in TOML; "": not known."""
     lines, match = text.rstrip().split("\n"), _WHERE.search(message)
     line = lines[min(int(match[1]) if match else len(lines), len(lines)) - 1]
     if comma := _COMMA.search(line):
@@ -102,7 +102,7 @@ def _hint(message: str, text: str) -> str:
 
 
 def json_of(text: str) -> Plain:
-    """What a JSON text says; ValueError: it is none, or goes beyond the limits."""
+    """Content of a JSON text; ValueError: it is not JSON, or goes beyond the limits."""
     return _parsed("is not valid JSON", JSON.decode, text, finite=True)
 
 
@@ -135,7 +135,7 @@ JSON = json.JSONDecoder(parse_constant=_no_number, object_pairs_hook=_distinct)
 
 
 def plain_fault(value: Plain, finite: bool = False) -> str | None:
-    """Why what TOML or JSON held cannot be worked with, or not be written again; None if it can."""
+    """Reason why a value from TOML or JSON cannot be used or written again; None if it can."""
     level = [value]
     for _ in range(DEEPEST + 1):
         inside: list[Plain] = []
@@ -163,7 +163,7 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
 
 @AfterValidator
 def writable(data: Json) -> Json:
-    """Validates what stands in a file as it is; it has to be what can be written again."""
+    """Validate a part of a file that is kept as it is: it must be possible to write it again."""
     if fault := plain_fault(data, finite=True):
         raise ValueError(fault)
     return data
@@ -171,7 +171,7 @@ def writable(data: Json) -> Json:
 
 @contextmanager
 def as_user_error(source: object) -> Iterator[None]:
-    """What is wrong with a text becomes a UserError about the ``source`` that it is from."""
+    """Turn an error about a text into a UserError about its ``source``."""
     try:
         yield
     except ValueError as error:
@@ -179,13 +179,13 @@ def as_user_error(source: object) -> Iterator[None]:
 
 
 def read_text(path: str | Path) -> str:
-    """What a user's file says, in UTF-8; UserError: it cannot be read."""
+    """Content of a user's file, in UTF-8; UserError: it cannot be read."""
     with as_user_error(path):
         return decoded(content(path))
 
 
 def read_toml(path: str | Path) -> Json:
-    """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
+    """Content of a user's TOML file; UserError: it cannot be read, or is not TOML."""
     with as_user_error(path):
         return toml_of(decoded(content(path)))
 
@@ -195,7 +195,7 @@ FILES = {"scenario": (".toml", "a TOML file"), "design": (".json", "a design fil
 
 
 def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
-    """The line for a scenario or design that there is not: a file beside it may be meant."""
+    """Error for a scenario or design that does not exist; it suggests a similar name."""
     ending, file = FILES[what]
     try:
         there = [Path(entry) for entry in sorted(os.listdir(Path(name).parent))]

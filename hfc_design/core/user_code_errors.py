@@ -1,4 +1,4 @@
-"""What an error of a user's own code says in a line: where it was, and what to write instead.
+"""Description of an error in a user's own code in a line: its place, and how to correct it.
 
 Never imports JAX: its errors are known by their names.
 """
@@ -34,9 +34,9 @@ _CARRIED = re.compile(
 
 
 def describe(error: Exception) -> str:
-    """Kind, place in the user's file and first line of an error; of a record's all lines.
+    """Kind, place in the user's file and first line of an error; all lines for a record's error.
 
-    Where it is known what to write instead, the place and that come first.
+    If a correction is known, the place and the correction come first.
     """
     kind, place = type(error).__name__, _place(error)
     for one in type(error).__mro__:
@@ -49,7 +49,7 @@ def describe(error: Exception) -> str:
 
 
 def _carried(message: str) -> str:
-    """What JAX says in paragraphs of a value that each sample hands to the next; "" of others."""
+    """JAX's long message about a changed carry as one line; "" for other errors."""
     match = _CARRIED.search(message)
     if not match:
         return ""

@@ -1,4 +1,4 @@
-"""What is wrong with the file of a user: every fault a line with its key. Never imports JAX."""
+"""Mistakes in a user's file: a line for each, with its key. Never imports JAX."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -29,7 +29,7 @@ class NoSuchKey(ValueError):
 
 
 def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
-    """What to say of a key that the table of ``model`` does not have."""
+    """Error for a key that the table of ``model`` does not have."""
     known = [*model.model_fields]
     inside = [f"{name}.{key}" for name in known if key in _fields(model, name)]
     meant = inside if inside and not near(key, known) else []
@@ -46,7 +46,7 @@ def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
 
 
 def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError:
-    """The same error, in which unknown keys of the ``model`` itself tell those that there are."""
+    """The same error; for unknown keys of the ``model`` itself it lists the known ones."""
 
     mine = 0  # of so many, looking for what each may mean takes minutes
 
@@ -61,12 +61,12 @@ def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError
 
 
 def inside(error: ValidationError, *place: int | str) -> ValidationError:
-    """The same error of a part of the whole that it is raised in."""
+    """The same error, placed in the whole of which its record is a part."""
     return _again(error, place, lambda kind, place: None)
 
 
 def with_lines(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
-    """The same error of a table with further faults, ``lines`` that begin with keys in it."""
+    """The same error of a table with further mistakes, ``lines`` that begin with keys in it."""
     details = [] if error is None else _details(error, (), lambda kind, place: None)
     details += [
         InitErrorDetails(type="value_error", loc=(), input={}, ctx={"error": ValueError(line)})
@@ -100,10 +100,10 @@ def _details(
 def format_errors(
     error: ValidationError, data: Plain, again: Callable[[Plain], Any], keys: Keys = NO_KEYS
 ) -> list[str]:
-    """Every fault of ``data`` in a line, those that are missing together and first.
+    """Lines with every mistake in ``data``; missing keys come first, in a line together.
 
-    ``again`` checks other data in its place: that tells which kinds there are, ``keys`` which
-    keys.
+    ``again`` checks other data in its place, which shows the kinds that there are; ``keys`` are the
+    allowed keys.
     """
     missing, faults = [], dict[str, list[str]]()
     for one in error.errors(include_url=False):
@@ -128,7 +128,7 @@ def format_errors(
 
 
 def _either(messages: list[str]) -> str:
-    """One line of several rules for one value: any of them would do."""
+    """Join several rules for one value, any of which would do, into one line."""
     first, *others = dict.fromkeys(messages)
     head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
@@ -171,7 +171,7 @@ def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
 
 
 def _there(key: str, keys: Keys) -> str:
-    """That there is no such key, and what has it or a key with the same end."""
+    """Text on an unknown key: the owner of that key, or a key with the same end."""
     if other := keys.whose(key):
         return f"{NO_SUCH} here, it belongs to {other};"
     end = key.rpartition(".")[2]
@@ -180,7 +180,7 @@ def _there(key: str, keys: Keys) -> str:
 
 
 def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -> tuple[str, str]:
-    """What to say of a table whose kind is missing, or is none that there is."""
+    """Error for a table whose kind is missing or unknown."""
     context = error.get("ctx", {})
     which = context["discriminator"].strip("'")
     kind_key = f"{key}.{which}" if key else which
@@ -238,6 +238,6 @@ def _place(location: Place, data: Plain, missing: bool) -> tuple[str, Plain]:
 
 
 def short(value: Plain, limit: int = 60) -> str:
-    """A value in a message."""
+    """A value, shortened for a message."""
     text = repr(value)
     return text if len(text) <= limit else text[:limit] + "..."

@@ -1,6 +1,6 @@
 """Rules that a value breaks, in the words of this project. Never imports JAX.
 
-pydantic names the kind of a mistake; none of its own sentences reaches a user.
+pydantic gives the kind of a mistake; none of its own sentences reaches a user.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -71,7 +71,7 @@ PATTERNS = {
 
 
 def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
-    """What has to be there in a ``unit``, of a mistake's kind and what pydantic knows of it."""
+    """Requirement in a ``unit``, from a mistake's kind and pydantic's context."""
     if kind == "string_pattern_mismatch":
         pattern = str(context["pattern"])
         return f"must be {PATTERNS.get(pattern, f'a string of the form {pattern}')}"
@@ -81,7 +81,7 @@ def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
 
 
 def of_its_name(key: str) -> str:
-    """The unit that a key ends with, s of ``duration_s``; "": none."""
+    """Unit at the end of a key, s of ``duration_s``; "": none."""
     return next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
 
 
@@ -94,7 +94,7 @@ class Keys(NamedTuple):
 
 
 def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
-    """The names that may be meant: ends or beginnings of dotted keys, else those that are alike."""
+    """Known names that may be meant: ends or beginnings of dotted keys, else similar ones."""
     name, each = str(given).lower(), {one.lower(): one for one in known}
     alike = [name] if name in each else []
     if len(name) > 1:
@@ -104,19 +104,19 @@ def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
 
 
 def percent(share: float) -> str:
-    """A share to two digits; what is below a thousandth of a per cent is told as that."""
+    """A share in per cent with two digits; "less than 0.001 %" for a smaller one above 0."""
     if 0.0 < share < 1e-5:
         return "less than 0.001 %"
     return f"{100 * share:{'.2g' if share < 0.995 else '.0f'}} %"
 
 
 def three_digits(value: float) -> str:
-    """Of a number as tables have it, up to a million without an exponent."""
+    """A number with three digits, as in tables; up to a million without an exponent."""
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def one_of(given: object, known: Iterable[str], head: str = "available:") -> str:
-    """``available: a, b, c`` with what may have been meant in front."""
+    """Text ``available: a, b, c``, preceded by a name that may have been meant."""
     names = [*known]
     meant = "".join(f"did you mean {one}? " for one in near(given, names))
     listing = ", ".join(names) or "none"

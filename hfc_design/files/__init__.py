@@ -1,1 +1,1 @@
-"""What users write and keep: scenarios and designs."""
+"""Files that users write and keep: scenarios and designs."""

@@ -1,4 +1,4 @@
-"""The design file: a controller as data that other programs read. Never imports JAX."""
+"""The design file: a controller as data for other programs. Never imports JAX."""
 
 import json
 import re
@@ -42,7 +42,7 @@ IMPORTED = (".fll", ".fis", ".fcl", ".fml")
 
 
 class PerAxisRecord(Record):
-    """Settings of every axis; ``axes`` has what differs in one of them."""
+    """Settings of every axis; ``axes`` has the values that differ for one of them."""
 
     #: values that differ in one axis, by its name, with the same keys
     axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
@@ -70,12 +70,12 @@ MOST_DELAYED = 64.0
 
 
 class Limits(PerAxisRecord):
-    """What the drives make of commands: their limits, in the units of the plant, and steps.
+    """Limits of the drives' commands, in the units of the plant, and steps of their converters.
 
-    A command is bound to ``command``, goes there no faster than ``command_rate`` [1/s], from 0
+    A command is limited to ``command``, changes no faster than ``command_rate`` [1/s], from 0
     before the first sample, and is then rounded to ``resolution``, the step of the converter. It
-    acts ``delay_samples`` later, 1 where the control computes while the last command acts, and the
-    drive's current follows it with ``lag_s``. A controller itself keeps to the first two alone.
+    acts ``delay_samples`` later, 1 if the control computes while the last command acts, and the
+    drive's current follows it with ``lag_s``. A controller itself applies only the first two.
     """
 
     #: largest command in both directions [command]; left out: only the limit of the drive
@@ -108,7 +108,7 @@ class Limits(PerAxisRecord):
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
     def without_rate(self) -> Self:
-        """The same with commands as fast as you like."""
+        """The same limits without one of the rate."""
         axes = {
             axis: {key: x for key, x in axis_limits.items() if key != "command_rate"}
             for axis, axis_limits in self.axes.items()
@@ -161,29 +161,29 @@ class Design(Record, metaclass=Asked):
 
     @property
     def kind(self) -> type[ControllerRecord]:
-        """The kind of the controller."""
+        """Kind of the controller."""
         return type(self.controller)
 
     @property
     def failed(self) -> bool:
-        """Whether it says itself that it diverged."""
+        """Whether its file says that it diverged."""
         return self.score.get("fitness", "") is None
 
     @property
     def axis(self) -> str:
-        """The axis that this is the part of; "" for the whole."""
+        """Axis of which this design is a part; "" for the whole."""
         return self._axis
 
     @property
     def connected(self) -> Any:
-        """How code of it reads a machine's sensors; None: it reads what the law does."""
+        """Connection of its code to a machine's sensors; None: it reads the law's signals."""
         return self._connected
 
     def commanding(self, axes: Iterable[str]) -> Controller:
-        """The controller of a machine with these axes, which keeps to its own limits.
+        """Controller of a machine with these axes, within its own limits.
 
         Raises:
-            UserError: it is none of such a machine.
+            UserError: it is not a controller of such a machine.
         """
         if self._connected and self._connected.machine:
             return self._connected.machine
@@ -192,13 +192,13 @@ class Design(Record, metaclass=Asked):
         return rate_limited(controller, limits, self.changes(axes))
 
     def changes(self, axes: Iterable[str]) -> dict[str, float | None]:
-        """Largest change of the command of each of these axes in a sample; None: any."""
+        """Largest change of the command of each of these axes in a sample; None: no limit."""
         return self.limits.changes(axes, self.controller.sample_time_s)
 
     def by_axis(self) -> dict[str, "Design"]:
-        """The designs of single axes by name, or only itself where all axes have the same.
+        """Designs of single axes by name, or only this one if all axes have the same.
 
-        Itself too where its controller is one of the whole machine.
+        Also only this one if its controller controls the whole machine.
         """
         if self.kind.controller and not self.kind.axis_records:
             return {"": self}
@@ -225,7 +225,7 @@ def builtin_designs() -> list[str]:
 
 
 def named_design(source: AnyDesign) -> Design:
-    """The design with a built-in name, in a file or in a run folder; a design is itself.
+    """Design with a built-in name, in a file or in a run folder; a design is returned as it is.
 
     Raises:
         UserError: there is no such design, or the file is not one that can run.
@@ -253,15 +253,15 @@ def named_design(source: AnyDesign) -> Design:
 
 
 def _inside(thing: Any) -> str:
-    """What to say of a result of a search where its design is wanted."""
+    """Error for a result of a search given in place of its design."""
     return "; give its .design" if isinstance(getattr(thing, "design", None), Design) else ""
 
 
 def read_design(path: str | Path) -> Design:
-    """The design in a file.
+    """Read the design in a file.
 
     Raises:
-        UserError: the file cannot be read, is no JSON, or is not a design that can run.
+        UserError: the file cannot be read, is not JSON, or is not a design that can run.
     """
     if Path(path).suffix.lower() in IMPORTED:
         fault = "is a controller of another program"
@@ -272,10 +272,10 @@ def read_design(path: str | Path) -> Design:
 
 
 def parse_design(text: str, source: str | Path) -> Design:
-    """The design in ``text``; ``source`` stands in the messages.
+    """Parse the design in ``text``; ``source`` is named in messages.
 
     Raises:
-        UserError: text is no JSON, or is not a design that can run.
+        UserError: text is not JSON, or is not a design that can run.
     """
     with as_user_error(source):
         data = _json_of(text)
@@ -301,7 +301,7 @@ def _json_of(text: str) -> Any:
 
 @contextmanager
 def naming(provenance: Any) -> Iterator[None]:
-    """A mistake tells which ``sources`` of a design's provenance are not known here."""
+    """Add to an error the ``sources`` of a design's provenance that are not registered here."""
     try:
         yield
     except UserError as error:
@@ -314,10 +314,10 @@ def naming(provenance: Any) -> Iterator[None]:
 
 
 def changed_design(design: Design, changes: Changes, source: str) -> Design:
-    """The design with other values of dotted keys, noted in its provenance; its score is gone.
+    """Return the design with other values of dotted keys, noted in its provenance, without score.
 
     Raises:
-        UserError: a change is not of that form, or what comes out cannot run.
+        UserError: a change does not have that form, or the result cannot run.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
     data = overridden(design.model_dump(mode="json"), values, "--change")
@@ -338,7 +338,7 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
 
 
 def design_json(design: Design) -> str:
-    """The design as JSON; every float reads back bit for bit, a row of a table is a line."""
+    """The design as JSON; every float is read back bit for bit, each row of a table is a line."""
     text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
     return _ROWS.sub(lambda match: match["text"] or _flat(match[0]), text)
 
@@ -358,13 +358,13 @@ ENDING, LONGEST = "-learned", 64
 
 
 def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -> Design:
-    """The design that starts with what the ``memory`` of its controller has learnt.
+    """Return the design with the values that the ``memory`` of its controller has learned.
 
-    ``axes`` are those of the machine: where they have learnt different things, each has a
-    controller of its own. ``origin`` is for the provenance.
+    ``axes`` are those of the machine: if they have learned different values, each gets a controller
+    of its own. ``origin`` is for the provenance.
 
     Raises:
-        UserError: it does not adapt, or what it remembers is no number any more.
+        UserError: it does not adapt, or a number of its memory is not finite.
     """
     if not finite(memory):
         raise UserError(f"design {design.name}: has diverged; its learned state cannot be kept")
@@ -373,10 +373,10 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
 
 
 def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> Design:
-    """The design with a ``controller`` that has learnt; its score is gone.
+    """Return the design with a ``controller`` that has learned, without score.
 
     Raises:
-        UserError: it is none that can run.
+        UserError: it is not one that can run.
     """
     name = design.name.removesuffix(ENDING)[: LONGEST - len(ENDING)] + ENDING
     data = design.model_dump(mode="json", exclude={"score", "controller"})

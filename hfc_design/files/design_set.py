@@ -1,4 +1,4 @@
-"""Designs that are looked at side by side: what each is called, and what is not alike."""
+"""Sets of designs that are compared: their names, and their differences."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,10 +24,10 @@ AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
 
 
 def labelled(designs: AnyDesigns) -> dict[str, Design]:
-    """Designs by names that set them apart.
+    """Designs by distinct names.
 
-    Each by its own name, that of a batch's run by what it is called there; where several have the
-    same, by that of its file or run folder, with as many of the folders around it as it takes.
+    Each has its own name, a run of a batch its label there; if several have the same, each has that
+    of its file or run folder, with as many parent folders as necessary.
 
     Raises:
         UserError: there is no such design, one stands there twice, or is only a kind.
@@ -54,7 +54,7 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
 
 
 def apart(names: Sequence[str], paths: Sequence[tuple[str, ...]]) -> list[str]:
-    """The names; where several are alike the end of each one's path, as long as it takes."""
+    """The names; equal ones are replaced by the end of their path, as long as necessary."""
     labels = [*names]
     for deep in range(1, max(map(len, paths), default=0) + 1):
         same = Counter(labels)
@@ -90,7 +90,7 @@ def _no_kind(one: AnyDesign) -> AnyDesign:
 
 
 def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
-    """The scenario with the whole machine of the first design, and what it sets laid over that.
+    """The scenario with the whole machine of the first design, as changed by the scenario.
 
     Raises:
         UserError: a design is for another plant or sample time.
@@ -102,13 +102,13 @@ def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 
 def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
-    """In what the machine of the design ``name``, which is ``shared``, is not the scenario's."""
+    """Differences of the ``shared`` machine, that of the design ``name``, from the scenario's."""
     changes = "; ".join(_machines(shared.plant, scenario.plant, "in the scenario"))
     return f"all on the machine of {name}: {changes}" if changes else None
 
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
-    """What a design keeps for itself, and was made with and does not have ``shared_machine``."""
+    """Values that a design keeps, and values it was made with that ``shared_machine`` changes."""
     limits = {"command": shared.units.signals["command"]}
     here = dotted(shared.limits.model_dump())
     design_limits = dotted(design.limits.model_dump(exclude_none=True))
@@ -133,7 +133,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
 
 
 def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[str]:
-    """What is not alike in two machines, a line for each axis."""
+    """Differences between two machines, a line for each axis."""
     axes = here.each()
     for before, other in zip(made.each(), axes, strict=True):
         head = f"{other.name}." if len(axes) > 1 else ""
@@ -145,7 +145,7 @@ def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[
 def _changed(
     made: Json, here: Json, units: Mapping[str, str], head: str = "", where: str = "here"
 ) -> str:
-    """What is not alike in two tables; ``head`` stands before the names of both."""
+    """Differences between two tables; ``head`` precedes the names of both."""
     changes = []
     for key in {**made, **here}:
         if made.get(key) != here.get(key):

@@ -1,4 +1,4 @@
-"""Whether a machine can follow what a scenario asks: on which axes, how far, how fast."""
+"""Check that a machine can follow a scenario: with which axes, how far, how fast."""
 
 from collections.abc import Sequence
 
@@ -16,10 +16,10 @@ TOO_FAR = "exceeds the range of numbers; it is unrealistically large, small or f
 
 
 def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
-    """Whether the machine has the axes that the reference is for, and can keep up.
+    """Check that the machine has the axes of the reference, and can follow it.
 
     Raises:
-        ValueError: it has others, or cannot.
+        ValueError: it has other axes, or cannot follow.
     """
     axes = plant.machine.axes
     if isinstance(reference, Trajectory):
@@ -48,12 +48,12 @@ def reference_of(reference: AnyReference, axis: str) -> Reference:
 def motion_of(
     reference: AnyReference, axes: Sequence[Axis], cycle: float
 ) -> Trajectory | Program | None:
-    """The motion along the path that a machine follows, interpolated every ``cycle`` [s].
+    """Motion along the path that a machine follows, interpolated every ``cycle`` [s].
 
-    None where it follows none.
+    None if it follows no path.
 
     Raises:
-        ValueError, UserError: it cannot be followed by these axes.
+        ValueError, UserError: these axes cannot follow it.
     """
     if not isinstance(reference, Trajectory):
         return None

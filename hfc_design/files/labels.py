@@ -1,4 +1,4 @@
-"""What a run is called in the batch that it belongs to, whose folders are called by hashes."""
+"""Labels of the runs of a batch, whose folders are named by hashes."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
@@ -16,10 +16,10 @@ LABEL, SEED = "label", "run.seed"
 
 
 def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
-    """What each cell is called: by its label, and by what sets it apart from others that have it.
+    """Distinct text for each cell: its label, and settings that differ among equal labels.
 
-    As in "spread=0.1, seed=2": a setting by the last part of its key where that is enough, the
-    seed last. Without a label it is set apart from all.
+    As in "spread=0.1, seed=2": a setting is named by the last part of its key if that is enough,
+    the seed comes last. Without a label the settings distinguish it from all cells.
     """
     alike: dict[str, list[Json]] = defaultdict(list)
     for cell in cells.values():
@@ -30,7 +30,7 @@ def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
 
 
 def shared(cells: Iterable[Json]) -> Json:
-    """The settings that every cell has."""
+    """Settings that are the same in every cell."""
     first, *others = cells
     return {k: x for k, x in first.items() if all(k in cell and cell[k] == x for cell in others)}
 
@@ -45,7 +45,7 @@ def _name(cell: Json, same: Json) -> str:
 
 
 def run_label(path: str | Path) -> str:
-    """What the cell of a batch is called that a path lies in; "" outside a batch.
+    """Label of the cell of a batch that a path belongs to; "" outside a batch.
 
     ``path`` is that of its folder, or of a file in it.
     """

@@ -1,4 +1,4 @@
-"""A design and a scenario that belong together: found, checked, made one machine and one loop."""
+"""Setup of a loop from a design and a scenario: both are found, checked and combined."""
 
 from collections.abc import Mapping
 from math import inf
@@ -37,7 +37,8 @@ SMALL = 1e-3
 def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
     """A built-in design, a design file, or that of a run folder, with a plant that can run.
 
-    ``changes`` are of dotted keys, as in ``controller.integral_gain``; a design is itself.
+    ``changes`` are of dotted keys, as in ``controller.integral_gain``; a design without changes is
+    returned as it is.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
@@ -82,10 +83,10 @@ def _gathered(design: Design, source: Path) -> Design:
 
 
 def check_laws(design: Design, machine: Machine) -> None:
-    """Let the law of every axis do a step in plain numbers, as the runtime does.
+    """Run the law of every axis for one step in plain numbers, as the runtime does.
 
     Raises:
-        UserError: it reads what its kind or its drive does not name, or cannot step.
+        UserError: it reads a signal that its kind or its drive does not name, or cannot step.
     """
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
         part = design.by_axis().get(axis, design)
@@ -157,15 +158,15 @@ def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -
 
 
 def made_for(design: Design, scenario: Scenario) -> Design:
-    """The design as one that was made for a scenario."""
+    """The design, recorded as made for a scenario."""
     origin = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
     return design.model_copy(update={"provenance": design.provenance | origin})
 
 
 def axes_of(design: Design) -> tuple[str, ...]:
-    """Names of the axes: of its plant, or of the scenario that it was made for.
+    """Names of the axes: those of its plant, or of the scenario that it was made for.
 
-    Those of a built-in plant of one axis where that names none, or cannot run from here.
+    If that scenario is missing or cannot run here, it is the one axis of the plant.
     """
     if design.axis:
         return (design.axis,)
@@ -179,12 +180,13 @@ def axes_of(design: Design) -> tuple[str, ...]:
 
 
 def machine(design: Design, scenario: Scenario) -> PlantSettings:
-    """The plant of ``design`` with what ``scenario`` sets laid over it.
+    """The plant of ``design``, as changed by ``scenario``.
 
-    Another plant is that of the scenario alone, where it has the signals of the design's own.
+    If the scenario has another plant, it is that plant alone, provided that it has the signals of
+    the design's own.
 
     Raises:
-        UserError: it has not, or the two are made for different sample times.
+        UserError: it does not, or the two are made for different sample times.
     """
     design_plant, wanted = design.plant, scenario.plant
     if design_plant.name != wanted.name:
@@ -241,14 +243,14 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
 
 
 def with_converter(scenario: Scenario, design: Design) -> Scenario:
-    """The scenario with the converter that ``design`` was made for, where it names none itself.
+    """The scenario with the converter that ``design`` was made for, if it names none itself.
 
     Resolution and delay of the command belong to the drive and go with the plant; the largest
-    command goes with the controller, which keeps to it. Sensors, load and reference are the
+    command goes with the controller, which applies it. Sensors, load and reference are the
     scenario's.
 
     Raises:
-        UserError: what comes out contradicts itself.
+        UserError: the result contradicts itself.
     """
     made_for = {axis: design.limits.of(axis) for axis in scenario.plant.machine.axes}
     inherited = {}
@@ -272,9 +274,9 @@ def with_converter(scenario: Scenario, design: Design) -> Scenario:
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:
-    """The controller of a design on the axes of a scenario, and its gains for one individual.
+    """Controller of a design on the axes of a scenario, and its gains for one individual.
 
-    Its commands go through the drives of the scenario where these are slower.
+    Its commands are limited by the drives of the scenario if these are slower.
     """
     slower = slower_drives(design, scenario)
     controller = design.commanding(slower)
@@ -283,7 +285,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
-    """Largest change of the command of each axis where the drive is slower; None: it is not."""
+    """Largest change of the command of each axis with a drive slower than the design, or None."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
     design_changes = design.changes(axes)
@@ -291,7 +293,7 @@ def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:
-    """Whether no drive of a loop on a simulated machine is slower than the commands.
+    """Check that no drive of a loop on a simulated machine is slower than the commands.
 
     Raises:
         UserError: one is.
@@ -307,7 +309,7 @@ def check_drives(design: Design, scenario: Scenario) -> None:
 
 
 def population_of_one(gains: Gains) -> Gains:
-    """A record of numbers and tables with an axis of individuals behind each."""
+    """A record of numbers and tables, each with a trailing axis of one individual."""
     if gains is None:
         return None
     if hasattr(gains, "_fields"):

@@ -1,4 +1,4 @@
-"""The machine of a scenario: which drives, what their sensors see."""
+"""The machine of a scenario: its drives and its sensors."""
 
 from collections.abc import Iterable
 from operator import not_
@@ -40,18 +40,18 @@ class Axis(NamedTuple):
 
     @property
     def length(self) -> float | None:
-        """Length of a unit of its position [mm]; None where it is none."""
+        """Length of a unit of its position [mm]; None if it is not a length."""
         return self.drive.millimetres and self.drive.millimetres(self.parameters)
 
     @property
     def resolution(self) -> float:
-        """Step of the encoder that is fed back, of the machine's own [unit]; 0: it has none."""
+        """Step of the machine's own encoder that is fed back [unit]; 0: it has none."""
         name = self.drive.resolutions.get(self.drive.seen[0])
         return float(getattr(self.parameters, name)) if name else 0.0
 
     @property
     def moved(self) -> MovedAxis:
-        """What a program has to know of it."""
+        """Data of the axis for a program."""
         unit_size, rotary = (
             self.length,
             self.drive.millimetres is None and self.drive.degrees is not None,
@@ -63,10 +63,10 @@ class Axis(NamedTuple):
 
 
 class PlantSettings(Record):
-    """Which drive or machine, and the parameters that differ from the nominal one.
+    """The drive or machine, and the parameters that differ from the nominal one.
 
-    A drive that moves several axes names them in ``axes``, each with what differs once more; a
-    machine has names for its axes already.
+    A drive that moves several axes names them in ``axes``, each with its own differences; a machine
+    has names for its axes already.
     """
 
     name: str = "c-axis"  # drive or machine
@@ -111,19 +111,19 @@ class PlantSettings(Record):
         return self
 
     def _changes(self, axis: str) -> dict[str, float]:
-        """What differs from the nominal drive of an axis."""
+        """Differences from the nominal drive of an axis."""
         return self.parameters | self.axes.get(axis, {})
 
     @property
     def machine(self) -> Machine:
-        """The machine's functions."""
+        """Functions of the machine."""
         plant = ALL_PLANTS.get(self.name)
         if isinstance(plant, Drive) and self.axes:
             return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
         return machine_of(plant)
 
     def each(self) -> list[Axis]:
-        """The axes of the machine."""
+        """Axes of the machine."""
         pairs = zip(self.machine.axes, self.machine.drives, strict=True)
         return [Axis(name, drive, drive.parameters(**self._changes(name))) for name, drive in pairs]
 
@@ -132,7 +132,7 @@ class PlantSettings(Record):
         return tuple(axis.parameters for axis in self.each())
 
     def in_full(self) -> Json:
-        """With every parameter, so that a file does not depend on a program's defaults."""
+        """Settings with every parameter, so that a file does not depend on a program's defaults."""
         axes = {axis.name: axis.parameters._asdict() for axis in self.each()}
         if len(axes) == 1 and not self.axes:
             return {"name": self.name, "parameters": next(iter(axes.values()))}
@@ -151,7 +151,7 @@ def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:
 
 
 def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
-    """Whether every axis that a file names is one of the machine's.
+    """Check that every axis that a file names is one of the machine's.
 
     Raises:
         ValueError: one is not.
@@ -163,14 +163,14 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
 
 
 class ReadingSettings(Record):
-    """How a signal is measured that no encoder forms, in its unit."""
+    """Measurement of a signal that does not come from an encoder, in its unit."""
 
     resolution: NotNegative = 0.0  # step of the sensor; 0: ideal [signal]
     noise: NotNegative = 0.0  # standard deviation [signal]
 
 
 class SensorSettings(PerAxisRecord):
-    """What the controller sees of the machine, in the units of the plant; ideal without any."""
+    """Sensors of the controller, in the units of the plant; ideal without any."""
 
     encoder_resolution: NotNegative = 0.0  # step of all encoders [error]; 0: only that of the plant
     noise: NotNegative = 0.0  # standard deviation of every encoder reading [error]
@@ -200,7 +200,7 @@ class SensorSettings(PerAxisRecord):
 
 
 def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
-    """Why a drive cannot feed back an encoder, in a line."""
+    """Error line if a drive cannot feed back an encoder."""
     if encoder is None or encoder in drive.encoders:
         return None
     known = ", ".join(drive.encoders)
@@ -208,12 +208,12 @@ def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
 
 
 def measured_apart(drive: Drive) -> list[str]:
-    """The signals of a drive that no encoder forms."""
+    """Signals of a drive that come from no encoder."""
     return unmoved(drive, drive.encoders)
 
 
 def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
-    """The signals of a drive that stay as they are when what some of its encoders tell moves."""
+    """Signals of a drive that do not depend on some of its encoders."""
     fixed, state = drive.coefficients(drive.parameters()), drive.initial_state(0.0)
     state = type(state)(*(0.1 + 0.01 * k for k in range(len(state))))
     moved = {
@@ -224,7 +224,7 @@ def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
 
 
 def reading_fault(drive: Drive, names: Iterable[str]) -> str | None:
-    """Why a sensor of one of these signals makes no sense, in a line."""
+    """Error line if a sensor of one of these signals makes no sense."""
     signals = measured_apart(drive)
     for name in names:
         if name in signals:

@@ -1,4 +1,4 @@
-"""The motions that a scenario judges together."""
+"""Several motions of a scenario that are judged together."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypeAlias
@@ -24,7 +24,7 @@ Start: TypeAlias = dict[str, Finite | dict[str, Finite]]
 
 
 class Motion(Record):
-    """One of several motions; what it leaves out is what the scenario says for all."""
+    """One of several motions; keys that it leaves out are those of the scenario."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]  # name of the motion
     weight: Positive = 1.0  # weight of its cost relative to the others [1]
@@ -37,7 +37,7 @@ class Motion(Record):
     start: Start | None = None  # left out: [start] of the scenario [of the state]
 
     def ends_settled(self, duration: float) -> None:
-        """Whether it goes on after it is said to have settled; ValueError: it does not."""
+        """Check that it continues after its settling time; ValueError: it does not."""
         if self.settled_after_s is not None and self.settled_after_s >= duration:
             raise ValueError(
                 f"settled_after_s = {self.settled_after_s}: must be less than its "
@@ -59,9 +59,9 @@ class Motion(Record):
 def started(
     machine: Machine, start: Mapping[str, Any], places: Mapping[str, float] | None = None
 ) -> tuple[State, ...]:
-    """The state of each axis before the first sample, numbers.
+    """State of each axis before the first sample, in numbers.
 
-    ``places`` are where axes stand, of which ``start`` says something else.
+    ``places`` are the positions of the axes, unless ``start`` sets another.
 
     Raises:
         ValueError: the machine has no such axis or state.
@@ -83,14 +83,14 @@ def started(
 
 
 def put(drive: Drive, state: State, off: float) -> State:
-    """The state with the whole of an axis moved by so much."""
+    """The state with all positions of an axis shifted by ``off``."""
     places = {drive.position, drive.seen[0], *drive.encoders}
     shifted = {name: getattr(state, name) + off for name in places if name in state._fields}
     return state._replace(**shifted)
 
 
 def way(target: Floats, rate: Floats) -> float:
-    """How far an axis goes, in its fastest second at most; of (steps,) ways and speeds."""
+    """Travel of an axis, at most that of its fastest second, from (steps,) positions and speeds."""
     speed, whole = float(np.abs(rate).max()), float(np.abs(target).max())
     return min(whole, speed) if speed else whole
 
@@ -98,10 +98,10 @@ def way(target: Floats, rate: Floats) -> float:
 def copy_started(
     axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
 ) -> tuple[State, ...]:
-    """``start`` with the whole of each axis moved by a little, see ``objectives.unsettled``.
+    """``start`` with all positions of each axis shifted a little, see ``objectives.unsettled``.
 
-    ``ways`` are how far each axis goes, ``finest`` the steps that its sensors
-    make beside those of its own encoder, in its units.
+    ``ways`` are the travels of the axes, ``finest`` the steps of its sensors other than its own
+    encoder, in its units.
     """
     perturbed = []
     for axis, state, way, step in zip(axes, start, ways, finest, strict=True):

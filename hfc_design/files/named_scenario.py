@@ -1,4 +1,4 @@
-"""Scenarios by name: built in, in a TOML file, as a mapping; and as TOML again."""
+"""Scenarios by name: built in, in a TOML file, as a mapping; and their output as TOML."""
 
 import re
 import tomllib
@@ -38,9 +38,9 @@ def builtin_names() -> list[str]:
 
 
 def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenario:
-    """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
+    """Load a built-in scenario, a TOML file or a mapping; ``changes`` are by dotted key.
 
-    A scenario without changes is itself.
+    A scenario without changes is returned as it is.
 
     Raises:
         UserError: no such scenario, or its text, a value or a change is not allowed.
@@ -76,14 +76,14 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 
 
 def _folder_told(path: Path) -> str:
-    """What can be done with a folder where a scenario is wanted."""
+    """Advice for a folder given in place of a scenario."""
     if exists(path / CONFIG):
         return f"is a run folder; {resuming(path)}, or start again from its {CONFIG}"
     return "is a folder; give a TOML file or the name of a built-in scenario"
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
-    """The scenario in ``data``, which a file in ``folder`` says.
+    """The scenario in ``data`` from a file in ``folder``.
 
     Raises:
         UserError: its text or a value is not allowed.
@@ -97,7 +97,7 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
 
 
 def own_plant(name: str) -> list[Entry]:
-    """Signals and parameters of a plant that a user has made known, with their units."""
+    """Signals and parameters of a user's own plant, with their units."""
     if name not in ALL_PLANTS.known or name in ALL_PLANTS.built_in:
         return []
     entries, machine = [], machine_of(ALL_PLANTS.get(name))
@@ -114,10 +114,10 @@ def own_plant(name: str) -> list[Entry]:
 
 
 def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:
-    """The scenario with ``name(key, file)`` in the place of each file that it names.
+    """The scenario with each file that it names replaced by ``name(key, file)``.
 
-    A key is "reference" or "load", then the axis, as in "load-x", and of a motion its name before
-    that, as in "ramp.reference".
+    A key is "reference" or "load", then the axis, as in "load-x"; for a motion its name comes
+    first, as in "ramp.reference".
     """
     motions = tuple(_renamed(one, f"{one.name}.", name) for one in scenario.motions)
     return _renamed(scenario, "", name, motions=motions)
@@ -146,12 +146,12 @@ def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> 
 
 
 def scenario_toml(scenario: Scenario) -> str:
-    """The scenario in full as TOML, every default spelled out."""
+    """The scenario in full as TOML, with every default."""
     return tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
 
 
 def config_toml(scenario: Scenario) -> str:
-    """The same with what each key means; behind it every key that is not set, commented out."""
+    """The same with the meaning of each key, followed by every key that is not set, as comments."""
     text = scenario_toml(scenario)
     data = tomllib.loads(text)
     known, units = scenario_keys(data), units_of(scenario.plant.name)

@@ -1,7 +1,7 @@
-"""What of a scenario can be simulated and yet is hardly meant, often a wrong unit; and how
-its program is read where a machine may do otherwise.
+"""Warnings about scenarios that can be simulated but are probably wrong, often by a unit.
 
-Each rule compares numbers of the scenario with one another; none says how large a machine is.
+They also say how a program is read where a machine may act otherwise. Each rule compares numbers of
+the scenario with one another; none says how large a machine is.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ LONGER = 1.02
 
 
 def plausibility_warnings(scenario: Scenario) -> list[str]:
-    """A line each, with the key and its value; no line of a scenario that makes sense."""
+    """Warnings, a line each, with the key and its value; none for a plausible scenario."""
     warnings = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():
         each = [*_noted(motion), *_timed(motion), *_coarse(motion)]
@@ -69,7 +69,7 @@ def _read(scenario: Scenario) -> Iterator[str]:
 
 
 def _noted(motion: Scenario) -> Iterator[str]:
-    """What its program has that a machine may do otherwise."""
+    """Notes on words of its program that a machine may treat otherwise."""
     if isinstance(reference := motion.reference, GCode):
         yield from (f"{reference.file.name}: {line}" for line in notes(text_of(reference.file)))
 
@@ -98,7 +98,7 @@ def _timed(motion: Scenario) -> Iterator[str]:
 
 
 def _longest(motion: Scenario) -> float:
-    """How long the moves from rest to rest take [s]; 0 where there is none."""
+    """Longest duration of the moves from rest to rest [s]; 0 if there are none."""
     if isinstance(motion.reference, Trajectory):
         return 0.0
     each = [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]

@@ -1,4 +1,4 @@
-"""On how many machines a search tries its designs, and how far they are from the nominal one."""
+"""Machines of a search: how many it uses for its designs, and how far they are from nominal."""
 
 import re
 from collections.abc import Iterable
@@ -30,7 +30,7 @@ AT_REST, MOVING = re.compile("static|stiction|break_?away"), re.compile("coulomb
 
 
 def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list[str]:
-    """The parameters of a drive that are friction, of any plant by their names."""
+    """Friction parameters of a drive, recognised by their names in any plant."""
     names = []
     for name in drive.parameters._fields:
         sticks = AT_REST.search(name) is not None
@@ -40,7 +40,7 @@ def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list
 
 
 def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | None:
-    """The first of ``names`` that is no parameter of a machine, and what there is; None: none."""
+    """Line on the first of ``names`` that is not a parameter of the machine; None: all are."""
     known = dict.fromkeys(name for parameters in settings.values() for name in parameters._fields)
     for name in names:
         if name not in known and name not in AROUND:

@@ -1,6 +1,6 @@
-"""A scenario: the plant, what it follows, what disturbs it, what counts as good, how to search.
+"""A scenario: plant, reference, disturbances, criteria of a good design, and search.
 
-The records here are what a user writes as TOML; they are checked once, when they are read.
+The records here are the tables of a user's TOML file; they are checked once, when they are read.
 """
 
 from operator import not_
@@ -49,7 +49,7 @@ DEFAULT_KIND = "pd+hierarchical-fuzzy"
 
 
 class RunSettings(Record):
-    """How to compute; the same seed on the same machine gives the same bits."""
+    """Settings of the computation; the same seed on the same machine gives the same bits."""
 
     #: random seed of the search; the same seed on the same computer gives identical results
     seed: int = Field(0, ge=0)
@@ -76,7 +76,7 @@ class Scenario(Record, metaclass=Asked):
     #: several motions that are judged together; keys left out are those of the scenario
     motions: tuple[Motion, ...] = Field((), exclude_if=not_)
     limits: Limits = Limits()  # limits and delays of the drives
-    #: sensors of the machine; left out: ideal
+    #: sensors of the machine; ideal without any
     sensors: SensorSettings = SensorSettings()
     fitness: FitnessSettings = Field({}, validate_default=True)  # measure of a good motion
     #: controller to search for
@@ -169,7 +169,7 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def unfit(self) -> str | None:
-        """Why its controller cannot be designed for its machine; a search alone asks."""
+        """Reason why its controller cannot be designed for its machine; only a search needs it."""
         return self.controller.fault(self.target)
 
     def _can_trade(self) -> None:
@@ -184,11 +184,11 @@ class Scenario(Record, metaclass=Asked):
             )
 
     def each_motion(self) -> tuple["Scenario", ...]:
-        """A scenario of one motion for each of ``motions``; without any this one."""
+        """A scenario of one motion for each of ``motions``; without any, only this one."""
         return tuple(map(self._alone, self.motions)) or (self,)
 
     def motion(self, name: str | None) -> "Scenario":
-        """The scenario of the motion with a name, or of the first; UserError: there is none."""
+        """Scenario of the motion with a name, or of the first; UserError: there is none."""
         names = [motion.name for motion in self.motions]
         if name is not None and name not in names:
             known = ", ".join(names) or "a single motion without a name"
@@ -230,19 +230,19 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def machine(self) -> Machine:
-        """The machine with the encoders fed back that its sensors name."""
+        """The machine, with feedback from the encoders that its sensors name."""
         machine = self.plant.machine
         return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
 
     @property
     def around(self) -> tuple[Around, ...]:
-        """What stands around the drive of each axis."""
+        """Elements around the drive of each axis."""
         each = (self.limits.of(axis) for axis in self.plant.machine.axes)
         return tuple(Around(axis_limits.delay_samples, axis_limits.lag_s) for axis_limits in each)
 
     @property
     def longest_delay(self) -> float | None:
-        """Samples that a command waits at most around a drive; None where nothing stands there."""
+        """Longest delay of a command around a drive [samples]; None if nothing is around one."""
         around = self.around
         also: dict[str, float] = self.robust.tolerances if self.robust else {}
         if not any(one != Around() for one in around) and not (AROUND.keys() & also):
@@ -253,7 +253,7 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def target(self) -> Target:
-        """What a controller is designed for."""
+        """Target of a controller design."""
         machine, every = self.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
         path = all(motion.follows_path for motion in self.each_motion())
@@ -288,25 +288,25 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def path(self) -> Trajectory | Program | None:
-        """The motion along the path that its machine follows; None: it follows none."""
+        """Motion along the path that its machine follows; None: it follows none."""
         return motion_of(self.reference, self.plant.each(), self.simulation.sample_time_s)
 
     @property
     def places(self) -> dict[str, float]:
-        """Where each axis stands before the first sample, if its program says so; else 0."""
+        """Position of each axis before the first sample, from its program; else 0."""
         if isinstance(path := self.path, Program):
             return path.start
         return dict.fromkeys(self.plant.machine.axes, 0.0)
 
     @property
     def units(self) -> Units:
-        """What its numbers count in."""
+        """Units of its numbers."""
         first = self.plant.each()[0]
         return Units(first.drive.units, first.length)
 
     @property
     def ensemble(self) -> Ensemble | None:
-        """How several motions and machines become one number; None: there is but one of each."""
+        """Rules that reduce several motions and machines to one number; None: one of each."""
         if not (self.motions or self.robust or self.constraints):
             return None
         weights = tuple(motion.weight for motion in self.motions) or (1.0,)
@@ -317,17 +317,17 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def margins(self) -> dict[str, float]:
-        """What its constraints ask of the loop of the nominal machine, linearised."""
+        """Margins that its constraints require of the linearised loop of the nominal machine."""
         return {name: float(x) for name, x in self.constraints.items() if name in ASKED}
 
     @property
     def nominal_only(self) -> tuple[bool, ...]:
-        """Of each motion whether it is judged on the nominal machine alone."""
+        """For each motion, whether it is judged on the nominal machine alone."""
         return tuple(motion.machines == "nominal" for motion in self.motions) or (False,)
 
     @property
     def traded(self) -> tuple[Traded, ...]:
-        """The objectives of its front; none where the search ranks by one number."""
+        """Objectives of its front; none if the search ranks by one number."""
         trades = STRATEGIES.get(self.search.preset).trades
         if trades is None:
             return ()
@@ -336,7 +336,7 @@ class Scenario(Record, metaclass=Asked):
         return traded(trades(self.search), self.fitness.on(self.units), self.units, path)
 
     def judge(self) -> Judge:
-        """How its closed loops are judged, by a search and by everybody else."""
+        """Judge of its closed loops, for a search and for everything else."""
         fitness = objective_of(self.fitness.on(self.units))
         evaluator = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
@@ -344,7 +344,7 @@ class Scenario(Record, metaclass=Asked):
         return evaluator._replace(measured=(*weighed, *(bound.metric for bound in bounds)))
 
     def samples(self) -> Samples:
-        """What happens to the loop in its only motion, sampled, in float64."""
+        """Inputs of the loop in its only motion, sampled, in float64."""
         time, path = self.simulation.time, self.path
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)

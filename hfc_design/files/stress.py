@@ -1,4 +1,4 @@
-"""What a usable design has to stand that no scenario has: a delay, a mode, a load, a gap."""
+"""Stress tests of a design beyond the scenario: a delay, a mode, a load, a gap."""
 
 from typing import Annotated, Any, Literal
 
@@ -16,7 +16,7 @@ ALSO = ("delay_samples", "load", "noise")
 
 
 class Mode(Record):
-    """What a log shows of a mode that the model has not."""
+    """A mode that a log shows and the model lacks."""
 
     hz: Positive  # frequency [Hz]
     damping: Share = 0.02  # damping ratio [1]
@@ -57,13 +57,14 @@ class StressSettings(Record):
 
     @property
     def far_modes(self) -> bool:
-        """Whether there may be one between drive and encoder."""
+        """Whether there may be an unknown mode between drive and encoder."""
         return self.unknown_above_hz is not None and self.encoder_at == "load"
 
     def modes_between(self, crossover: Any, every: float) -> tuple[Any, float]:
-        """Where a mode may be that nobody knows of [Hz].
+        """Range of frequencies in which there may be an unknown mode [Hz].
 
-        Of loops with such a ``crossover`` [Hz], None: unknown, that are sampled ``every`` [s].
+        It depends on the ``crossover`` of the loop [Hz], None: unknown, and on the sample time
+        ``every`` [s].
         """
         lowest = np.inf if crossover is None else 2.0 * crossover
         return np.maximum(lowest, self.unknown_above_hz or 0.0), HIGHEST / every

@@ -1,4 +1,4 @@
-"""A design on a scenario that it was not made with: what of its own it keeps there."""
+"""Use of a design on another scenario: the values of its own that it keeps there."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -24,7 +24,7 @@ KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was
 
 
 def transfer_report(design: Design, scenario: Scenario) -> list[str]:
-    """Lines on machine, limits, sensors and load: what is the design's, and what the scenario's.
+    """Lines on machine, limits, sensors and load: which are the design's, which the scenario's.
 
     Raises:
         UserError: the two are for different plants or sample times.
@@ -59,13 +59,13 @@ def _machine(design: Design, scenario: Scenario) -> str:
 
 
 def states_machine(design: Design) -> bool:
-    """Whether a design says for which machine it was made, and not only for which kind of it."""
+    """Whether a design says for which machine it was made, not only for which kind of it."""
     plant = design.plant
     return bool(plant.parameters or any(plant.axes.values()) or design.provenance.get("scenario"))
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:
-    """Those of every axis, of several with its name."""
+    """Parameters of every axis, with its name if there are several."""
     each = plant.each()
     return {
         (f"{axis.name}." if len(each) > 1 else "") + key: number
@@ -117,7 +117,7 @@ def _text(design: Design, scenario: Scenario, key: str) -> str:
 
 
 def _plain(part: Load | SensorSettings) -> Json:
-    """What a part of a scenario says, by dotted keys; of a file what is in it."""
+    """Content of a part of a scenario, by dotted keys; of a file its content."""
     if isinstance(part, Load):
         part = with_files(part, "load", _by_content)
     return dotted(part.model_dump(mode="json"))
@@ -128,7 +128,7 @@ def _by_content(key: str, file: AnyFile) -> Path:
 
 
 def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """What is here, and what it was made with where that is something else."""
+    """Present values, and those that the design was made with where they differ."""
     keys: Iterable[str] = {**made, **here}
     differ = (key for key in keys if made.get(key) != here.get(key))
     return [f"{key} {_word(here.get(key))} (made with {_word(made.get(key))})" for key in differ]
@@ -143,7 +143,7 @@ def _word(value: Any) -> str:
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
-    """A table of tables as one of dotted keys."""
+    """Flatten a table of tables to dotted keys."""
     flattened: Json = {}
     for key, value in table.items():
         inside = isinstance(value, Mapping)

@@ -31,7 +31,7 @@ from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name} is a word of that format, or the name of two things there"
+CLASH = "{name!r} is a keyword of that format, or is used there for two things"
 
 
 class Input(NamedTuple):

@@ -48,7 +48,7 @@ Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
 
 class Rows(NamedTuple):
-    """A recording, (steps, ...) each; in the loop one sample."""
+    """A recording, (steps, ...) each; inside the loop the values of one sample."""
 
     command: Scalar
     place: Scalar

@@ -15,7 +15,7 @@ from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_para
 
 
 class Task(NamedTuple):
-    """What is to be identified, and how."""
+    """Identification task: scenario, free parameters and settings."""
 
     scenario: Scenario  # its plant with the values to start from, sensors, limits
     axis: int  # which one

@@ -70,11 +70,11 @@ class Column(NamedTuple):
 
 
 def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
-    """What a user says of the columns of a drive's log.
+    """Parse a user's assignment of signals to the columns of a drive's log.
 
     Raises:
-        ValueError: one cannot be understood, is no signal, has a unit of another kind, or is of a
-            signal that another one is of.
+        ValueError: one is not of the form NAME=COLUMN, names no signal or one twice, or its unit is
+            of another kind.
     """
     columns, units = dict[str, Column](), units_of(drive)
     for text in texts:

@@ -112,7 +112,7 @@ class AxisPath(NamedTuple):
 
     @property
     def fastest(self) -> Floats:
-        """(axes, blocks) the largest direction of each axis, of an arc no less than that."""
+        """(axes, blocks) largest rate of each axis along the path; an upper bound on arcs."""
         largest = np.abs(self.rate)
         largest[list(self.plane)] += np.hypot(*self.tangent)
         return largest

@@ -1,1 +1,1 @@
-"""What a good closed loop is."""
+"""Objectives, metrics and constraints: the measures of a good closed loop."""

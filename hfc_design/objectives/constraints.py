@@ -1,4 +1,4 @@
-"""What a design has to keep on every machine and in every motion, whatever else it is good at."""
+"""Constraints: limits that a design must keep on every machine and in every motion."""
 
 from typing import Annotated, NamedTuple, TypeAlias
 
@@ -14,7 +14,7 @@ BAND = "band"
 
 
 class Constraint(NamedTuple):
-    """A measure and the most of it that is allowed, in the units of the machine."""
+    """A measure and its largest allowed value, in the units of the machine."""
 
     metric: Metric
     most: float
@@ -38,7 +38,7 @@ Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
 
 
 def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
-    """With numbers in the units of a machine.
+    """Constraints with numbers in the units of a machine.
 
     Raises:
         ValueError: one has another unit, is below 0, or lacks its band.

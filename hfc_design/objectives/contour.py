@@ -25,7 +25,7 @@ class ContourSettings(objective.ObjectiveSettings):
     _unit: str = PrivateAttr("BLU")  # of the machine's positions
 
     def on(self, units: Units) -> Self:
-        """The same of a machine that counts in these."""
+        """The same settings for a machine with these units."""
         settings = self.model_copy()
         settings._unit = units.signals["error"]
         return settings
@@ -35,9 +35,10 @@ class ContourSettings(objective.ObjectiveSettings):
 def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objective:
     """``1 / (rms + worst * largest + lag * rms lag)`` [1/unit of the positions].
 
-    The first two are of the contour error, where there are rotary axes with that of the orientation
-    at a right angle to it, a degree for a unit. The lag is how far the machine is behind along the
-    path: one that never leaves the path because it never moves is no good.
+    The first two are the rms and the largest contour error; if there are rotary axes, the
+    orientation error is added at a right angle, a degree for a unit. The lag is the distance of the
+    machine behind its reference along the path: it penalises a machine that never leaves the path
+    because it never moves.
     """
     return Objective(
         initial=_nothing,

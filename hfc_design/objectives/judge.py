@@ -1,4 +1,4 @@
-"""How closed loops are judged: by one object in searches, final choices, scores and reports."""
+"""The judge of closed loops: one object for searches, final choices, scores and reports."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -31,7 +31,7 @@ Individuals: TypeAlias = Float[Array | np.ndarray, " individuals"]
 
 
 class Judged(NamedTuple):
-    """What a judge says of each of a population of closed loops; NumPy's arrays in the end."""
+    """Results of a judge for a population of closed loops; NumPy arrays in the end."""
 
     merit: Individuals  # what they are ranked by; means nothing where one failed
     values: Float[Array | np.ndarray, "individuals values"]  # of objectives, then measures
@@ -39,22 +39,22 @@ class Judged(NamedTuple):
 
     @property
     def rows(self) -> list["Judged"]:
-        """One for each place along the first axis."""
+        """One object for each place along the first axis."""
         return [Judged(*row) for row in zip(*self, strict=True)]
 
     @classmethod
     def stacked(cls, rows: Sequence["Judged"]) -> "Judged":
-        """The same again of ``rows``."""
+        """Stack ``rows`` into one object again."""
         return cls(*(np.stack(parts) for parts in zip(*rows, strict=True)))
 
     @property
     def rank(self) -> Floats:
-        """(individuals,) the merit, -inf where one failed: below every other."""
+        """(individuals,) merit, -inf for a failed individual, which ranks below every other."""
         return np.where(self.failed, -np.inf, self.merit)
 
 
 class Judge(NamedTuple):
-    """Objectives, and how they become the merit: the larger, the better."""
+    """Objectives, and the function that combines them into the merit: the larger, the better."""
 
     objectives: tuple[Objective, ...]  # the fitness comes first
     merit: Callable[[list[Scalar]], Scalar]  # of a value of each objective
@@ -63,13 +63,13 @@ class Judge(NamedTuple):
 
     @property
     def titles(self) -> dict[str, str]:
-        """What tables show of an evaluation: ``fitness`` and, where it is another, ``merit``."""
+        """Titles of an evaluation's values in tables: ``fitness`` and, if it differs, ``merit``."""
         fitness = self.objectives[0].label()
         return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
 
     @property
     def wordless(self) -> "Judge":
-        """The same without what people read, in which numbers stand."""
+        """The judge without texts for people, which contain numbers."""
         objectives = tuple(one.wordless for one in self.objectives)
         measured = tuple(one.wordless for one in self.measured)
         return Judge(objectives, self.merit, "", measured)
@@ -90,11 +90,11 @@ class Judge(NamedTuple):
         return tuple(one.update(totals, moments, path) for one, totals in pairs)
 
     def values(self, sums: tuple[Sums, ...]) -> list[Scalar]:
-        """Of each objective, of whose sums these are."""
+        """Value of each objective, from its sums."""
         return [one.score(totals) for one, totals in zip(self.objectives, sums, strict=True)]
 
     def best(self, sums: tuple[Sums, ...], left: Remaining) -> Individuals:
-        """The merit that each of a population can still reach, infinite where nobody knows.
+        """Highest merit that each individual can still reach, infinite if it is unknown.
 
         A merit grows with every objective.
         """
@@ -104,7 +104,7 @@ class Judge(NamedTuple):
         return self.merit([one.best(totals, left) for one, totals in pairs if one.best])
 
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
-        """A population by its sums and by the last position of every axis, (individuals,) each."""
+        """Result for a population, from sums and last positions of axes, (individuals,) each."""
         count = len(self.objectives)
         values = self.values(sums[:count])
         merit = self.merit(values)
@@ -117,7 +117,7 @@ class Judge(NamedTuple):
 
 @cache
 def judge(fitness: Objective, stick_penalty: float) -> Judge:
-    """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
+    """Judge by ``fitness / (1 + stick_penalty * stick share)``, or times it if negative."""
     if not stick_penalty:
         return Judge((fitness,), itemgetter(0), fitness.label())
     worse = " /" if fitness.positive else ", divided by"
@@ -132,7 +132,7 @@ def _worse_by_cost(values: list[Scalar]) -> Scalar:
 
 
 def objective_of(settings: ObjectiveSettings) -> Objective:
-    """The objective with these settings; UserError: a user's own cannot be made with them."""
+    """Objective with these settings; UserError: a user's own objective cannot be made with them."""
     objective = OBJECTIVES.get(settings.kind)
     with own_code(": make", ("fitness", objective.name)):
         return Objective(*objective.make(settings)) if objective.make else objective

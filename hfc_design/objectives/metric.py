@@ -1,9 +1,9 @@
-"""What a metric is: a number of a motion, the smaller in magnitude the better.
+"""Metrics: numbers of a motion, the smaller in magnitude the better.
 
-A metric that adds up sample by sample inside the loop costs the same for a population of thousands
-as for one, and scenarios can name it: as a tolerance, a constraint or a goal. A metric that is
-computed from a recorded motion is a column of the tables of ``hfc score`` and ``hfc compare``. Most
-are both.
+A metric that is summed sample by sample inside the loop costs the same for a population of
+thousands as for one, and scenarios can name it: as a tolerance, a constraint or a goal. A metric
+that is computed from a recorded motion is a column of the tables of ``hfc score`` and
+``hfc compare``. Most metrics are both.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ ALONE, PLANE, PROGRAM = "alone", "plane", "program"
 
 
 class Units(NamedTuple):
-    """What the numbers of a machine count in."""
+    """Units of the numbers of a machine."""
 
     signals: dict[str, str]  # ``Drive.units``
     millimetres: float | None  # of a BLU
@@ -54,35 +54,35 @@ class AxisRecord(NamedTuple):
 
     @property
     def position(self) -> Floats:
-        """(steps,)."""
+        """(steps,) position."""
         return self.reference - self.error
 
     @property
     def command_change(self) -> Floats:
-        """(steps - 1,) from sample to sample."""
+        """(steps - 1,) change of the command from sample to sample."""
         return np.diff(self.command)
 
     @property
     def finite(self) -> bool:
-        """Whether the motion did not diverge."""
+        """Whether all values are finite, that is, the motion did not diverge."""
         return all(np.isfinite(x).all() for x in (self.error, self.velocity, self.command))
 
 
 class MotionRecord(NamedTuple):
-    """The recorded motion of a machine, or a part of it."""
+    """The recorded motion of a machine, or of a part of it."""
 
     axes: tuple[AxisRecord, ...]
     contour: Contour | None  # None: it follows no path
 
     @property
     def finite(self) -> bool:
-        """Whether the motion did not diverge."""
+        """Whether all values are finite, that is, the motion did not diverge."""
         off = self.contour is None or bool(np.isfinite(self.contour.error).all())
         return off and all(axis.finite for axis in self.axes)
 
 
 class Reduction(NamedTuple):
-    """How the samples of a motion become one number: running, or of a record."""
+    """Reduction of the samples of a motion to one number: running, or from a record."""
 
     initial: Callable[[Scalar], Sums]
     update: Callable[[Sums, Moments, PathFrame | None], Sums]
@@ -95,10 +95,10 @@ def _not_running(*_: Any) -> Any:
 
 
 class Metric(NamedTuple):
-    """A number of a motion as pure functions, much as an ``Objective`` is one.
+    """A number of a motion as pure functions, similar to an ``Objective``.
 
-    ``initial``, ``update`` and ``value`` add it up while a loop runs; without them a scenario
-    cannot name it. Of several axes errors and commands count as vectors then, times as means.
+    ``initial``, ``update`` and ``value`` sum it while a loop runs; without them a scenario cannot
+    name it. With several axes, errors and commands are then reduced as vectors and times as means.
     ``recorded`` computes it from an ``AxisRecord``, or as a metric of the whole ``MACHINE`` from a
     ``MotionRecord``; None: it does not exist in that motion.
     """
@@ -120,12 +120,12 @@ class Metric(NamedTuple):
 
     @property
     def running(self) -> bool:
-        """Whether it can add up while a loop runs."""
+        """Whether it can be summed while a loop runs."""
         return self.update is not _not_running
 
     @property
     def wordless(self) -> "Metric":
-        """What a loop computes of it, without what people read."""
+        """The metric without texts for people, as a loop computes it."""
         loop = (self.initial, self.update, self.value)
         return Metric("", "", "", *loop, path=self.path, doubled=self.doubled)
 
@@ -166,7 +166,7 @@ def largest(term: Term, when: Term = _everywhere) -> Reduction:
 
 
 def share(truth: Term, when: Term) -> Reduction:
-    """Share of the samples that count in which something is true; 0 where none counts."""
+    """Share of the counted samples for which a condition is true; 0 if none is counted."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         hits = reduce(jnp.add, [jnp.where(truth(x), when(x), 0.0) for x in moments])
@@ -179,7 +179,7 @@ def share(truth: Term, when: Term) -> Reduction:
 
 
 def integral(term: Term) -> Reduction:
-    """Of the magnitude, over time."""
+    """Integral of the magnitude over time."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         return sums + moments[0].sample_time * reduce(jnp.add, [jnp.abs(term(x)) for x in moments])
@@ -191,15 +191,15 @@ def integral(term: Term) -> Reduction:
 
 
 def sample_time(axis: AxisRecord) -> float:
-    """From one sample of a record to the next [s]; 0 of a single one."""
+    """Time between two samples of a record [s]; 0 if there is only one."""
     return float(axis.time[1] - axis.time[0]) if len(axis.time) > 1 else 0.0
 
 
 def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
-    """A quantity of a file as a number of the machine's ``unit`` of a metric.
+    """Convert a quantity of a file to a number in the machine's ``unit`` of a metric.
 
     Raises:
-        ValueError: it has a unit of something else.
+        ValueError: its unit measures something else.
     """
     words = [units.signals.get(word, word) for word in unit.split(" ")]
     try:
@@ -209,6 +209,6 @@ def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
 
 
 def path_fault(metrics: Sequence[Metric], path: bool) -> str | None:
-    """A line if one of ``metrics`` is of a path, and the machine follows none."""
+    """Error line if one of ``metrics`` is measured along a path, and the machine follows none."""
     names = [one.name for one in metrics if one.path and not path]
     return f"{names[0]}: needs a machine that follows a path" if names else None

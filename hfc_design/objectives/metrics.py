@@ -1,6 +1,6 @@
-"""Every metric, one entry each: what scenarios can name and what tables have, in their order.
+"""Every metric, one entry each, in the order of the tables; scenarios name them.
 
-A new one is an entry of ``METRICS`` and nothing else.
+A new metric is an entry of ``METRICS`` and nothing else.
 """
 
 from collections.abc import Callable, Sequence
@@ -323,7 +323,7 @@ RUNNING: dict[str, Metric] = {one.name: one for one in METRICS if one.running}
 
 
 def band_time(band: float) -> Metric:
-    """When the error last left a ``band`` [unit of the error] about the reference."""
+    """Last time at which the error left a ``band`` [unit of the error] about the reference."""
     meaning = f"from then on the error stays within {band:g}"
     return Metric(BAND_TIME, "s", meaning, _same, Partial(_left, band), _same)
 
@@ -338,13 +338,13 @@ def _left(band: Scalar, sums: Sums, moments: Moments, path: PathFrame | None) ->
 
 
 def named(name: str) -> str:
-    """The name of a metric; files of version 0.1 have some without what says "estimated"."""
+    """Name of a metric; some names in files of version 0.1 lack the prefix "estimated"."""
     return ESTIMATED + name if ESTIMATED + name in RUNNING else name
 
 
 @cache
 def metric(name: str, band: Any = None) -> Metric:
-    """The metric that a scenario names; ValueError: there is none, or it needs a ``band``."""
+    """Metric that a scenario names; ValueError: there is none, or it needs a ``band``."""
     if name == BAND_TIME:
         return band_time(0.0 if band is None else band)
     if name not in RUNNING:

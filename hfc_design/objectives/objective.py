@@ -1,7 +1,7 @@
-"""What an objective is: a number that a closed loop gives, the larger the better.
+"""Objectives: each is a number of a closed loop, the larger the better.
 
-It is accumulated sample by sample inside the loop, so that its memory does not grow with the
-number of samples.
+It is accumulated sample by sample inside the loop, so that the memory does not grow with the number
+of samples.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ Sums: TypeAlias = Any
 
 
 class Moment(NamedTuple):
-    """What an objective sees of one axis at one sample; scalars in the units of the plant."""
+    """Inputs of an objective from one axis at one sample; scalars in the units of the plant."""
 
     error: Scalar
     error_rate: Scalar
@@ -37,7 +37,7 @@ class Moment(NamedTuple):
 
 
 class Remaining(NamedTuple):
-    """What is still to come of a motion."""
+    """The rest of a motion that is not simulated yet."""
 
     samples: Scalar
     settled: Scalar  # those of them that count as settled
@@ -47,26 +47,26 @@ NONE_REMAINING = Remaining(0.0, 0.0)
 
 
 class ObjectiveSettings(Ordered):
-    """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
+    """The ``[fitness]`` of a scenario; an objective with weights adds them."""
 
     keys_last = ("settled_after_s",)
     kind: str  # which objective
     settled_after_s: NotNegative = 1.0  # time from which a motion counts as settled [s]
 
     def on(self, units: Any) -> Self:
-        """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""
+        """The settings in numbers of a machine's ``metric.Units``; ValueError: they cannot be."""
         return self
 
 
 class Objective(NamedTuple):
-    """A number as pure functions of scalars, the larger the better; it may be below zero.
+    """A number as pure functions of scalars, the larger the better; it may be negative.
 
-    Functions that hold numbers are ``jax.tree_util.Partial`` of these: all values of the numbers
-    share a compiled program then, and each has its own where a function encloses them.
+    Functions that hold numbers are ``jax.tree_util.Partial`` of these: then all values of the
+    numbers share a compiled program, while a closure over the numbers is compiled for each value.
 
     ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
-    axis, ``score(sums)`` is the number. A loop whose number is not finite has failed. ``path`` is
-    of scalars, None for a machine of one axis.
+    axis, ``score(sums)`` is the number. A loop whose number is not finite has failed. ``path``
+    consists of scalars, and is None for a machine of one axis.
     """
 
     initial: Callable[[Scalar], Sums]
@@ -89,10 +89,10 @@ class Objective(NamedTuple):
 
     @property
     def wordless(self) -> "Objective":
-        """What is computed of it, without what people read."""
+        """The objective without texts for people, as a loop computes it."""
         return Objective(self.initial, self.update, self.score, best=self.best)
 
     def label(self, tail: str = "") -> str:
-        """What people read: the title, ``tail`` behind it, the unit."""
+        """Text for people: the title, followed by ``tail`` and the unit."""
         unit = f" [{self.unit}]" if self.unit else ""
         return (self.title or f"fitness, {self.name}") + tail + unit

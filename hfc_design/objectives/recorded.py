@@ -1,4 +1,4 @@
-"""What metrics compute from recorded motions, where no sum over samples gives it."""
+"""Metrics that are computed from recorded motions and are not sums over samples."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ SETTLED = 0.1
 
 
 def settling_time(axis: AxisRecord) -> float | None:
-    """When the error has come below ``SETTLED`` of its maximum for good [s]; None: never."""
+    """Time from which the error stays below ``SETTLED`` of its maximum [s]; None: never."""
     error = np.abs(axis.error)
     outside = np.flatnonzero(error > SETTLED * error.max())
     settled = 0 if len(outside) == 0 else outside[-1] + 1
@@ -24,22 +24,23 @@ def settling_time(axis: AxisRecord) -> float | None:
 
 
 def stands(axis: AxisRecord) -> Mask:
-    """(settled samples,) whether the axis stands that should move."""
+    """(settled samples,) whether the axis stands still although it should move."""
     return np.asarray(is_stuck(axis.velocity, axis.reference_rate)[axis.settled])
 
 
 def stick_events(axis: AxisRecord) -> float:
-    """How often it began to stand."""
+    """Number of times that the axis came to a standstill."""
     still = stands(axis)
     return float(np.count_nonzero(still & ~np.concatenate([[False], still[:-1]])))
 
 
 def overshoot(reference: Floats, position: Floats) -> float:
-    """How far ``position`` goes beyond where the ``reference`` (steps,) turns back or ends.
+    """Distance of ``position`` beyond a place where the ``reference`` (steps,) turns back or ends.
 
-    Beyond a reversal until the next one; 0 where it never does, and where nothing is to move. An
-    axis that was beyond the place all along, as friction holds it or it lags, has not gone there:
-    it counts from the place nearest to the reversal since the reference set out for it.
+    It is measured after a reversal until the next one; it is 0 if the axis never goes beyond, and
+    if the reference does not move. An axis that was beyond the place all along, because friction
+    holds it or it lags, has not overshot: its distance counts from the place nearest to the
+    reversal since the reference set out for it.
     """
     change = np.diff(reference)
     places = [0, *turns(reference), len(reference)]
@@ -53,18 +54,18 @@ def overshoot(reference: Floats, position: Floats) -> float:
 
 
 def largest(errors: Floats) -> float:
-    """In magnitude."""
+    """Largest magnitude."""
     return float(np.abs(errors).max())
 
 
 def cutting(off: Contour) -> Floats:
-    """The contour error without rapids."""
+    """Contour error without rapids."""
     assert isinstance(off.trajectory, Program)
     return off.error[off.trajectory.cutting(off.samples.distance)]
 
 
 def after(glitches: Sequence[Glitch]) -> Floats:
-    """(glitches,) their errors."""
+    """(glitches,) errors after each of them."""
     return np.array([glitch.error for glitch in glitches])
 
 

@@ -1,7 +1,7 @@
-"""How long an axis sticks that should move.
+"""Share of the time in which an axis sticks that should move.
 
 LL eq. 5 rewards loops that oscillate about the reference so fast that the spindle stops again and
-again; they are a dead end for a search, and no good on a machine.
+again; such loops mislead a search and are useless on a machine.
 """
 
 from functools import cache
@@ -34,7 +34,7 @@ def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
 
 @cache
 def stick_share(weight: float = 1.0) -> Objective:
-    """``-weight`` times the share of the settled time at which an axis sticks; 0 is the best."""
+    """``-weight`` times the share of the settled time in which an axis sticks; 0 is the best."""
     return Objective(
         initial=_nothing,
         update=_update,

@@ -1,4 +1,4 @@
-"""Tables of metrics: key, meaning and value of each column, by what a machine follows."""
+"""Tables of metrics: key, meaning and value of each column, for each kind of path."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -29,7 +29,7 @@ class Column(NamedTuple):
 
 
 def columns(machine: Machine, table: str) -> dict[str, Column]:
-    """By their keys the columns of a ``table``: ``ALONE``, ``PLANE`` or ``PROGRAM``."""
+    """Columns of a ``table`` by their keys: ``ALONE``, ``PLANE`` or ``PROGRAM``."""
     listed = [one for one in METRICS if table in one.tables]
     if table == ALONE:
         several = len(machine.axes) > 1
@@ -47,13 +47,13 @@ def columns(machine: Machine, table: str) -> dict[str, Column]:
 
 
 def values(table: Mapping[str, Column], motion: MotionRecord) -> dict[str, float | None]:
-    """Of every column; None where it does not exist, all None where the motion diverged."""
+    """Value of every column; None if it does not exist, all None if the motion diverged."""
     finite = motion.finite
     return {key: column.value(motion) if finite else None for key, column in table.items()}
 
 
 def labelled(metric: Metric, drive: Drive, which: str = "") -> tuple[str, str]:
-    """Key and meaning, with its unit, of a metric of a ``drive``; of ``which`` axis, in words."""
+    """Key and meaning, with unit, of a metric of a ``drive``; ``which`` is its axis in words."""
     units = dict(drive.units)
     unit = SIGNALS.sub(lambda match: units[match[0]], metric.unit)
     name = (metric.key or metric.name).replace("command", drive.command_name)
@@ -101,5 +101,5 @@ def _worst(
 
 
 def length_unit(machine: Machine) -> str:
-    """Of its linear axes."""
+    """Unit of length of the linear axes."""
     return next((x.units["error"] for x in machine.drives if x.millimetres is not None), "mm")

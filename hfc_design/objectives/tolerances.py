@@ -1,4 +1,4 @@
-"""How far a motion is from what is tolerated: the tool's own idea of good."""
+"""Distance of a motion from its tolerances: the default measure of a good design."""
 
 from functools import cache, reduce
 from typing import Annotated, Any, Literal
@@ -16,7 +16,7 @@ from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 
 
 class Weighed(Record):
-    """A tolerance that does not count as much as the others."""
+    """A tolerance with a weight other than 1."""
 
     tolerance: Quantity  # tolerance: a number, or a string with a unit [of the measure]
     weight: Positive = 1.0  # weight relative to the others [1]
@@ -26,7 +26,7 @@ Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
 
 
 class TolerancesSettings(ObjectiveSettings):
-    """Measures by name, each with what is tolerated."""
+    """Measures by name, each with its tolerance."""
 
     kind: Literal["tolerances"] = "tolerances"
     #: metrics by name, each with its tolerance: a number, a string with a unit, or a table with a
@@ -43,7 +43,7 @@ class TolerancesSettings(ObjectiveSettings):
         return {named(name): tolerated for name, tolerated in tolerances.items()}
 
     def on(self, units: Units) -> "TolerancesSettings":
-        """The same with plain numbers in the units of a machine.
+        """The settings with plain numbers in the units of a machine.
 
         Raises:
             ValueError: one has another unit, is not above 0, or lacks its band.

@@ -1,4 +1,4 @@
-"""Objectives that a front trades off, by name: measures, and how many units matter."""
+"""Objectives of a front, by name: measures, or the number of units that matter."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ ALLOWED = 2, 3
 
 
 class Traded(NamedTuple):
-    """An objective of a front: the smaller, the better."""
+    """One objective of a front: the smaller, the better."""
 
     name: str  # as the user calls it
     unit: str  # "1" for none
@@ -25,7 +25,7 @@ class Traded(NamedTuple):
 
 
 def check_names(names: Sequence[str]) -> None:
-    """ValueError: there are not two or three of them, or one is unknown or stands there twice."""
+    """Check two or three names; ValueError: not so many, an unknown one, or one twice."""
     for name in names:
         if name not in NAMES:
             raise ValueError(f"{name}: unknown objective; {one_of(name, NAMES)}")

@@ -1,4 +1,4 @@
-"""Whether a loop settles: how much of a disturbance of its start still oscillates in the end."""
+"""Test whether a loop settles: how much of a disturbed start still oscillates at the end."""
 
 from functools import reduce
 
@@ -16,15 +16,15 @@ SWING = 10.0
 
 
 def unsettled() -> Reduction:
-    """How much a copy of the loop that began a little off still oscillates against it in the end.
+    """Final oscillation of a loop against a copy of it that began a little off.
 
-    What settles forgets how it began: both end on one motion, whatever vibration a load forces on
-    them. Loops that oscillate by themselves do so each in its own phase. Friction may let the two
-    rest at different places: what counts are the variances within each half of the last quarter, of
-    the distance and of ``SWING`` samples times its rate (an amplitude, of what oscillates that
-    fast; faster oscillation counts more). What grows counts by the factor by which it does, if it
-    does so in the distance and in the rate: of a steady oscillation that is slower than a half, one
-    of them has less in the second half whenever the other has more.
+    A loop that settles forgets its start: both end on one motion, whatever vibration a load forces
+    on them. Loops that oscillate by themselves do so each in its own phase. Friction may let the
+    two rest at different places; therefore the measure uses the variances within each half of the
+    last quarter, of the distance and of ``SWING`` samples times its rate (an amplitude, of an
+    oscillation with that frequency; faster oscillation counts more). A growing difference counts by
+    its factor of growth if both the distance and the rate grow: of a steady oscillation that is
+    slower than a half, one of them has less in the second half whenever the other has more.
     """
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:

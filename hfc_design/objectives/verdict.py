@@ -1,10 +1,10 @@
-"""Many motions of many machines -> one number a design: what it is ranked by.
+"""Reduction of many motions of many machines to one number for each design, which ranks it.
 
-Motions are averaged as one long motion would be: a merit is the inverse of a cost, and costs add
-up. Of the machines the worst, a lower quantile or the mean is kept. A design that breaks a
-constraint ranks below every one that breaks none, and the more it breaks, the lower (Deb 2000,
-feasible ones first), so that no merit buys it off. Of very many machines some may be forgiven,
-as a chance constraint does, never the nominal one.
+Motions are averaged like one long motion: a merit is the inverse of a cost, and costs add up. Over
+the machines, the worst, a lower quantile or the mean is taken. A design that breaks a constraint
+ranks below every one that breaks none, and the more it breaks, the lower (Deb 2000, feasible ones
+first), so that no merit compensates it. With very many machines some may be forgiven, as in a
+chance constraint, but never the nominal one.
 """
 
 from typing import Literal, NamedTuple
@@ -23,7 +23,7 @@ WORST = 20.0
 
 
 class Verdict(NamedTuple):
-    """Of designs: what they are ranked by, and of each machine what it says."""
+    """Ranks of designs, and the results of each machine."""
 
     rank: Floats  # (designs,) the merit; negative where a constraint is broken, -inf: all failed
     weighed: Floats  # (designs,) the same with constraints weighed by a penalty; without one, rank
@@ -37,7 +37,7 @@ class Verdict(NamedTuple):
 
 
 class Ensemble(NamedTuple):
-    """How the many become one."""
+    """Rules for the reduction to one number."""
 
     weights: tuple[float, ...]  # of the motions
     constraints: tuple[Constraint, ...] = ()
@@ -49,9 +49,9 @@ class Ensemble(NamedTuple):
     def verdict(
         self, judged: Judged, penalty: float | None = None, more_violation: Floats | float = 0.0
     ) -> Verdict:
-        """Of ``judged`` (designs, machines, motions); constraints are its last values.
+        """Verdict on ``judged`` (designs, machines, motions); constraints are its last values.
 
-        By what is broken ``more_violation`` them (designs,) a design ranks as much lower.
+        ``more_violation`` (designs,) is added to the violation of each design and lowers its rank.
 
         With a ``penalty`` merit and constraints are also weighed against each other: ``_weighed``.
         """
@@ -73,10 +73,10 @@ class Ensemble(NamedTuple):
     def best_rank(
         self, judged: Judged, machines: int, more_violation: Floats | float = 0.0
     ) -> Floats:
-        """(designs,) the highest rank that each can still have, on so many ``machines`` in all.
+        """(designs,) highest rank that each can still reach, with ``machines`` in all.
 
-        ``judged`` are the first of them. The others may cost nothing and break nothing, and those
-        that are forgiven may be the worst of the first.
+        ``judged`` are the first of them. The others may have no cost and no violation, and the
+        forgiven ones may be the worst of the first.
         """
         verdict, forgiven = self.verdict(judged), floored(self.forgiven * (machines - 1))
         required, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
@@ -89,14 +89,15 @@ class Ensemble(NamedTuple):
         return np.where(least > 0.0, -least, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
-        """One that allows less by a ``factor``: few machines stand for many."""
+        """The same rules with constraints tighter by a ``factor``: few machines stand for many."""
         less = [one._replace(most=one.most / factor) for one in self.constraints]
         return self._replace(constraints=tuple(less))
 
     def costs(self, values: Floats) -> Floats:
-        """(designs, measures) of ``values`` (designs, machines, motions, measures).
+        """(designs, measures) reduced from ``values`` (designs, machines, motions, measures).
 
-        As merits become one: means of the motions, and of the machines what is kept.
+        The reduction is that of merits: mean over the motions, then the chosen rule over the
+        machines.
         """
         weights = self.shares(values.shape[1])[..., None]
         low = self.quantile * (1.0 + SAME)  # to be among (n - 1) others, but for rounding
@@ -115,7 +116,7 @@ class Ensemble(NamedTuple):
         return np.array(self.nominal or [False] * len(self.weights))
 
     def shares(self, machines: int) -> Floats:
-        """(machines, motions) that add up to 1 in every machine; the nominal one is the first."""
+        """(machines, motions) weights with the sum 1 in every machine; the nominal one is first."""
         counts = np.tile(self.weights, (machines, 1))
         counts[1:, self._nominal] = 0.0
         return np.asarray(counts / counts.sum(axis=1, keepdims=True))

@@ -25,7 +25,7 @@ SCENARIO, DESIGN, KEY, DESIGN_KEY = "scenario", "design", "key", "design-key"
 
 
 class Entry(NamedTuple):
-    """One thing that a user can name, or one key or number of it."""
+    """Entry of the reference: a named part, such as a plant, or one of its keys or numbers."""
 
     kind: str  # plant, controller, strategy, objective, reference, metric, format, ...
     name: str  # of the thing: "c-axis"; of a key of every scenario or design its dotted key

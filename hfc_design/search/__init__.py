@@ -1,1 +1,1 @@
-"""The search: genomes, two strategies that ask and are told, one loop that drives them."""
+"""The search: strategies that propose and learn, and one loop that runs them."""

@@ -1,7 +1,7 @@
-"""The numbers of one individual as coordinates, its structure kept, and steps without derivatives.
+"""Numbers of one individual, its structure kept, as coordinates; steps without derivatives.
 
-What a distribution of all numbers (CMA-ES, ``distribution``) finds needs no derivative: of
-controllers that switch it says nothing, and of machines of several axes there is none.
+A distribution of all numbers (CMA-ES, ``distribution``) needs no derivative. A derivative says
+nothing about controllers that switch, and does not exist for machines of several axes.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ WIDTH = 1e-5
 
 
 class Coordinates(NamedTuple):
-    """The numbers of an individual; 0 is what it was."""
+    """Numbers of an individual as coordinates; 0 is its initial value."""
 
     size: int
     step: float  # first standard deviation of a distribution
@@ -31,7 +31,7 @@ class Coordinates(NamedTuple):
 
 
 def coordinates(genome: Genome, about: Population) -> Coordinates | None:
-    """Those of a population of one; None where its kind has none."""
+    """Coordinates of a population of one; None if its kind has none."""
     if hasattr(genome, "parts"):
         return _side_by_side(genome, about)
     if hasattr(genome, "space"):
@@ -50,7 +50,7 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
 
 def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
-    """Those of every part, one after the other, in the finest of their steps."""
+    """Coordinates of every part, one after the other, in the finest of their steps."""
     each = [coordinates(*pair) for pair in zip(genome.parts, about.parts, strict=True)]
     charts = [one for one in each if one is not None]
     if len(charts) < len(each):
@@ -92,7 +92,7 @@ def _of_space(genome: Any, about: Population) -> Coordinates:
 
 
 def chain(genome: Genome, coordinates: Coordinates, point: Floats | float = 0.0) -> Floats:
-    """(gains, size) how the floating numbers of the gains follow the coordinates at a point."""
+    """(gains, size) derivative of the gains' floating numbers by the coordinates at a point."""
     each = WIDTH * np.eye(coordinates.size)
     moved = (coordinates.members(point + x) for x in (each, -each))
     ahead, behind = (_numbers(genome, members) for members in moved)

@@ -1,9 +1,9 @@
-"""Points that move by each other's differences: differential evolution that learns (L-SHADE).
+"""Differential evolution that adapts its parameters (L-SHADE).
 
 Tanabe and Fukunaga, CEC 2014: current-to-pbest/1 with an archive (Zhang and Sanderson, IEEE Trans.
-Evolutionary Computation 13(5), 2009), whose factors are drawn about those that have succeeded, of
-fewer and fewer points. A point gives way to its own trial alone, so that a trial which cannot be
-better than its point may end early.
+Evolutionary Computation 13(5), 2009). Its factors are drawn about those that have succeeded, and
+the number of points decreases. A point is replaced only by its own trial, so that a trial that
+cannot be better than its point may end early.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ BEST, ARCHIVE = 0.11, 2.6
 
 
 class Points(NamedTuple):
-    """Where everyone is, and what has been learnt."""
+    """Points, and the adapted parameters."""
 
     places: Floats  # (n, size)
     beaten: Floats  # (archive, size) the last places that were given up
@@ -29,14 +29,14 @@ class Points(NamedTuple):
 
 
 class Trials(NamedTuple):
-    """One for every point."""
+    """One trial for every point."""
 
     places: Floats  # (n, size)
     factors: Floats  # (2, n) on the differences, and the share that is crossed
 
 
 def begun(places: Floats) -> Points:
-    """Before anything was learnt; (n, size) ``places``, in which everyone begins."""
+    """Points before anything was learned; (n, size) ``places`` are the first ones."""
     count, size = places.shape
     beaten = np.resize(places, (int(ARCHIVE * count), size))  # nobody yet but themselves
     return Points(places, beaten, np.full((2, PLACES), 0.5), np.zeros(1))
@@ -45,7 +45,7 @@ def begun(places: Floats) -> Points:
 def tried(
     points: Points, score: Floats, room: tuple[Floats, Floats], rng: np.random.Generator
 ) -> Trials:
-    """Trials of four points or more of (n,) ``score``, within ``room`` from (size,) to (size,)."""
+    """Trials of four points or more with ``score`` (n,), in ``room`` from (size,) to (size,)."""
     places, count = points.places, len(score)
     place = rng.integers(PLACES, size=count)
     crossed = np.clip(rng.normal(points.memory[1, place], WIDTH), 0.0, 1.0)
@@ -70,9 +70,9 @@ def tried(
 
 
 def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
-    """Whoever is no better than its trial makes room for it; what has succeeded is remembered.
+    """Points after their trials: better trials replace them, successful factors are remembered.
 
-    (n,) ``gained`` is by how much a trial is better, infinite where its point had failed.
+    (n,) ``gained`` is the improvement of each trial, infinite if its point had failed.
     """
     better, memory, turn = gained > 0.0, points.memory.copy(), points.turn
     if better.any():
@@ -89,5 +89,5 @@ def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
 
 
 def fewer(points: Points, survivors: Integers) -> Points:
-    """Of some of the points."""
+    """Reduce the points to the survivors."""
     return points._replace(places=points.places[survivors])

@@ -1,8 +1,8 @@
-"""A normal distribution that moves to where samples were good: CMA-ES.
+"""A normal distribution that moves towards good samples: CMA-ES.
 
 Hansen and Ostermeier, Evolutionary Computation 9(2), 2001, with the constants of Hansen, The CMA
-Evolution Strategy: A Tutorial, arXiv:1604.00772, 2016; of many numbers only the variances are
-adapted (Ros and Hansen, PPSN X, 2008). What is ranked may be noisy: the mean is the result.
+Evolution Strategy: A Tutorial, arXiv:1604.00772, 2016; with many numbers only the variances are
+adapted (Ros and Hansen, PPSN X, 2008). The ranking may be noisy: the mean is the result.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ SMALLEST, LARGEST_STEP = 1e-16, 1e6
 
 
 class Distribution(NamedTuple):
-    """Where points are drawn, in steps of their own."""
+    """Distribution from which points are drawn, with its own step sizes."""
 
     mean: Floats  # (size,)
     step: Floats  # (1,) factor on all
@@ -33,7 +33,7 @@ class Distribution(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rates of learning, of a number of samples and a size."""
+    """Learning rates, for a number of samples and a size."""
 
     weights: Floats  # (kept,) of the best samples
     mass: float  # effective number of samples
@@ -46,7 +46,7 @@ class Constants(NamedTuple):
 
 
 def begun(mean: Floats, step: float) -> Distribution:
-    """Before anything was learnt; a ``mean`` of (size,)."""
+    """Distribution before anything was learned; ``mean`` is (size,)."""
     size = len(mean)
     covariance = np.eye(size) if size <= WHOLE else np.ones((size, 1))
     one = np.ones(1)
@@ -55,7 +55,7 @@ def begun(mean: Floats, step: float) -> Distribution:
 
 
 def constants(samples: int, size: int) -> Constants:
-    """The defaults of the tutorial, table 1, with positive weights alone."""
+    """Defaults of the tutorial, table 1, with only the positive weights."""
     parents = samples // 2
     weights = np.log(parents + 0.5) - np.log(np.arange(1, parents + 1))
     weights = weights / weights.sum()
@@ -75,7 +75,7 @@ def constants(samples: int, size: int) -> Constants:
 
 
 def drawn(distribution: Distribution, samples: int, rng: np.random.Generator) -> Floats:
-    """(samples, size) points."""
+    """(samples, size) points drawn from the distribution."""
     normal = rng.standard_normal((samples, len(distribution.mean)))
     turn, root = _axes(distribution.covariance)
     return distribution.mean + distribution.step * ((normal * root) @ turn.T)

@@ -1,7 +1,7 @@
-"""Which of many designs no other one is better than: non-dominated sorting and crowding.
+"""Non-dominated sorting and crowding: the designs of many than which no other is better.
 
 Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002: section III A
-and B, and constrained domination of section VI. All costs are such that less is better.
+and B, and constrained domination of section VI. Lower costs are better.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ BLOCK = 256
 def dominated(costs: Floats, by: Floats) -> Mask:
     """(n,) whether any of ``by`` (k, m) is nowhere worse than one of ``costs`` (n, m), and better.
 
-    Equal ones do not dominate one another.
+    Equal points do not dominate one another.
     """
     is_dominated = np.zeros(len(costs), bool)
     for start in range(0, len(costs), BLOCK):
@@ -26,10 +26,10 @@ def dominated(costs: Floats, by: Floats) -> Mask:
 
 
 def front_numbers(costs: Floats, violation: Floats) -> Integers:
-    """(n,) 0 for those that nobody dominates, 1 for those that only these do, and so on.
+    """(n,) 0 for points that none dominates, 1 for points dominated only by these, and so on.
 
-    Whoever breaks no constraint (``violation`` 0) comes before everybody who does, and of those
-    whoever breaks less; infinite is a loop that has failed.
+    A point that breaks no constraint (``violation`` 0) comes before all that do, and among these
+    the one that breaks less; an infinite violation is a failed loop.
     """
     numbers = np.zeros(len(costs), np.int64)
     left, number = np.flatnonzero(violation == 0.0), 0
@@ -43,10 +43,10 @@ def front_numbers(costs: Floats, violation: Floats) -> Integers:
 
 
 def crowding(costs: Floats) -> Floats:
-    """(n,) how far the neighbours of each on one front are apart, infinite at its ends.
+    """(n,) distance between the neighbours of each point on one front, infinite at its ends.
 
-    In each cost as a share of the front's width, added up; of equal ones all but the first are 0
-    apart.
+    It is the sum over the costs, each as a share of the front's width; of equal points all but the
+    first have 0.
     """
     distances = np.zeros(len(costs))
     _, first = np.unique(costs, axis=0, return_index=True)
@@ -66,7 +66,7 @@ def crowding(costs: Floats) -> Floats:
 
 
 def best_first(costs: Floats, violation: Floats) -> Indices:
-    """(n,) the order in which individuals are preferred: by front, in it the less crowded ones."""
+    """(n,) order of preference: by front, within a front the less crowded first."""
     front, apart = front_numbers(costs, violation), np.zeros(len(costs))
     for number in np.unique(front):
         members = front == number
@@ -75,7 +75,7 @@ def best_first(costs: Floats, violation: Floats) -> Indices:
 
 
 def spread_out(costs: Floats, most: int) -> Indices:
-    """At most so many of a front, in their order, left when who counts least has gone each time."""
+    """At most ``most`` points of a front, in their order; the least important go one by one."""
     survivors = np.arange(len(costs))
     while len(survivors) > most:
         survivors = np.delete(survivors, int(np.argmin(share(costs[survivors]))))
@@ -83,12 +83,12 @@ def spread_out(costs: Floats, most: int) -> Indices:
 
 
 def share(costs: Floats) -> Floats:
-    """(n,) how much of a front each point is, infinite the best in each cost.
+    """(n,) importance of each point of a front, infinite for the best in each cost.
 
-    With two costs the area that it alone dominates: what is lost of the hypervolume without it
-    (Beume, Naujoks and Emmerich, European J. Operational Research 181, 2007). With three that takes
-    too long: the product of the distances to its three neighbours (Kukkonen and Deb, PPSN IX,
-    2006).
+    With two costs it is the area that the point alone dominates: the loss of hypervolume without it
+    (Beume, Naujoks and Emmerich, European J. Operational Research 181, 2007). With three this takes
+    too long, and it is the product of the distances to its three neighbours (Kukkonen and Deb, PPSN
+    IX, 2006).
     """
     points = scaled(costs)
     if points.shape[1] == 2:
@@ -105,17 +105,17 @@ def share(costs: Floats) -> Floats:
 
 
 def knee(costs: Floats) -> int:
-    """Which point of a front (n, m) bends most: a little less of one cost takes much of another.
+    """Point of a front (n, m) that bends most: a little less of one cost takes much of another.
 
     It is the farthest below the line, or plane, through the ends of the front, each cost scaled
-    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999). Of some that bend
-    alike, as on a straight front all do, the first.
+    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999). If several points
+    bend equally, as on a straight front, it is the first.
     """
     total = scaled(costs).sum(axis=1)
     return int(np.argmax(total <= total.min() + SAME))
 
 
 def scaled(costs: Floats) -> Floats:
-    """(n, m) each cost from 0 at its best to 1 at its worst on the front, 0 where all are equal."""
+    """(n, m) each cost from 0 at its best to 1 at its worst on the front, 0 if all are equal."""
     low, high = costs.min(axis=0), costs.max(axis=0)
     return np.asarray((costs - low) / np.where(high > low, high - low, 1.0))

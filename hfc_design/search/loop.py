@@ -1,4 +1,4 @@
-"""Every search strategy, and one loop for all: ask, score, tell, remember each structure's best."""
+"""The loop of every search strategy: ask, score, tell, remember the best of each structure."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -25,7 +25,7 @@ from hfc_design.search.strategy import (
 
 
 def _fault(strategy: Strategy) -> str | None:
-    """What a strategy lacks, in a line; None if nothing that is seen at once."""
+    """Line on what a strategy lacks; None if no fault is visible at once."""
     fields = getattr(strategy.state, "_fields", ())
     return None if fields else "state must be a NamedTuple class"
 
@@ -40,7 +40,7 @@ SearchSettings = Annotated[
 
 
 def searcher(settings: StrategySettings, task: Task) -> Searcher:
-    """The strategy that ``settings`` describe, at work on a task.
+    """Strategy with these ``settings``, at work on a task.
 
     Raises:
         UserError: it is a user's own and lacks something.
@@ -54,7 +54,7 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
 
 
 def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
-    """What a user's own function gives; what it lacks or does wrong becomes a line."""
+    """Result of a user's own function; its mistakes become a line."""
     with own_code(f" cannot search: {part}", ("strategy", strategy.name)):
         output = function(*given)
         if part in ("start", "ask"):
@@ -72,14 +72,14 @@ Evaluate = Callable[..., Floats | Scored | Weighed]
 
 
 class Archive(NamedTuple):
-    """The best individual ever seen of every tree; nothing that was found gets lost."""
+    """The best individual of every tree so far; nothing that was found gets lost."""
 
     population: Population  # (trees, ...), row t has tree t
     score: Floats  # (trees,), -inf where a tree was never tried or always failed
 
 
 class History(NamedTuple):
-    """What became of each generation."""
+    """Results of each generation."""
 
     best: Floats  # (generations,) best score so far; nan while all have failed
     #: Median score of those in the generation that did not fail; nan without any. Of those that
@@ -90,7 +90,7 @@ class History(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Everything that a search has to remember; a checkpoint is this and nothing else."""
+    """Full state of a search, which is also the content of a checkpoint."""
 
     generation: int  # generations done
     state: State
@@ -108,8 +108,8 @@ def generations(
 ) -> Iterator[Search]:
     """Run to ``total`` generations from the start or from ``search``; yields after each.
 
-    The random numbers of a generation depend on the seed and its number alone, so that a
-    continued search is the same search, bit for bit.
+    The random numbers of a generation depend only on the seed and its number, so that a continued
+    search has the same bits as an uninterrupted one.
     """
     if search is None:
         untried = Archive(genome.empty(), np.full(genome.structures, -np.inf))
@@ -146,7 +146,7 @@ def generations(
 
 
 def fault(search: Search, empty: Population, settings: StrategySettings) -> str | None:
-    """What is wrong with a search that was read, in a line; ``empty`` is that of its genome."""
+    """Line that says what is wrong with a search from a file; ``empty`` is that of its genome."""
     generation, state, archive, history = search
     if not 1 <= generation <= settings.generations:
         return f"{generation} generations of {settings.generations}"

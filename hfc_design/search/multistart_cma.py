@@ -1,7 +1,7 @@
-"""Several small distributions side by side, each begun anew once it has come to rest: CMA-ES.
+"""Several small distributions side by side, each restarted when it has converged: CMA-ES.
 
-For few numbers whose landscape has many hills (Auger and Hansen, CEC 2005): islands that begin at
-the best of many first points climb one hill each, and all of them are scored as one population.
+It is for few numbers and many local optima (Auger and Hansen, CEC 2005): islands that begin at the
+best of many first points climb one hill each, and all of them are scored as one population.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ GAIN, PATIENCE = 1e-3, 12
 
 
 class Tried(NamedTuple):
-    """Everything that was scored."""
+    """All points that were scored."""
 
     points: Floats  # (n, size)
     score: Floats  # (n,) -inf where one failed
@@ -34,9 +34,9 @@ class Tried(NamedTuple):
 def multistart(
     first: Floats, evaluate: Callable[[Floats], Floats], evaluations: int, rng: np.random.Generator
 ) -> Tried:
-    """So many ``evaluations``, those of the points ``first`` (n, size) among them.
+    """Search with so many ``evaluations``, including those of the points ``first`` (n, size).
 
-    ``evaluate`` gives a score (n,) of points (n, size), -inf where one failed.
+    ``evaluate`` returns the score (n,) of points (n, size), -inf for one that failed.
     """
     tried = Tried(first, evaluate(first))
     order = np.argsort(-tried.score, kind="stable")
@@ -67,12 +67,12 @@ def multistart(
 
 
 def room(evaluations: int, rounds: int = ROUNDS, least: int = LEAST) -> int:
-    """How many islands so many evaluations are enough for."""
+    """Number of islands for which so many evaluations are enough."""
     return int(np.clip(evaluations // (rounds * SAMPLES), least, ISLANDS))
 
 
 class Island(NamedTuple):
-    """A distribution, and when it last found something that is worth it."""
+    """A distribution, and the round of its last notable improvement."""
 
     distribution: Distribution
     gained: int  # round

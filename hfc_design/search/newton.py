@@ -1,9 +1,9 @@
 """Gauss-Newton steps on the sum of absolute errors, proposed many at a time.
 
 The score falls with ``sum |e|``. Weighting each squared error with 1/|e| turns it into a least
-squares problem with the same gradient (iteratively reweighted least squares); its damped normal
-equations are solved for many dampings and lengths at once, and the population evaluator, which
-is fast, decides which of them is any good.
+squares problem with the same gradient (iteratively reweighted least squares). Its damped normal
+equations are solved for many dampings and lengths at once, and the fast population evaluator
+decides which of the proposals are good.
 """
 
 from itertools import pairwise
@@ -51,10 +51,10 @@ def individuals(
 def some_numbers(
     genome: Any, best: AnyPopulation, count: int, rng: np.random.Generator
 ) -> Integers:
-    """(count,) numbers of an individual that may move, drawn anew, or all if there are no more.
+    """(count,) randomly drawn numbers of an individual that may move, or all if there are no more.
 
-    A step by some of the numbers costs as much less as they are fewer, and the next one has others.
-    Those that stand at an end are left out: a step that counts on what is then clipped is none.
+    A step with fewer numbers costs correspondingly less, and the next step has others. Numbers at
+    an end of their range are left out: a step that relies on a clipped number is useless.
     """
     space: Space = genome.space()
     point = space.vectors(best)[0]
@@ -89,7 +89,7 @@ def proposals(point: Floats, linear: Linear, damping: float, count: int) -> tupl
 
 
 def damped(normal: Floats, slope: Floats, frozen: Mask, dampings: Floats) -> Floats:
-    """The step for each damping, (dampings, parameters), with Marquardt's scaling."""
+    """(dampings, parameters) step for each damping, with Marquardt's scaling."""
     diagonal = np.diag(normal)
     size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)
     free = ~frozen / size

@@ -1,4 +1,4 @@
-"""Individuals that are compared in several costs: who become parents, and who is on the front."""
+"""Individuals with several costs: selection of parents and of the front."""
 
 from typing import NamedTuple, TypeVar
 
@@ -10,7 +10,7 @@ from hfc_design.search import fronts
 
 
 class Judged(NamedTuple):
-    """Individuals with all that is known of them."""
+    """Individuals with their results."""
 
     population: Population
     score: Floats  # (n,)
@@ -20,7 +20,7 @@ class Judged(NamedTuple):
 
 
 class Front(NamedTuple):
-    """What nobody dominates of all that was tried and keeps every constraint."""
+    """Tried individuals that none dominates and that keep every constraint."""
 
     population: Population
     score: Floats  # (n,)
@@ -32,20 +32,20 @@ Each = TypeVar("Each", Judged, Front)
 
 
 def chosen(judged: Each, places: Indices) -> Each:
-    """Those at some places."""
+    """Individuals at some places."""
     return type(judged)(taken(judged[0], places), *(leaf[places] for leaf in judged[1:]))
 
 
 def both(one: Each, other: Each) -> Each:
-    """One after the other."""
+    """Join two sets of individuals."""
     rest = zip(one[1:], other[1:], strict=True)
     return type(one)(joined(one[0], other[0]), *map(np.concatenate, rest))
 
 
 def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
-    """The order in which they are preferred; of ``kinds`` (n,) the best of each, then the next.
+    """Order of preference; with ``kinds`` (n,) the best of each kind, then the next of each.
 
-    Those of a kind that is worse for long would else be gone before they were any good.
+    Otherwise a kind that is worse for a long time would be lost before it becomes good.
     """
     if kinds is None:
         return fronts.best_first(judged.costs, judged.violation)
@@ -58,7 +58,7 @@ def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
 
 
 def insert(front: Front, children: Judged, most: int) -> Front:
-    """The front with what belongs there of the children, at most so many."""
+    """Front after adding the good ones of the children, at most so many."""
     new = chosen(children, np.flatnonzero(children.violation == 0.0))
     merged = both(front, Front(new.population, new.score, new.costs, new.step))
     survivors = np.flatnonzero(~fronts.dominated(merged.costs, merged.costs))

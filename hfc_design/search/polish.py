@@ -1,8 +1,8 @@
-"""The last steps of a search: one individual, its structure kept, better in what is ranked.
+"""Last steps of a search: improve the rank of one individual, its structure kept.
 
-A step proposes many individuals at once, by Gauss-Newton at many dampings or, where these lead
-nowhere, from a distribution that follows what is good; the simulator decides. What is not better in
-all that is ranked is not taken, so that a polish never ends worse than it began.
+A step proposes many individuals at once, by Gauss-Newton at many dampings or, if these do not help,
+from a distribution that moves towards good samples; the simulator decides. A proposal is accepted
+only if it is better in the complete ranking, so that a polish never ends worse than it began.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,7 +41,7 @@ class Quadratic(NamedTuple):
 
 
 class Polishable(NamedTuple):
-    """What a polish needs of a problem."""
+    """Interface of a problem that can be polished."""
 
     genome: Genome
     #: (n, 1 or more) all that an individual is ranked by, the larger the better; -inf: it failed.
@@ -57,7 +57,7 @@ class Polishable(NamedTuple):
 
 
 class Polished(NamedTuple):
-    """How far a polish has come; a checkpoint of it is this and nothing else."""
+    """State of a polish, which is also the content of its checkpoint."""
 
     step: int  # steps done
     population: Population  # (1,) the best
@@ -72,9 +72,9 @@ class Polished(NamedTuple):
 def polish(
     task: Polishable, individual: Population, total: int, seed: int, done: Polished | None = None
 ) -> Iterator[Polished]:
-    """Polish a population of one, from the start or from what is ``done``; yields after each step.
+    """Polish a population of one, from the start or from ``done``; yields after each step.
 
-    The random numbers of a step depend on the seed and its number alone.
+    The random numbers of a step depend only on the seed and its number.
     """
     if done is None:
         done = _begun(task, individual)
@@ -170,7 +170,7 @@ def _screened(
 def _taken(
     task: Polishable, done: Polished, members: Population, screened: Floats
 ) -> tuple[int | None, Polished]:
-    """With the best of some individuals, and its place, if it is better than what there is."""
+    """Accept the best of some individuals if it is better than the present one; also its place."""
     order: Integers = np.argsort(-screened[1:], kind="stable")[: task.judged]
     order = order[screened[1:][order] > screened[0]]
     if not len(order):

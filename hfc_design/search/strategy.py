@@ -1,4 +1,4 @@
-"""What a search strategy is, and what it is given to search."""
+"""Search strategies, and the task that they are given."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple, Protocol, TypeAlias
@@ -17,8 +17,9 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class StrategySettings(Record):
     """The ``[search]`` of a scenario; each strategy adds keys of its own.
 
-    ``stick_penalty`` is what the judge divides by, 0 where a strategy has no such key. The keys
-    of ``controllers.hierarchical.record.Bounds`` bound what is varied of a hierarchy.
+    ``stick_penalty`` is the weight of sticking in the judge's divisor, 0 if a strategy has no such
+    key. The keys of ``controllers.hierarchical.record.Bounds`` bound the varied numbers of a
+    hierarchy.
     """
 
     preset: str  # which search strategy
@@ -27,7 +28,7 @@ class StrategySettings(Record):
 
 
 class Task(NamedTuple):
-    """What a strategy searches."""
+    """Task of a strategy: the genome to search, and functions that help."""
 
     genome: Genome
     #: The tracking error about one individual and its derivative, by all of its numbers or by some
@@ -49,7 +50,7 @@ class Task(NamedTuple):
 
 
 class Scored(NamedTuple):
-    """What a strategy that trades is told of its candidates, instead of a score alone."""
+    """Results of candidates for a strategy that searches a front, instead of a score alone."""
 
     score: Floats  # (n,) what they are ranked by elsewhere; -inf of one that failed
     costs: Floats  # (n, objectives) the less, the better; means nothing where one failed
@@ -57,9 +58,9 @@ class Scored(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """What a strategy is told that compares within a generation only, and what is shown of it.
+    """Results for a strategy that compares only within a generation, and the values to show.
 
-    It may find a candidate better that has more merit and breaks a little more.
+    It may prefer a candidate with more merit that breaks a little more.
     """
 
     score: Floats  # (n,) what they are ranked by elsewhere; no finite number where one failed
@@ -84,7 +85,7 @@ class Searcher(Protocol):
     def tell(self, state: State, candidates: Asked, score: Any) -> State:
         """State after the candidates have been scored; -inf is the score of one that failed.
 
-        A strategy that trades gets ``Scored``, others their scores (n,).
+        A strategy that searches a front gets ``Scored``, others their scores (n,).
         """
 
 

@@ -1,4 +1,4 @@
-"""Successive halving: how many islands a race has in each of its heats."""
+"""Successive halving: number of islands in each heat of a race."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ SHORT = 0.25
 
 
 def heats(trees: int) -> list[int]:
-    """Islands in each heat: all trees, then half of them, down to one."""
+    """Number of islands in each heat: all trees, then half of them, down to one."""
     sizes = [trees]
     while sizes[-1] > 1:
         sizes.append(-(-sizes[-1] // 2))
@@ -17,9 +17,9 @@ def heats(trees: int) -> list[int]:
 
 
 def room(trees: int, stepping: int, share: float) -> int:
-    """Islands at a ``share`` of the race, of which so many make Gauss-Newton steps.
+    """Number of islands at a ``share`` of the race, ``stepping`` of which make Gauss-Newton steps.
 
-    Heats of more islands are short.
+    Heats with more islands are short.
     """
     sizes = heats(trees)
     lengths = np.array([SHORT if size > stepping else 1.0 for size in sizes])

@@ -1,1 +1,1 @@
-"""The closed loop of one machine, of populations, of one design on one scenario."""
+"""Simulation of the closed loop: of one machine, of populations, of a design on a scenario."""

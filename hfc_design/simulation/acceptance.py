@@ -1,8 +1,8 @@
-"""What can be said about using a design: in each motion, under stress, in a line, as plain numbers.
+"""Answer to whether a design can be used: per motion, under stress, as a sentence, as numbers.
 
-Pages, terminal and READMEs are made from ``Usable.numbers``; what they say of it stands below it.
-What is measured for it and what is read from that stand last, together, because both go by the
-places of the values.
+Pages, the terminal and READMEs are made from ``Usable.numbers``; the functions that put these
+numbers into words follow it. The functions that measure and those that read the measured values
+come last, side by side, because both rely on the order of the values.
 """
 
 import re
@@ -73,7 +73,7 @@ RUNAWAY = 1e9
 
 
 class MotionResult(NamedTuple):
-    """What many machines do in one motion; the nominal one is not among them."""
+    """Results of many machines in one motion, without the nominal machine."""
 
     name: str
     good: Mask  # (machines,) stable, and within every constraint
@@ -86,7 +86,7 @@ class MotionResult(NamedTuple):
     everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
     def numbers(self) -> Json:
-        """As plain data; None where there is no number."""
+        """Return plain data; None where there is no number."""
         each = self.measured.items()
         bounds, tolerances = (
             {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in limits.items()}
@@ -111,7 +111,7 @@ def _numbers(nominal: float, values: Floats) -> Json:
 
 
 class Stressed(NamedTuple):
-    """One stress on some machines, in all motions."""
+    """Result of one stress on some machines, in all motions."""
 
     name: str  # in words, with its whole size
     holds: bool
@@ -125,12 +125,12 @@ class Stressed(NamedTuple):
     held: str = ""  # the largest part before that which was tried, in words
 
     def numbers(self) -> Json:
-        """As plain data."""
+        """Return plain data."""
         return storable(self._asdict())
 
 
 class Usable(NamedTuple):
-    """What can be said about using a design."""
+    """Answer to whether a design can be used, with the results that it is based on."""
 
     spread: float
     seed: int
@@ -163,7 +163,7 @@ class Usable(NamedTuple):
 
     @property
     def good(self) -> Mask:
-        """(machines,) that pass every motion: stable, and every constraint met."""
+        """(machines,) whether each passes every motion: stable, and every constraint met."""
         return np.logical_and.reduce([one.good for one in self._everywhere])
 
     @property
@@ -173,12 +173,12 @@ class Usable(NamedTuple):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of the share of such machines, by Clopper and Pearson."""
+        """Confidence interval of the share of passing machines (Clopper and Pearson)."""
         return share_interval(int(self.good.sum()), len(self.good))
 
     @property
     def yes(self) -> bool:
-        """Whether that holds on a machine that is not quite the model, too."""
+        """Whether the answer is yes also on a machine that differs a little from the model."""
         return self.verdict == YES
 
     @property
@@ -190,28 +190,28 @@ class Usable(NamedTuple):
 
     @property
     def loop_stable(self) -> bool | None:
-        """Whether that of the nominal machine is, where it is slowest and fastest."""
+        """Whether the loop of the nominal machine is stable where it is slowest and fastest."""
         return self.margins and self.margins.stable
 
     @property
     def short(self) -> dict[str, tuple[float | None, str]]:
-        """Margins that are not kept: each as it is, None without one, and in words."""
+        """Margins that are not kept: each with its value (None without one) and in words."""
         if self.loop_stable is False:
             return {"stable": (None, UNSTABLE)}
         return self.margins.broken(self.required_margins) if self.margins else {}
 
     @property
     def missed(self) -> Json:
-        """Measure -> how many times the scenario's own tolerance, and in which motion it is most.
+        """Measures beyond the scenario's own tolerance: by what factor, and in which motion most.
 
-        Of the median machine, and of the nominal one in a motion that is asked of it alone; what
-        keeps its tolerance is left out.
+        They are those of the median machine, or of the nominal one in a motion that is required of
+        it alone. Measures within their tolerance are left out.
         """
         return missed({one.name: one.numbers() for one in self.motions})
 
     @property
     def _nominal(self) -> str:
-        """Why the nominal machine does not pass; "" if it does."""
+        """Reason why the nominal machine does not pass; "" if it does."""
         bad = [one for one in self.motions if one.nominal_reasons]
         if not bad:
             return ""
@@ -221,7 +221,7 @@ class Usable(NamedTuple):
 
     @property
     def answer(self) -> str:
-        """Yes, on this model only, or no, and why, in a line."""
+        """One line: yes, only on this model, or no, and why."""
         share, count = float(self.good.mean()), len(self.good)
         passing = f"{100 * share:.4g} % of {count} unseen machines within +-{100 * self.spread:g} %"
         passing += " pass every motion" if len(self.motions) > 1 else " pass"
@@ -239,7 +239,7 @@ class Usable(NamedTuple):
         return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
     def numbers(self) -> Json:
-        """Everything as plain data; None where there is no number."""
+        """Return everything as plain data; None where there is no number."""
         low, high = self.interval
         return {
             "usable": self.yes,
@@ -267,9 +267,9 @@ class Usable(NamedTuple):
 
 
 def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
-    """A measure times ``factor`` as a table has it; one that no drive has is of one that ran away.
+    """Return a measure times ``factor`` as tables show it; "diverges" for an impossibly large one.
 
-    ``none`` stands for what was never finite.
+    ``none`` is the text for a measure that was never finite.
     """
     if value is None:
         return none
@@ -277,12 +277,12 @@ def measured(value: float | None, factor: float, write: Callable[[float], str], 
 
 
 def merit_text(numbers: Json) -> str:
-    """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
+    """Range of the merit if it is chaotic, from ``Usable.numbers``; otherwise empty."""
     return chaos_text("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
 
 
 def gain_text(gain: tuple[float, float]) -> str:
-    """Factors on the command between which a machine passes; beyond the ends none was tried."""
+    """Factors on the command between which a machine passes; none was tried beyond the ends."""
     low, high = (f"{factor:.3g}" for factor in gain)
     low = f"at most {low}" if gain[0] <= SMALLEST_TRIED * (1.0 + 1e-9) else low
     high = f"at least {high}" if gain[1] >= LARGEST_TRIED * (1.0 - 1e-9) else high
@@ -290,10 +290,10 @@ def gain_text(gain: tuple[float, float]) -> str:
 
 
 def missed(motions: Json) -> Json:
-    """Measure -> ``times`` its tolerance, more than once, and the ``motion`` where it is most.
+    """Measures beyond tolerance: ``times`` the tolerance, and the ``motion`` where it is most.
 
-    ``motions`` are those of ``Usable.numbers``. It is of the median machine, in a motion that is
-    asked of the nominal one alone of that.
+    ``motions`` are those of ``Usable.numbers``. The measures are those of the median machine, or of
+    the nominal machine in a motion that is required of it alone.
     """
     misses: Json = {}
     for motion, one in motions.items():
@@ -306,7 +306,7 @@ def missed(motions: Json) -> Json:
 
 
 def missed_text(misses: Json, motions: int = 2) -> str:
-    """The same as a line, "" where nothing is missed; of a single motion without its name."""
+    """The missed measures as a line, "" if there are none; a single motion is not named."""
     targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in misses.items()
@@ -318,7 +318,7 @@ def missed_text(misses: Json, motions: int = 2) -> str:
 
 
 class TextTable(NamedTuple):
-    """A table of what is beside an answer, as a terminal and a page have it."""
+    """A table that accompanies an answer, in the terminal and on a page."""
 
     heads: tuple[str, ...]
     rows: list[list[str]]
@@ -327,7 +327,7 @@ class TextTable(NamedTuple):
 
 
 def why_table(analysis: Json) -> TextTable:
-    """Of ``why_not``: a row for each change."""
+    """Table of ``why_not``: a row for each change."""
     heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
     keys = ("key", "now", "needed", "lost")
     each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
@@ -336,7 +336,7 @@ def why_table(analysis: Json) -> TextTable:
 
 
 def stress_table(stresses: Sequence[Json]) -> TextTable:
-    """A row for each stress, a line for each that breaks the design, the first first."""
+    """A row for each stress, a line for each that breaks the design, the earliest first."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     failures = (
@@ -350,14 +350,14 @@ def stress_table(stresses: Sequence[Json]) -> TextTable:
 
 
 def breaking(stresses: Iterable[Json]) -> str:
-    """What breaks a design at the smallest part of its size, how many others do; "": nothing."""
+    """First stress that breaks a design as stresses grow, and how many others do; "": none."""
     first, *more = [failure for failure, _ in _broken(stresses)] or [""]
     others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
     return first + (others if more else "")
 
 
 def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
-    """With what the design breaks and how, and the largest part before that it holds."""
+    """Stresses that break the design and how, and the largest part of each that it passes."""
     each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
@@ -365,7 +365,7 @@ def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
 def measured_loop(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
-    """With all that tells whether it can be used measured; ``later`` is that of ``closed_loop``."""
+    """Loop and gains of a design, with all measures of usability (``later``: ``closed_loop``)."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
     measures = tuple(one.metric for group in _measured(scenario) for one in group)
@@ -380,14 +380,14 @@ def _measured(scenario: Scenario) -> list[list[Constraint]]:
 
 
 def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
-    """Of each part of ``_measured`` name -> bound, and (individuals, motions) what is measured."""
+    """For each part of ``_measured``: name -> bound, and (individuals, motions) values."""
     values, groups = np.asarray(judged.values), _measured(scenario)
     columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
     return [{one.metric.name: (one, next(columns)) for one in group} for group in groups]
 
 
 def units(scenario: Scenario) -> dict[str, str]:
-    """In which each measure is told."""
+    """Unit in which each measure is shown."""
     return {one.name: _unit(one, scenario) for one in _reported(scenario)}
 
 
@@ -401,7 +401,7 @@ def _unit(one: Metric, scenario: Scenario) -> str:
 
 
 def broken_by(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
-    """Why individuals do not pass -> (individuals, motions) which; the nominal first."""
+    """Reason not to pass -> (individuals, motions) where it applies; the nominal one is first."""
     failed = np.asarray(judged.failed)
     violations = instabilities(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in bounds_of(scenario, judged).items():
@@ -410,12 +410,12 @@ def broken_by(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
 
 
 def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
-    """Constraint -> itself, and (individuals, motions) what is measured."""
+    """Name of each constraint -> the constraint, and its (individuals, motions) measured values."""
     return _values(scenario, judged)[1]
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """What the scenario's fitness tolerates of single measures; nothing of another fitness."""
+    """Single measures with a tolerance in the scenario's fitness; none with another fitness."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []
@@ -423,7 +423,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
-    """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
+    """Measures with a tolerance in the scenario's fitness, and meanings, by keys of metrics."""
     metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))
@@ -433,7 +433,7 @@ def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
 
 
 def motion_result(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> MotionResult:
-    """What the machines do in motion ``k``; the nominal one is the first that was judged."""
+    """Results of the machines in motion ``k``; the first that was judged is the nominal one."""
     reasons = {why: mask[:, k] for why, mask in broken_by(scenario, judged).items()}
     tolerances, bounds, measures, last = (
         {name: (constraint.most, values[:, k]) for name, (constraint, values) in part.items()}

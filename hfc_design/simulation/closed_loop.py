@@ -1,4 +1,4 @@
-"""What the closed loop of one machine does in a control sample, in scalars.
+"""One control sample of the closed loop of one machine, in scalars.
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
@@ -43,9 +43,10 @@ from plants.around import Sampled, Standing, sampled, surrounded
 
 
 class Loop(NamedTuple):
-    """The closed loop. Its floats are inputs of a compiled program, all else is its key.
+    """The closed loop. Its floats are inputs of a compiled program; everything else is the key.
 
-    So one program serves all numbers of a form: what is None or not, named, or counted.
+    One program therefore serves all values of these floats. The key includes which fields are None,
+    and all names and counts.
     """
 
     machine: Machine
@@ -59,13 +60,14 @@ class Loop(NamedTuple):
 
     @property
     def doubled(self) -> bool:
-        """Whether a copy of the machine, that began a little off, runs beside it."""
+        """Whether a copy of the machine, which began a little off, runs beside it."""
         return any(one.doubled for one in self.judge.measured)
 
     def coefficients(self, parameters: Sequence[Parameters]) -> tuple[Parameters, ...]:
-        """What a step needs of the parameters of each axis.
+        """Coefficients for a step, computed from the parameters of each axis.
 
-        Around drives of which the parameters say nothing stands what the loop has.
+        Where the parameters say nothing of what is around the drives, the loop's own values are
+        used.
         """
         axis_parameters = tuple(parameters)
         if self.around:
@@ -77,14 +79,14 @@ class Loop(NamedTuple):
 
     @property
     def apart(self) -> tuple[Code, tuple[float, ...]]:
-        """Its code and its numbers, without the words that people read."""
+        """Its code and its numbers, without texts for people."""
         return separate(self._replace(judge=self.judge.wordless))
 
     @property
     def smooth(self) -> "Loop":
-        """The same to be differentiated: of the steps of encoders and converters that would be 0.
+        """The loop for differentiation: without the steps of encoders and converters.
 
-        Nothing is measured beside the objectives.
+        The slope of these steps would be 0. Only the objectives are measured.
         """
         sensors = tuple(
             axis_sensors and without_steps(axis_sensors) for axis_sensors in self.sensors
@@ -95,9 +97,10 @@ class Loop(NamedTuple):
 
 
 def closed_loop(scenario: Scenario, controller: Controller, later: float | None = None) -> Loop:
-    """The loop of ``scenario`` with ``controller`` in it.
+    """Build the loop of ``scenario`` with ``controller`` in it.
 
-    With a number of samples there is room around its drives, and for a delay ``later`` by them.
+    With a number of samples as ``later``, the drives can be surrounded by modes and gaps, and their
+    commands delayed by up to that many more samples.
     """
     machine, simulation = scenario.machine, scenario.simulation
     every = simulation.sample_time_s
@@ -126,7 +129,7 @@ STANDING = 0.01
 
 
 class LoopState(NamedTuple):
-    """What a machine and its controller carry from sample to sample."""
+    """State of a machine and its controller that is carried from sample to sample."""
 
     states: tuple[State, ...]  # of each drive
     angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
@@ -136,7 +139,7 @@ class LoopState(NamedTuple):
 
 
 class Monitor(NamedTuple):
-    """What is carried from sample to sample by those who look at the machine."""
+    """Sums and values that observers of the machine carry from sample to sample."""
 
     means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
@@ -144,9 +147,9 @@ class Monitor(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """One axis at the start of a sample; of whole motions leaves are (steps, individuals).
+    """One axis at the start of a sample; of whole motions, leaves are (steps, individuals).
 
-    The command is the one that the drive is given in the sample.
+    The command is the one given to the drive in that sample.
     """
 
     error: Scalar
@@ -162,9 +165,10 @@ def start(
     started: tuple[State, ...],
     gains: Gains | None = None,
 ) -> LoopState:
-    """A machine before the first sample, at ``started``, its controllers as they begin.
+    """State of a machine before the first sample, at ``started``, with initial controllers.
 
-    Its encoders read that it has stood there. Without ``gains`` controllers remember nothing.
+    Its encoders read as if it had always stood there. Without ``gains`` the controllers have no
+    memory.
     """
     blank = loop.machine.initial_state(zero)
     states = tuple(
@@ -198,7 +202,7 @@ def start(
 def first_monitor(
     loop: Loop, zero: Scalar, machine: LoopState, copy: LoopState | None = None
 ) -> Monitor:
-    """What is known of a machine before the first sample, and of a ``copy`` that began off it."""
+    """Monitor of a machine before the first sample, and of a ``copy`` that began off it."""
     pairs = zip(loop.machine.drives, machine.states, strict=True)
     means = tuple(getattr(state, drive.velocity) for drive, state in pairs)
     watch = Monitor(means, loop.judge.initial(zero))
@@ -209,7 +213,7 @@ def first_monitor(
 
 
 def positions(loop: Loop, states: tuple[State, ...]) -> list[Scalar]:
-    """Where each axis is."""
+    """Position of each axis."""
     pairs = zip(loop.machine.drives, states, strict=True)
     return [getattr(state, drive.position) for drive, state in pairs]
 
@@ -223,11 +227,11 @@ def next_state(
     before: LoopState,
     row: Samples,
 ) -> LoopState:
-    """One control sample of one machine: measure, control, hold the commands, move.
+    """Run one control sample of one machine: measure, control, hold the commands, move.
 
-    ``nominal`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
-    makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
-    scalars and ``sample_time`` [s] apart from it.
+    ``nominal`` are the parameters that the control assumes, ``fixed`` the ``coefficients`` of the
+    true ones, ``row`` one column of the samples, with loads and noise as tuples of scalars.
+    ``sample_time`` [s] is separate from it.
     """
     machine, axes = loop.machine, range(len(loop.machine.drives))
     each = (_sensed(loop, k, fixed[k], before, row.axes[k], sample_time) for k in axes)
@@ -244,7 +248,7 @@ def next_state(
 
 
 def _in_precision(before: LoopState, after: LoopState) -> LoopState:
-    """What came ``after``, no more precise than ``before``: arrays of an own law may be."""
+    """State ``after``, at most as precise as ``before``, because arrays of an own law may be."""
 
     def rounded(old: Any, new: Any) -> Any:
         kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
@@ -268,7 +272,7 @@ def monitored(
     row: Samples,
     copy: tuple[State, ...] = (),
 ) -> tuple[Monitor, tuple[Recorded, ...]]:
-    """What is seen of a sample, which the machine began as ``before``, by the ``commands`` in it.
+    """Update the monitor with a sample that the machine began as ``before``, with its ``commands``.
 
     ``copy`` are the states of a copy of the machine that began a little off.
     """
@@ -309,7 +313,7 @@ def _moment(
     before: Scalar,
     row: Samples,
 ) -> Moment:
-    """What the objectives see of axis ``k``; ``before`` is the mean of its velocity."""
+    """Inputs of the objectives from axis ``k``; ``before`` is the mean of its velocity."""
     drive, happens = loop.machine.drives[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
@@ -349,7 +353,7 @@ def _apart(loop: Loop, k: int, moment: Moment, mine: State, theirs: State, off: 
 def axis_signals(
     drive: Drive, fixed: Parameters, seen: State, row: AxisSamples
 ) -> dict[str, Scalar]:
-    """What an axis tells the controller."""
+    """Signals of an axis for the controller."""
     position, velocity = drive.seen
     return {
         **drive.signals(fixed, seen),

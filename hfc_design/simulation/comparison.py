@@ -1,7 +1,7 @@
-"""Designs are put side by side: everybody in every motion on every machine, then pair by pair.
+"""Comparison of designs: every design in every motion on every machine, then pair by pair.
 
-A design that does not hold a machine is not left out there: it has lost against every one that
-does, whatever its numbers.
+A machine on which the loop of a design is not stable is not left out: there the design loses
+against every design that is stable, whatever its numbers.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -49,7 +49,7 @@ Progress = Callable[[str, int, int], None]
 
 
 class DesignStatistics(NamedTuple):
-    """One design in one motion, or in all: the nominal machine and every other."""
+    """One design in one motion, or in all, on the nominal machine and on every other."""
 
     stable: Mask  # (machines,)
     nominal_stable: bool
@@ -58,7 +58,7 @@ class DesignStatistics(NamedTuple):
     ranges: dict[str, Json] = {}  # of the nominal machine's scores that are chaotic
 
     def numbers(self) -> Json:
-        """As plain data; None where there is no number."""
+        """Return plain data; None where there is no number."""
         metrics = {
             key: {
                 "nominal": self.of_nominal(key),
@@ -77,27 +77,27 @@ class DesignStatistics(NamedTuple):
 
     @property
     def interval(self) -> Interval:
-        """Where the share of stable machines lies among all that there could be."""
+        """Confidence interval of the share of stable machines."""
         return share_interval(int(self.stable.sum()), len(self.stable))
 
     def costs(self, key: str) -> Floats:
-        """(machines,) by a metric, less is better; infinite without a number or if not stable."""
+        """(machines,) costs by a metric, less is better; infinite without one or if not stable."""
         costs = -self.values[key] if key in SCORES else np.abs(self.values[key])
         return np.where(self.stable & np.isfinite(costs), costs, np.inf)
 
     def quantile(self, key: str, share: float) -> float | None:
-        """The metric that a ``share`` of all machines does as well as; None: it has none."""
+        """Value of the metric that a ``share`` of all machines is within; None: it has none."""
         cost = float(np.quantile(self.costs(key), share, method="inverted_cdf"))
         return None if cost == np.inf else (-cost if key in SCORES else cost)
 
     def span(self, key: str) -> tuple[float | None, float | None, float | None]:
-        """The metric of the 5 %, the median and the 95 % machine."""
+        """The metric of the machines at 5 %, 50 % and 95 %."""
         return self.quantile(key, 0.05), self.quantile(key, 0.5), self.quantile(key, 0.95)
 
     def of_nominal(self, key: str) -> float | None:
-        """The metric of the nominal machine, the lowest of chaotic ones; None: it has none.
+        """The metric of the nominal machine, the lowest repeat of a chaotic one; None: it has none.
 
-        Of errors the magnitude, as of all machines (``costs``): signed ones cannot be ranked.
+        Errors are magnitudes, as for all machines (``costs``): signed ones cannot be ranked.
         """
         if key in self.ranges:
             return None if self.ranges[key]["lowest"] is None else float(self.ranges[key]["lowest"])
@@ -115,7 +115,7 @@ class MotionComparison(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
-        """The metrics that are compared, the most important first, what is tolerated among them."""
+        """Compared metrics, the most important first, including the tolerated ones."""
         if self.scenario is None:  # of all motions together one metric, which is compared
             return list(self.meanings)
         tolerated = {
@@ -126,7 +126,7 @@ class MotionComparison(NamedTuple):
         return sorted(compared, key=lambda key: ranks[key])
 
     def lost(self) -> Iterator[str]:
-        """Why designs do not keep machines stable, a line each."""
+        """Reasons why designs do not keep machines stable, a line each."""
         for name, one in self.results.items():
             reasons = []
             if not one.nominal_stable:
@@ -137,7 +137,7 @@ class MotionComparison(NamedTuple):
                 yield f"{name} in {self.name}, not stable: {'; '.join(reasons)}"
 
     def chaos(self) -> Iterator[str]:
-        """Which scores are chaotic on the nominal machine, a line each."""
+        """Scores that are chaotic on the nominal machine, a line each."""
         for name, side in self.sides.items():
             for key, repeats in side.ranges.items():
                 if key in self.meanings:
@@ -145,7 +145,7 @@ class MotionComparison(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """Two designs by one metric, paired machine by machine."""
+    """Difference of two designs by one metric, paired machine by machine."""
 
     motion: str
     metric: str
@@ -165,22 +165,22 @@ class Difference(NamedTuple):
 
     @property
     def machines(self) -> int:
-        """All of them."""
+        """Number of all machines."""
         return self.both + self.only_first + self.only_second + self.neither
 
     def numbers(self) -> Json:
-        """As plain data; None where there is no number."""
+        """Return plain data; None where there is no number."""
         return storable(self._asdict())
 
 
 def spread_text(spread: float, tolerances: Mapping[str, float]) -> str:
-    """How far machines are from the nominal one, in words."""
+    """The spread of the machines about the nominal one, in words."""
     single = (f", {name} ±{100 * tolerance:g} %" for name, tolerance in tolerances.items())
     return f"±{100 * spread:g} %{''.join(single)}"
 
 
 class Comparison(NamedTuple):
-    """What designs do side by side."""
+    """Result of a comparison of designs."""
 
     designs: dict[str, Design]
     spread: float
@@ -204,15 +204,15 @@ class Comparison(NamedTuple):
 
     @property
     def within(self) -> str:
-        """How far the machines are from the nominal one, in words."""
+        """The spread of the machines about the nominal one, in words."""
         return spread_text(self.spread, self.tolerances)
 
     def of(self, motion: str, metric: str) -> list[Difference]:
-        """The differences by a metric in a motion.
+        """Return the differences by a metric in a motion.
 
         Raises:
-            UserError: there is no such motion, or it has no such metric, or one that stands in the
-                tables and is not compared: each one more makes differences harder to show.
+            UserError: there is no such motion, or it has no such metric, or the metric is in tables
+                but not compared: each further comparison makes differences harder to show.
         """
         bouts = {bout.name: bout for bout in self.bouts}
         if motion not in bouts:
@@ -227,7 +227,7 @@ class Comparison(NamedTuple):
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
     def numbers(self) -> Json:
-        """Everything that its tables say as plain data; None where there is no number."""
+        """Return everything in its tables as plain data; None where there is no number."""
         motions = {
             bout.name: {
                 "meanings": bout.meanings,
@@ -258,14 +258,15 @@ def compare(
 ) -> Comparison:
     """Simulate every design in every motion, on the nominal machine and on ``machines`` others.
 
-    The machine is that of the first design with what each scenario sets laid over it, and each
-    one that ``machines.drawn`` draws meets all designs; ``tolerances`` are the spreads of single
-    parameters, laid over those of ``[robust]`` of the first scenario that has it, whose spread is
-    taken too where none is given (else ``SPREAD``). Without ``scenarios`` it is the one that the
-    first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
+    The machine is that of the first design, as changed by each scenario, and each one that
+    ``machines.drawn`` draws is used for all designs. ``tolerances`` are the spreads of single
+    parameters; they override those in ``[robust]`` of the first scenario that has it. The spread of
+    that ``[robust]`` is used too if none is given (else ``SPREAD``). Without ``scenarios`` the
+    scenario is the one that the first design was made for. ``progress(what, done, total)`` is
+    called after every chunk of machines.
 
     Raises:
-        UserError: there are not two designs, one stands there twice, or cannot run in a scenario;
+        UserError: there are fewer than two designs, one stands there twice or cannot run;
             or a number is not allowed.
     """
     named = labelled(designs)
@@ -349,7 +350,7 @@ def _scenarios(
 def _other_machines(
     scenario: Scenario, spread: float, tolerances: Mapping[str, float]
 ) -> Iterator[str]:
-    """That a scenario has machines of its own, which these are not."""
+    """Note that a scenario has machines of its own, which are not used here."""
     robust = scenario.robust
     if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return

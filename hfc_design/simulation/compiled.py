@@ -1,7 +1,7 @@
-"""The compiled programs: a population spread over all devices, on each of them in chunks.
+"""The compiled programs: a population is spread over all devices, and on each of them in chunks.
 
-One for scores, one for motions, one for derivatives, each of the ``Code`` of a loop. All of them
-end in ``stepping``.
+There is one program for scores, one for motions and one for derivatives, each of the ``Code`` of a
+loop. All of them call ``stepping``.
 """
 
 from functools import partial
@@ -31,12 +31,12 @@ RECORDED = 2**14
 
 
 def filled(lanes: int) -> int:
-    """So many individuals that the chunks of all devices are full, ``lanes`` at least."""
+    """Number of individuals, at least ``lanes``, that fills the chunks of all devices."""
     return lanes + -lanes % (jax.device_count() * together(lanes))
 
 
 def together(count: int) -> int:
-    """How many of ``count`` lanes step together."""
+    """Number of the ``count`` lanes that step together."""
     if jax.default_backend() != "cpu":
         return -(-count // jax.device_count())
     share = -(-count // (jax.device_count() * LANES)) * LANES
@@ -44,9 +44,9 @@ def together(count: int) -> int:
 
 
 def filled_up_steps(steps: int, recorded: int = 0) -> int:
-    """So many samples, or up to a quarter more: motions of similar length share a program.
+    """Number of samples, increased by up to a quarter: motions of similar length share a program.
 
-    Where so few are ``recorded`` that it does not matter, motions of nearly all lengths share it.
+    If few lanes are ``recorded``, so that it costs little, motions of nearly all lengths share one.
     """
     part = max(FEWEST_STEPS, 2 ** (steps.bit_length() - 3))
     least = RECORDED // recorded if recorded else 0
@@ -54,7 +54,7 @@ def filled_up_steps(steps: int, recorded: int = 0) -> int:
 
 
 def finely(count: int) -> int:
-    """The same where some of them are lost on the way: few would hardly ever lose a whole chunk."""
+    """Size of a chunk if lanes are dropped on the way; small for few, to lose whole chunks."""
     few = count < 4 * CHUNK * jax.device_count() and jax.default_backend() == "cpu"
     return LANES if few else together(count)
 
@@ -65,10 +65,10 @@ WHOLE, CHUNKS = PartitionSpec(), PartitionSpec("population")
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
 def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Packed) -> Array:
-    """(2 + objectives, motions, lanes): merits, 1 where one failed, values, in one array.
+    """(2 + objectives, motions, lanes): merits, failures (1: failed) and values, in one array.
 
-    Few arrays go in and one comes back, as each of them takes its time. ``Inputs.packed`` made
-    what goes in.
+    There are few input arrays and one output array, because each array takes time.
+    ``Inputs.packed`` makes the inputs.
     """
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
@@ -84,7 +84,7 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Array:
-    """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
+    """(3 + objectives, lanes), see ``early_stopping.each``; each lane with the needed merit."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
         def side_by_side(leaf: Array) -> Array:
@@ -105,7 +105,7 @@ def _spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) ->
 def trajectories(
     code: Code, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """What the judge says of each motion, how every axis moves, what the controllers remember.
+    """Results of the judge, motions of every axis, and memories of the controllers, of each motion.
 
     See ``recorded_motions``.
     """
@@ -113,7 +113,7 @@ def trajectories(
 
 
 def filled_up(chosen: Integers) -> Integers:
-    """Numbers of parameters, -1 behind them, so that the chunks of all devices are full."""
+    """Numbers of parameters, followed by -1 until the chunks of all devices are full."""
     width = jax.device_count() * LANES
     return np.append(chosen, np.full(-len(chosen) % width, -1)).astype(np.int32)
 
@@ -124,8 +124,8 @@ def jacobians(
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Some ``quantities`` of ``Recorded`` (steps, lanes) of copies of an individual, and slopes.
 
-    Each lane has their derivatives by one of the numbers in ``gains``, ``chosen`` ones; those by -1
-    are 0.
+    Each lane has the derivatives with respect to one of the numbers in ``gains``, those in
+    ``chosen``; the derivatives of a lane with -1 are 0.
     """
     leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]

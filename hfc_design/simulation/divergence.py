@@ -1,4 +1,4 @@
-"""Motions that diverge: the finer steps that may mend them, and when and why they do."""
+"""Motions that diverge: repetition in finer steps, and when and why a motion diverged."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, TypeVar
@@ -21,7 +21,7 @@ FITNESS = "the fitness"
 
 
 class Divergence(NamedTuple):
-    """What ran away first, and when."""
+    """The quantity that diverged first, and when."""
 
     time_s: float
     cause: str  # a state of the machine, the command, or the fitness
@@ -39,10 +39,10 @@ def refined(
     diverged: Callable[[Result], bool],
     merged: Callable[[Result, Result], Result] = lambda before, after: after,
 ) -> list[Result]:
-    """Results of ``count`` simulations, of which those that diverge are repeated in finer steps.
+    """Results of ``count`` simulations; those that diverge are repeated in finer steps.
 
-    ``simulate`` has a result for each of the numbers that it is given, in their order; ``merged``
-    makes one of a result and what it is in finer steps.
+    ``simulate`` returns a result for each of the given numbers, in their order; ``merged`` combines
+    a result with its repetition in finer steps.
     """
     results: list[Result] = [*simulate(scenario, np.arange(count))]
     for where in finer(scenario):
@@ -55,7 +55,7 @@ def refined(
 
 
 def finer(scenario: Scenario) -> Iterator[Scenario]:
-    """The scenario in finer steps, as far as they are allowed and memory holds them."""
+    """The scenario in finer and finer steps, as far as they are allowed and memory suffices."""
     for factor in FINER:
         substeps = factor * scenario.simulation.substeps
         simulation = scenario.simulation.model_copy(update={"substeps": substeps})
@@ -70,11 +70,11 @@ def finer(scenario: Scenario) -> Iterator[Scenario]:
 
 
 def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
-    """What ran away first in a motion that diverged.
+    """Return the quantity that diverged first in a motion.
 
-    ``motion`` has each quantity at each sample, (steps,); of those that run away at the same
-    sample the one is named that had grown most. Where all of them stay in hand it is the fitness
-    that is no number, or the very last step.
+    ``motion`` has each quantity at each sample, (steps,). Among quantities that diverge at the same
+    sample it is the one that had grown most. If none of them diverges, it is the fitness that is
+    not a number, or the very last step.
     """
     candidates = [(*_runs_away(values), name) for name, values in motion.items()]
     since, _, cause = min(candidates, key=lambda item: item[:2])

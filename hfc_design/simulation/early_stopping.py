@@ -1,8 +1,9 @@
-"""A population of which those that cannot reach what they need are no longer simulated.
+"""Simulation of a population that stops individuals that can no longer reach the needed merit.
 
-The motion is cut into segments. After each, what an individual can still reach at best is known
-from its sums; the lost ones go behind the others, and the next segment steps as many full chunks as
-those still fill. One program, and of whoever is not lost the same bits as without.
+The motion is cut into segments. After each, the best merit that an individual can still reach is
+known from its sums; the lost individuals are moved behind the others, and the next segment steps
+only as many full chunks as the others still fill. It is one program, and individuals that are not
+lost have the same bits as without early stopping.
 """
 
 from typing import Any
@@ -23,16 +24,16 @@ SHARES = (0.01, 0.02, 0.035, 0.055, 0.08, 0.11, 0.15, 0.2, 0.27, 0.36, 0.48, 0.6
 
 
 def bounds(steps: int) -> Integers:
-    """(segments + 1,) columns where the segments of a motion of so many samples meet."""
+    """(segments + 1,) boundaries of the segments of a motion with so many samples."""
     ends = np.maximum(np.round(np.array(SHARES) * steps).astype(int), 1)
     return np.append(0, ends)
 
 
 def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
-    """(3 + objectives, individuals): merit, 1 where one failed, samples simulated, values.
+    """(3 + objectives, individuals): merit, failure (1: failed), simulated samples, values.
 
-    The merit of one that is lost is what it could still have reached, which is less than it needs.
-    ``chunk`` individuals step together; their number is a multiple of it.
+    The merit of a lost individual is the best that it could still have reached, which is less than
+    it needs. ``chunk`` individuals step together; the number of individuals is a multiple of it.
     """
     samples, count = inputs.samples, trailing(inputs.gains)
     needed = jnp.asarray(inputs.needed)

@@ -1,4 +1,4 @@
-"""Many designs on an ensemble: every scenario on every machine, in one compiled program a scenario.
+"""Many designs on an ensemble: every scenario on every machine, one compiled program a scenario.
 
 Designs that share a program (a kind, its terms, its limits) step together as one population.
 """
@@ -30,17 +30,17 @@ from hfc_design.simulation.stepping import trailing
 
 
 class Judgements(NamedTuple):
-    """What the judge of each scenario says of designs; (designs, scenarios, machines) each."""
+    """Results of the judge of each scenario; (designs, scenarios, machines) each."""
 
     merit: Floats  # -inf where the loop failed
     fitness: Floats  # -inf where the loop failed
     failed: Mask
 
     def kept(self, how: Literal["mean", "quantile", "worst"], share: float = 0.05) -> Floats:
-        """One merit a design, (designs,), of all scenarios and machines.
+        """Reduce the merits over all scenarios and machines to one for each design, (designs,).
 
-        The mean, the lower quantile of a ``share``, or the worst. One that fails anywhere has no
-        mean, that is -inf.
+        ``how`` is the mean, the lower quantile of a ``share``, or the worst. A design that fails
+        anywhere has the mean -inf.
 
         Raises:
             UserError: ``how`` is none of these, or ``share`` is not between 0 and 1.
@@ -63,7 +63,7 @@ def evaluate_many(
     """Judge many designs, on every scenario and on machines of many parameters, in float64.
 
     Each of ``machines`` has the parameters that differ from the design's own machine, in every
-    axis, or of one axis as in ``"x.gain"``. One alone needs no list, of each of the three.
+    axis, or of one axis as in ``"x.gain"``. A single design, scenario or machine needs no list.
 
     Raises:
         UserError: a design does not fit a scenario, or a machine cannot exist.
@@ -98,7 +98,7 @@ def evaluate_many(
 
 
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
-    """Of every individual on every machine; of those that fail anywhere in finer steps."""
+    """Judge every individual on every machine; those that fail anywhere again in finer steps."""
 
     def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
         some = jax.tree.map(lambda leaf: leaf[..., chosen], gains)

@@ -1,4 +1,4 @@
-"""How what a judge says of a motion depends on every sample of it: what weighs in a polish."""
+"""Derivatives of a motion's merit with respect to every sample: weights of errors in a polish."""
 
 from functools import partial
 from typing import NamedTuple
@@ -32,9 +32,9 @@ RECORDED = "error", "error_rate", "command"
 
 
 def motion_slopes(loop: Loop, samples: Samples, traces: Traces) -> tuple[float, Traces]:
-    """The merit of a motion and its derivative by every number of ``traces``, in float64.
+    """Merit of a motion and its derivative with respect to every number of ``traces``, in float64.
 
-    Of what jumps, as a share of the time in which something is so, the derivative is 0.
+    The derivative of a quantity that jumps, such as a share of time, is 0.
     """
     with jax.enable_x64(True):
         samples, traces = jax.tree.map(partial(np.asarray, dtype=np.float64), (samples, traces))
@@ -65,7 +65,7 @@ def _slopes(
 
 
 def _moments(samples: Samples, traces: Traces) -> Moment:
-    """What the objectives see, each (steps,); of limits and copies of the machine nothing."""
+    """Inputs of the objectives, each (steps,), without limits and copies of the machine."""
     (axis,) = samples.axes
     every = jnp.ones_like(traces.error)
     position = axis.reference - traces.error

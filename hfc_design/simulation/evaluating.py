@@ -1,6 +1,6 @@
-"""What a design does on a scenario, simulated in float64: merit, metrics, the whole motion of axes.
+"""Evaluation of a design on a scenario in float64: merit, metrics, the motions of all axes.
 
-And what tables say of several of them.
+It also makes the rows of tables of several evaluations.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -53,7 +53,7 @@ EVALUATED = "an evaluation, as evaluate(design, scenario) returns it"
 
 
 class AxisMotion(NamedTuple):
-    """What one axis of the machine was to do, and did; in the units of its drive."""
+    """Reference and motion of one axis of the machine, in the units of its drive."""
 
     name: str
     drive: Drive
@@ -63,17 +63,17 @@ class AxisMotion(NamedTuple):
 
     @property
     def reference(self) -> Floats:
-        """(steps,) what the control was told."""
+        """(steps,) reference, as given to the control."""
         return np.asarray(self.happens.reference)
 
     @property
     def load(self) -> Floats:
-        """(steps,)."""
+        """(steps,) load."""
         return np.asarray(self.happens.loads[0])
 
     @property
     def velocity(self) -> Floats:
-        """(steps,) of the position."""
+        """(steps,) derivative of the position."""
         return np.asarray(getattr(self.motion.state, self.drive.velocity))
 
     @property
@@ -83,7 +83,7 @@ class AxisMotion(NamedTuple):
         return _arrays(self.drive.signals(fixed, self.motion.state))
 
     def sensed(self) -> dict[str, Floats]:
-        """What the axis told the control by its own sensors, signal -> (steps,)."""
+        """Signals of the axis as the control got them from its sensors, signal -> (steps,)."""
         fixed = self.drive.coefficients(self.parameters)
         seen = self.drive.measured(fixed, self.motion.state)
         return _arrays(axis_signals(self.drive, fixed, seen, self.happens))
@@ -94,7 +94,7 @@ def _arrays(signals: Signals) -> dict[str, Floats]:
 
 
 class Evaluation(NamedTuple):
-    """What a design does on a scenario."""
+    """Result of a design on a scenario."""
 
     fitness: float  # -inf where it diverged
     merit: float  # what it is ranked by, see ``Scenario.judge``; -inf where it diverged
@@ -139,14 +139,14 @@ class Evaluation(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """What it is ranked by: the merit, of a chaotic loop the lowest of the repeats."""
+        """Merit by which it is ranked, for a chaotic loop the lowest of the repeats."""
         known = self.repeats.get("merit")
         return self.merit if known is None or self.diverged else known.worth
 
     def score(self, judge: Judge) -> Json:
-        """Fitness, merit and metrics as a file has them: None where there is no number.
+        """Fitness, merit and metrics as stored in a file; None where there is no number.
 
-        Of a chaotic loop the ranges as well.
+        A chaotic loop has the ranges as well.
         """
         fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
         record: Json = {"fitness": fitness, "merit": merit, "judged_by": judge.title}
@@ -156,10 +156,10 @@ class Evaluation(NamedTuple):
 
 
 def trajectory_csv(evaluation: Evaluation) -> str:
-    """The motion as CSV with units in the header, one row a control sample.
+    """Return the motion as CSV with units in the header, one row for each control sample.
 
     Raises:
-        UserError: it is no evaluation.
+        UserError: ``evaluation`` is not one.
     """
     check_type(evaluation, Evaluation, EVALUATED)
     columns = {"time_s": evaluation.time}
@@ -178,7 +178,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
 
 
 def _columns(axis: AxisMotion, every: bool) -> dict[str, Floats]:
-    """One axis; ``every`` adds what a table of several has no room for."""
+    """Columns of one axis; ``every`` adds those for which a table of several has no room."""
     drive, state = axis.drive, axis.motion.state
     unit = {signal: in_a_name(unit) for signal, unit in drive.units.items()}
     columns = {
@@ -198,13 +198,13 @@ def _columns(axis: AxisMotion, every: bool) -> dict[str, Floats]:
 def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     """Simulate ``design`` on ``scenario``.
 
-    The plant is the design's, with the parameters that the scenario sets laid over it. A motion
-    that diverges is simulated again in finer steps, so that it is the loop that is judged and not
-    the step. Beside it stand its ``repeats``, which tell whether it is chaotic.
+    The plant is the design's, with the parameters that the scenario sets. A motion that diverges is
+    simulated again in finer steps, so that the loop is judged and not the integration. The
+    ``repeats`` tell whether the loop is chaotic.
 
     Raises:
-        UserError: the two are made for different plants or sample times, or it needs more memory
-            than there is.
+        UserError: the two are made for different plants or sample times, or there is not enough
+            memory.
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
@@ -227,9 +227,9 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
 
 
 def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
-    """The design with what it has learnt in the motion of its ``evaluation`` on a scenario.
+    """The design with the values that it learned in the motion of its ``evaluation`` on a scenario.
 
-    Of several motions that is the first; the others are in ``evaluation.motions``.
+    With several motions it is the first; the others are in ``evaluation.motions``.
 
     Raises:
         UserError: it does not adapt, has diverged, or the evaluation is of another controller.
@@ -249,7 +249,7 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
 def evaluations(
     motions: Sequence[Scenario], loop: Loop, machines: Machines, gains: Gains
 ) -> Iterator[Iterator[Evaluation]]:
-    """Of each motion what is read off that of each of ``machines``, all simulated together.
+    """For each motion, the evaluations on each of ``machines``, all simulated together.
 
     On a single machine ``gains`` may be those of ``scaled_command``.
     """
@@ -299,7 +299,7 @@ def _evaluations(
 
 
 def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
-    """One evaluation of several motions: costs are averaged by their weights."""
+    """Combine the evaluations of several motions into one: costs are averaged by their weights."""
     first, *_ = motions.values()
     lost = [one for one in motions.values() if one.diverged]
     weights = np.array([motion.weight for motion in scenario.motions])
@@ -360,7 +360,7 @@ def _table(scenario: Scenario) -> dict[str, Column]:
 
 
 def table_of(scenario: Scenario) -> dict[str, Column]:
-    """Every metric that an evaluation on a scenario has, by its key; those of windows follow."""
+    """Metrics that an evaluation on a scenario has, by their keys; those of windows follow."""
     if scenario.motions:
         pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
         return {
@@ -390,7 +390,7 @@ def _key(motion: str) -> str:
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
-    """How far a machine was off its path; None where it follows none."""
+    """Contour error of a machine; None if it follows no path."""
     path, time = scenario.path, scenario.simulation.time
     if path is None:
         return None
@@ -410,8 +410,8 @@ def score_rows(
 ) -> list[list[str]]:
     """Fitness, merit and metrics, a row each; a column for each evaluation.
 
-    A metric is written in a ``form``, as ``none`` where it has no value; a loop whose error comes
-    back again and again settles never.
+    ``form`` formats a metric, ``none`` stands for a missing value. The settling time of a loop
+    whose error keeps coming back is shown as never.
     """
     rows = [[title, *(_score(x, key) for x in results)] for key, title in judge.titles.items()]
     for key in results[0].metrics:
@@ -435,7 +435,7 @@ def _score(evaluation: Evaluation, key: str) -> str:
 
 
 def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
-    """Of several motions the first metric, the error: a row each; a column for each evaluation."""
+    """First metric, the error, of several motions, a row each; a column for each evaluation."""
     rows = []
     for name, one in results[0].motions.items():
         key = next(iter(one.metrics))
@@ -446,7 +446,7 @@ def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[lis
 
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
-    """What has to be told beside the numbers of some designs, a line each."""
+    """Remarks on the numbers of some designs, a line each."""
     lines, substeps = plausibility_warnings(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:

@@ -1,6 +1,6 @@
-"""What goes into a compiled program: code apart from numbers, many small arrays as few large ones.
+"""Inputs of compiled programs: code separate from numbers, many small arrays as few large ones.
 
-Each array that goes in takes its time.
+Few arrays are used because each one takes time.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from hfc_design.core.numbers import Constant
 
 
 class Form(NamedTuple):
-    """What was packed; hashable."""
+    """Structure of a packed tree; hashable."""
 
     structure: Any  # of the tree
     leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers; shape without lanes
@@ -53,7 +53,7 @@ class Packed(NamedTuple):
 
 
 def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Form, Packed]:
-    """A tree of numbers, or of leaves (..., lanes) of which each ``chunk`` lies in one piece.
+    """Pack a tree of numbers, or of leaves (..., lanes), in pieces of ``chunk`` lanes.
 
     Floating numbers come in ``dtype``.
     """
@@ -81,7 +81,7 @@ def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Fo
 
 
 def unpacked(form: Form, numbers: Packed) -> PyTree:
-    """The tree again, of ``numbers`` (numbers,), or of those of some lanes (numbers, lanes)."""
+    """The tree again, from ``numbers`` (numbers,), or from those of some lanes (numbers, lanes)."""
     leaves, used = [], [0, 0]
     for integers, shape in form.leaves:
         begin = used[integers]

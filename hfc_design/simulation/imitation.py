@@ -1,4 +1,4 @@
-"""A neural network is taught what a design does in a motion: a design that starts from there."""
+"""Training of a neural network with the commands of a design in a motion."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -22,7 +22,7 @@ LONGEST, BEGINNING = 64, "neural-"
 
 
 class Taught(NamedTuple):
-    """A design, and how well it has learnt."""
+    """A neural design, and how well it has learned."""
 
     design: Design
     training: Trained
@@ -37,10 +37,10 @@ def taught(
     start: AnyDesign | None = None,
     lesson: Lesson | None = None,
 ) -> Taught:
-    """A network that has learnt from all axes of ``teacher`` in the motion of ``scenario``.
+    """Train a network with all axes of ``teacher`` in the motion of ``scenario``.
 
-    Of several motions that is the first. ``network`` has numbers beside the weights, see
-    ``NeuralDesign``; ``start`` is a neural design to go on from.
+    With several motions it is the first. ``network`` has the numbers beside the weights, see
+    ``NeuralDesign``; ``start`` is a neural design whose training is continued.
 
     Raises:
         UserError: the teacher diverges, or the network; or a number is not allowed.

@@ -1,12 +1,13 @@
-"""The simulated loop, linearised where it moves steadily: poles, margins and stiffness come of it.
+"""The simulated loop, linearised in steady motions: the source of poles, margins and stiffness.
 
-``closed_loop.next_state`` is one control sample; it is differentiated in two parts that meet at the
-signals. The machine with its sensors, delays and whatever else stands around a drive is the same
-for every controller, so that a search needs it once; a controller is small, and every law has a
-slope. Steps of encoders and converters are left out and no limit is met: see ``Loop.smooth``. An
-operating point is a steady motion at the speed of a reference, where all that moves is shifted by
-the same way from sample to sample. There the commands are what the machine needs, and what the
-controller remembers, and the errors that it leaves, are such that it gives them.
+``closed_loop.next_state`` is one control sample; it is differentiated in two parts that are
+connected by the signals. The machine with its sensors, delays and everything else around a drive is
+the same for every controller, so that a search needs it once; a controller is small, and every law
+has a slope. Steps of encoders and converters are left out, and no limit is reached: see
+``Loop.smooth``. An operating point is a steady motion at the speed of a reference, in which all
+moving quantities are shifted by the same distance from sample to sample. There the commands are
+those that the machine needs, and the memory of the controller and its remaining errors are such
+that it gives these commands.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ FAST = 1e3
 
 
 class Told(NamedTuple):
-    """Stands for a controller: gives the commands that are its gains, remembers what it sees."""
+    """Stand-in for a controller: its gains are the commands, and it remembers what it sees."""
 
     kind: str = "told"
 
@@ -61,10 +62,10 @@ QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pass
 def _of_machine(
     code: Code, numbers: Any, nominal: Any, true: Any, every: Any, row: Any, x: Any
 ) -> Any:
-    """Of every lane what a sample makes of ``x``, derivatives of that, and the signals as a tree.
+    """For every lane the result of a sample from ``x``, its derivatives, and the signals as a tree.
 
-    ``x`` are the numbers of the machine, commands, shifts of the references, and loads beside what
-    is there; it becomes the numbers a sample later, signals and positions.
+    ``x`` are the numbers of the machine, commands, shifts of the references, and additional loads;
+    the result has the numbers a sample later, signals and positions.
     """
     loop: Loop = joined(code, numbers)
 
@@ -97,9 +98,9 @@ def _of_machine(
 
 
 class Steady(NamedTuple):
-    """Machines in steady motions, linearised; every leaf begins with the lanes.
+    """Machines linearised in steady motions; every leaf begins with the lanes.
 
-    ``x(k+1) = a x + b u + e w`` for commands u and loads w; of signals ``s = c x``, of positions
+    ``x(k+1) = a x + b u + e w`` for commands u and loads w; signals are ``s = c x`` and positions
     ``p = d x``.
     """
 
@@ -117,7 +118,7 @@ class Steady(NamedTuple):
 
 
 class _Near(NamedTuple):
-    """What a sample makes of machines at some numbers, a lane each."""
+    """Results of a sample for machines at some numbers, a lane each."""
 
     a: Floats  # (lanes, states, states)
     c: Floats  # (lanes, signals, states)
@@ -166,7 +167,7 @@ class _Machines:
         return np.stack(each, axis=1)
 
     def near(self, x: Floats) -> _Near:
-        """What is near states and commands."""
+        """Linearise near states and commands."""
         more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
         value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
         value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
@@ -203,7 +204,7 @@ class _Machines:
 
 
 def steady(loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
-    """Machines that follow the ``rows`` with ``speeds`` (lanes, axes), a lane each; float64."""
+    """Machines that follow ``rows`` with ``speeds`` (lanes, axes), linearised in float64."""
     with jax.enable_x64(True):
         machines = _Machines(loop, nominal, true, rows, speeds)
         x, converged = machines.followed(machines.begun(1.0), 1.0)
@@ -260,7 +261,7 @@ def _fine(machine: Machine) -> Machine:
 
 
 def _unlimited(controller: Any) -> Any:
-    """The same controller whose commands may have any size and rate."""
+    """The controller without limits on the size and rate of its commands."""
     if isinstance(controller, RateLimited):
         return _unlimited(controller.inner)
     if isinstance(controller, tuple) and not hasattr(controller, "_fields"):
@@ -288,7 +289,7 @@ def _along(a: Floats, errors: Floats) -> Floats:
 
 
 def solved(matrix: Floats, right: Floats) -> Floats:
-    """(lanes, n) the least solutions of equations, in units that make them even."""
+    """(lanes, n) least-squares solutions of equations, scaled to balanced units."""
     rows, columns = np.ones(matrix.shape[:2]), np.ones(matrix.shape[::2])
     for _ in range(3):
         for axis in (2, 1):
@@ -308,7 +309,7 @@ def solved(matrix: Floats, right: Floats) -> Floats:
 
 
 class Controllers(NamedTuple):
-    """Controllers near steady motions; every leaf begins with the lanes.
+    """Controllers linearised about steady motions; every leaf begins with the lanes.
 
     ``m(k+1) = a m + b s``, and the commands are ``c m + d s``.
     """
@@ -324,7 +325,10 @@ class Controllers(NamedTuple):
 def controlled(
     loop: Loop, nominal: Any, gains: Gains, near: Steady, off: Floats | None = None
 ) -> Controllers:
-    """Controllers with ``gains`` for each lane of ``near``, their errors ``off`` (lanes,) more."""
+    """Linearise controllers with ``gains`` for each lane of ``near``.
+
+    ``off`` (lanes,) is added to their errors.
+    """
     law = _unlimited(loop.controller)
     lanes, axes = near.commands.shape
     rows = jax.tree.map(_rows, gains)
@@ -375,7 +379,7 @@ def controlled(
 def _by_newton(
     at: Callable[[Floats], tuple[Floats, Floats, Floats]], x: Floats, wanted: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Where nothing more than ``wanted`` is left from ``x`` on, what is left there, and slopes."""
+    """Solve from ``x`` to a residual of at most ``wanted``; also return it and the slopes."""
     left, matrix, slopes = at(x)
     size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
     share = np.ones(len(x))
@@ -410,9 +414,9 @@ def _rows(leaf: Any) -> Any:
 
 
 def loops(near: Steady, controllers: Controllers, lane: int) -> list[tuple[OpenLoop, OpenLoop]]:
-    """Of each axis of a lane its loop, opened at its command while the others are closed.
+    """For each axis of a lane, its loop, opened at its command while the other axes are closed.
 
-    And the closed loop from its load to its position.
+    The second of each pair is the closed loop from its load to its position.
     """
     size, more = near.a.shape[-1], controllers.a.shape[-1]
     c = np.hstack([controllers.d[lane] @ near.c[lane], controllers.c[lane]])

@@ -1,9 +1,10 @@
-"""Margins of a design's loop as it is simulated, at the speeds of a scenario's motions.
+"""Margins of a design's loop as simulated, at the speeds of a scenario's motions.
 
-Exact ones of a design, and those that a scenario asks for, of a whole population before anything of
-it is simulated. For these the machine with its sensors, which is the same for all individuals, is a
-response at some frequencies, and a controller is small beside it. What is between the frequencies
-is interpolated, so that a little more is asked than the scenario does.
+They are computed exactly for a design; for the margins that a scenario requires, they are computed
+for a whole population before it is simulated. In the second case the machine with its sensors,
+which is the same for all individuals, is a response at some frequencies, and a controller is small
+in comparison. Values between these frequencies are interpolated, so slightly more is required than
+the scenario states.
 """
 
 from copy import copy
@@ -61,7 +62,7 @@ class Point(NamedTuple):
 
 
 def operating_points(scenario: Scenario) -> list[Point]:
-    """At rest, and where each motion is slowest and fastest; each speed once."""
+    """Operating points: at rest, and where each motion is slowest and fastest; each speed once."""
     points: dict[tuple[float, ...], Point] = {}
     for motion in scenario.each_motion():
         samples, name = motion.samples(), motion.name.removeprefix(f"{scenario.name}.")
@@ -101,7 +102,7 @@ def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float,
 
 
 def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
-    """The machines of a loop without a controller, at the points of each one after the other."""
+    """Machines of a loop without a controller, linearised at each of the points in turn."""
     count = machines.size
     true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.actual)
     rows = jax.tree.map(
@@ -116,8 +117,8 @@ def loop_margins(
 ) -> LoopMargins:
     """Margins of a design at the operating points of a scenario.
 
-    ``machines`` are the nominal one and others, of which a band is told; without them the nominal
-    one alone.
+    ``machines`` are the nominal one and others, for which a range is given; without them only the
+    nominal machine is used.
 
     Raises:
         UserError: the two do not fit, or an own part cannot be linearised.
@@ -157,7 +158,7 @@ def loop_margins(
 def _at(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
-    """Of each axis why it has no margins, else its numbers and its loop."""
+    """For each axis the reason why it has no margins, else its numbers and its loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
     if why := _why(scenario, about, controllers, lane, machine):
         return [(why, {}, None)] * len(axes)
@@ -173,7 +174,7 @@ def _at(
 def _why(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> str:
-    """Why a loop cannot be linearised at a point; "" where it can."""
+    """Reason why a loop cannot be linearised at a point; "" if it can."""
     if not about.exists[lane]:
         gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.actual)
         return f"{gap}no steady motion was found there, so the loop cannot be linearised"
@@ -189,11 +190,11 @@ def _why(
 
 
 class AskedMargins:
-    """The loop of a scenario on its nominal machine, and what its margins have to be.
+    """The loop of a scenario on its nominal machine, and the margins that are required of it.
 
-    And on ``rubbing`` ones, which have the friction of a stress, where they slide as slowly as all
-    have to: at the limit of what the stress forgives their loops must not grow. ``narrow``: with
-    what light damping does between the frequencies, as is asked of finalists.
+    There are also ``rubbing`` machines with the friction of a stress, at the slowest sliding that
+    is required: at the limit that the stress allows, their loops must not be unstable. ``narrow``:
+    light damping between the frequencies is included, as is required of finalists.
     """
 
     def __init__(
@@ -237,13 +238,13 @@ class AskedMargins:
         )
 
     def of(self, controller: Controller) -> "AskedMargins":
-        """The same with another controller."""
+        """The same requirements with another controller."""
         clone = copy(self)
         clone._loop = self._loop._replace(controller=controller)
         return clone
 
     def broken(self, gains: Gains) -> Floats:
-        """(individuals,) by how much each breaks what is asked, 0 for nothing."""
+        """(individuals,) amount by which each misses the requirements, 0 if it meets them."""
         machines, controllers, known = self._near(gains)
         places, each = len(self._machines.exists), []
         poles = _closed(machines, controllers)
@@ -269,9 +270,9 @@ class AskedMargins:
         return np.asarray(sum(1.0 - 1.0 / (1.0 + one) for one in worst))
 
     def margins(self, gains: Gains) -> dict[str, Floats]:
-        """(individuals x points, axes) of each margin; nan of a loop that cannot be linearised.
+        """(individuals x points, axes) of each margin; nan for a loop that cannot be linearised.
 
-        Of an unstable loop they say nothing.
+        They mean nothing for an unstable loop.
         """
         machines, controllers, known = self._near(gains)
         return self._margins(
@@ -342,7 +343,7 @@ class AskedMargins:
 
 
 def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady | None:
-    """Of many machines those that just have to hold, where all move slowest; None: none is moved.
+    """The machines that just have to pass, at the slowest sliding; None if no motion moves.
 
     They are sorted by how fast each leaves its sliding by itself.
     """

@@ -1,9 +1,9 @@
-"""Machines within tolerances: every physical parameter of every axis varies on its own.
+"""Machines within tolerances: every physical parameter of every axis varies independently.
 
 A parameter is uniform within +-spread of its nominal value, independent of all others and of the
-other axes; one that is 0 stays 0, and what ``Drive.exact`` names does not vary. A machine that
-cannot exist (``Drive.fault``) is drawn again. What ``AROUND`` names varies around every drive, but
-where a parameter is called so.
+other axes; a parameter that is 0 stays 0, and those in ``Drive.exact`` do not vary. A machine that
+cannot exist (``Drive.fault``) is drawn again. The quantities in ``AROUND`` vary around every drive,
+unless a parameter of the drive has the same name.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,12 +36,12 @@ def drawn(
     even: bool = False,
     key: str = KEY,
 ) -> tuple[Machines, int]:
-    """The nominal machine and ``samples`` others, and how many draws gave no possible one.
+    """Draw ``samples`` machines beside the nominal one; also return how many draws were impossible.
 
-    ``tolerances`` are the spreads of single parameters. ``even`` is a Latin hypercube: of every
-    parameter each of ``samples`` parts of its range is met once, machines apart that had to be
-    drawn again. Otherwise the first machines of a seed are the same for every number of samples.
-    ``key`` is where the user told the spread.
+    ``tolerances`` are the spreads of single parameters. With ``even`` the draw is a Latin
+    hypercube: each of ``samples`` parts of every parameter's range is used once, except for
+    machines that had to be drawn again. Otherwise the first machines of a seed are the same for
+    every number of samples. ``key`` names the user's spread in messages.
 
     Raises:
         UserError: nearly no draw gives a possible machine, or a parameter is unknown.

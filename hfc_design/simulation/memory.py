@@ -1,6 +1,6 @@
-"""How much memory a run will hold at most, told before anything of it is allocated.
+"""Estimates of the largest memory of a run, made before it allocates any.
 
-Fitted to the peaks of whole processes of 0.2 to 6 GB; ``docs/memory.md`` has how well.
+They were fitted to the peaks of whole processes of 0.2 to 6 GB; ``docs/memory.md`` shows how well.
 """
 
 import os
@@ -36,7 +36,7 @@ Parts = dict[str, float]
 
 
 def of_motion(scenario: Scenario, designs: int = 1) -> Parts:
-    """Simulating and keeping every motion of so many ``designs`` [bytes]."""
+    """Memory to simulate and keep every motion of so many ``designs`` [bytes]."""
     simulation, machine = scenario.simulation, scenario.plant.machine
     moments = (2 * simulation.substeps + 1) * len(machine.axes)
     numbers = 3 * len(machine.axes) + len(jax.tree.leaves(machine.initial_state(0.0)))
@@ -48,7 +48,7 @@ def of_motion(scenario: Scenario, designs: int = 1) -> Parts:
 
 
 def of_search(scenario: Scenario, genome: Genome) -> Parts:
-    """Searching, and a report beside other designs [bytes]."""
+    """Memory of a search, and of a report beside other designs [bytes]."""
     one = genome.empty()
     individual = sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(one)) / genome.structures
     parts = {"search.population": COPIES * individual * scenario.search.population}
@@ -60,10 +60,10 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
-    """Refuse what needs more memory than is allowed, ``at_once`` of it.
+    """Refuse a computation that needs more memory than allowed, with ``at_once`` of it together.
 
     Raises:
-        UserError: it does, or the bound is none.
+        UserError: it does, or the bound is not a size.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):
@@ -78,10 +78,10 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
 
 
 def size(text: str) -> float:
-    """What ``--memory`` says [bytes].
+    """Memory that the user's ``--memory`` gives [bytes].
 
     Raises:
-        UserError: it is no size.
+        UserError: it is not a size.
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
@@ -90,7 +90,7 @@ def size(text: str) -> float:
 
 
 def free() -> float:
-    """What this process could hold with what is free now [bytes], and its groups allow."""
+    """Memory that this process could use now, within the limits of its groups [bytes]."""
     left = [1024 * _words(Path("/proc/meminfo")).get("MemAvailable:", np.inf)]
     for line in _text(Path("/proc/self/cgroup")).splitlines():
         _, controller, path = line.split(":", 2)
@@ -104,7 +104,7 @@ def free() -> float:
 
 
 def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
-    """What one control group leaves [bytes]; what its files are called."""
+    """Memory that one control group leaves [bytes]; the texts are names of its files."""
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf

@@ -40,7 +40,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 class Robustness(NamedTuple):
-    """What one design does on machines whose parameters are spread."""
+    """Result of one design on machines with spread parameters."""
 
     spread: float
     seed: int
@@ -78,7 +78,7 @@ class Robustness(NamedTuple):
 
     @property
     def interval(self) -> Interval:
-        """Where the share of stable machines lies among all that there could be."""
+        """Confidence interval of the share of stable machines."""
         return share_interval(int(self.stable.sum()), len(self.stable))
 
     def spread_of(self, key: str) -> Floats:
@@ -92,7 +92,7 @@ class Robustness(NamedTuple):
         return np.quantile(values, QUANTILES).tolist() if len(values) else [np.nan] * len(QUANTILES)
 
     def numbers(self) -> dict[str, Any]:
-        """Everything but the samples themselves, as plain data; None where there is no number."""
+        """Return everything but the samples as plain data; None where there is no number."""
         metrics = {}
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
@@ -128,10 +128,9 @@ def robustness(
 ) -> Robustness:
     """Simulate ``design`` on the nominal machine and ``samples`` others.
 
-    ``tolerances`` are the spreads of single parameters.
-
-    A motion that diverges is simulated again in finer steps, as ``evaluate`` does.
-    ``progress(done, total)`` hears of every chunk of machines.
+    ``tolerances`` are the spreads of single parameters. A motion that diverges is simulated again
+    in finer steps, as ``evaluate`` does. ``progress(done, total)`` is called after every chunk of
+    machines.
 
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
@@ -242,7 +241,7 @@ def check_draw(
     tolerances: Mapping[str, float] = NONE,
     option: str = "--samples",
 ) -> None:
-    """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
+    """Check that machines can be drawn, else UserError; ``option`` names the number of machines."""
     check_share("--spread", spread)
     check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():

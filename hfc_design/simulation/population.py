@@ -1,7 +1,7 @@
-"""A population of closed loops, one or a hundred thousand -> what a judge says, trajectories.
+"""Simulation of a population of closed loops, up to a hundred thousand: judgements, trajectories.
 
-Numbers go in and come out as numpy. What happens to them in between is in ``compiled``, which
-spreads a population over the devices, and below it in ``stepping``, which lets it step.
+Inputs and results are NumPy arrays. ``compiled`` spreads a population over the devices;
+``stepping``, which it calls, steps it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class Machines(NamedTuple):
-    """Machines of the same kind with parameters of their own."""
+    """Machines of the same kind, each with its own parameters."""
 
     nominal: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
     actual: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
@@ -39,7 +39,7 @@ class Machines(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many."""
+        """Number of machines."""
         return trailing(self.actual)
 
     def take(self, chosen: int | Integers) -> "Machines":
@@ -50,22 +50,23 @@ class Machines(NamedTuple):
 
     @property
     def each(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
-        """What the control believes of all of them, and what each is."""
+        """Parameters that the control assumes for all of them, and the true ones of each."""
         return self.nominal, self.actual
 
     @property
     def one(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
-        """The same of the first of them, with numbers."""
+        """The same for the first of them, as numbers."""
         return self.take(0).each
 
 
 def standing(
     machines: Machines, scenario: Scenario, loop: Loop, more: Mapping[str, Any] = NOTHING
 ) -> Machines:
-    """The machines with what stands around their drives.
+    """The machines with the elements around their drives.
 
-    That is what ``scenario`` has and ``machines`` differ by, and then ``more``: fields of
-    ``Around``, a number or one an axis. All of it is added, but for factors and modes.
+    These are those of ``scenario``, then those by which ``machines`` differ, and then ``more``:
+    fields of ``Around``, one number or one for each axis. They are added up, except for factors and
+    modes.
     """
     if not loop.around:
         return machines
@@ -88,7 +89,7 @@ def standing(
 
 
 def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
-    """The machine of the record of each axis, which the control knows."""
+    """The machine with these records of its axes, which the control knows."""
     true = jax.tree.map(lambda number: np.array([number], np.float64), parameters)
     return Machines(parameters, true)
 
@@ -102,16 +103,16 @@ def scores(
     at_once: int = 0,
     steps: int = 0,
 ) -> Judged:
-    """What the judge says of every individual on every machine in every motion, as numpy.
+    """Judge every individual on every machine in every motion, with NumPy results.
 
-    Merit and failures are (individuals, machines, motions), values have the objectives in one
-    axis more, all in float64. One program serves any number of motions of any length. ``gains``
-    is the controller's record with the individuals in the trailing axis of every leaf. The work
-    is spread over all devices.
+    Merit and failures are (individuals, machines, motions), values have a further axis for the
+    objectives, all in float64. One program serves any number of motions of any length. ``gains`` is
+    the controller's record with the individuals in the trailing axis of every leaf. The work is
+    spread over all devices.
 
-    ``at_once`` pairs of an individual and a machine are simulated together, or all: other numbers
-    of individuals and machines then share a program, as with a number of ``steps`` do motions that
-    are no longer than that together.
+    ``at_once`` pairs of an individual and a machine are simulated together, or all: then other
+    numbers of individuals and machines share a program. Likewise, with a number of ``steps``,
+    motions whose total length is at most that share a program.
     """
     count, each = trailing(gains), machines.size
     lanes = count * each
@@ -145,13 +146,13 @@ def scores_needed(
     dtype: DTypeLike = np.float32,
     at_once: int = 0,
 ) -> tuple[Judged, Floats]:
-    """What the judge says of every individual on one machine, and how many samples it took.
+    """Judge every individual on one machine, and count the samples that were simulated.
 
-    As ``scores``, with the same bits, but that nobody is simulated any longer who cannot reach the
-    merit that is ``needed`` of it (individuals,): it has the merit that it could still have
-    reached, and its values mean nothing.
+    As ``scores``, with the same bits, but an individual that can no longer reach its merit in
+    ``needed`` (individuals,) is stopped: its merit is the best that it could still have reached,
+    and its values mean nothing.
 
-    ``at_once`` are simulated together, or all: populations of other sizes then share a program.
+    ``at_once`` are simulated together, or all: then populations of other sizes share a program.
     """
     count = trailing(gains)
     bounds = early_stopping.bounds(len(samples.time))
@@ -184,7 +185,7 @@ def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
 def trajectory(
     loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
 ) -> tuple[Judged, Motions]:
-    """As ``trajectories`` of one motion, without memories."""
+    """Return ``trajectories`` of one motion, without memories."""
     judged, moved, _ = trajectories(loop, machines, [samples], gains, recorded)[0]
     return judged, moved
 
@@ -196,11 +197,11 @@ def trajectories(
     gains: Gains,
     recorded: int | None = None,
 ) -> list[tuple[Judged, Motions, Memory]]:
-    """Of each motion what the judge says, how all move, and what controllers remember in the end.
+    """For each motion the result of the judge, all movements, and the final controller memories.
 
-    In float64 as numpy; all on the only one of ``machines``, or each on a machine of its own. With
-    ``recorded`` all are judged, and the motions are those of the first so many. One program
-    serves motions of all lengths that ``compiled.filled_up_steps`` makes the same.
+    In float64, as NumPy arrays; all on the only one of ``machines``, or each on a machine of its
+    own. With ``recorded`` all are judged, but only the motions of the first so many are returned.
+    One program serves motions of all lengths for which ``compiled.filled_up_steps`` is the same.
     """
     recorded = trailing(gains) if recorded is None else recorded
     separate, (code, data) = machines.size > 1, loop.apart
@@ -216,7 +217,7 @@ def trajectories(
 
 
 def _at(tree: Any, index: int | slice) -> Any:
-    """Of each leaf; of one that was filled up far without the rest, which nobody needs."""
+    """Index each leaf; small leaves are copied, so that the filled-up rest is freed."""
 
     def taken(leaf: Floats) -> Floats:
         return leaf[index].copy() if leaf.size <= compiled.RECORDED else leaf[index]
@@ -227,9 +228,9 @@ def _at(tree: Any, index: int | slice) -> Any:
 def largest_signals(
     loop: Loop, machines: Machines, motions: Sequence[Samples], gains: Gains
 ) -> dict[str, float]:
-    """What each signal of the first axis reaches at most in any motion, one individual in float64.
+    """Largest value of each signal of the first axis in any motion, one individual in float64.
 
-    Those of ``closed_loop.axis_signals``, as ideal sensors tell them.
+    The signals are those of ``closed_loop.axis_signals``, as ideal sensors read them.
     """
     largest: dict[str, float] = {}
     drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
@@ -269,9 +270,9 @@ def jacobians(
 ) -> dict[str, tuple[Floats, Floats]]:
     """Quantities of ``Recorded`` (steps,) of one individual on the first machine, and derivatives.
 
-    A derivative is (steps, chosen), by the ``chosen`` ones of the parameters or by all; these are
-    the floating leaves of ``gains`` (trailing axis 1) one after the other. Forward mode on a
-    population of copies, one a parameter, is as fast as the population is.
+    A derivative is (steps, chosen), with respect to the ``chosen`` parameters or to all of them;
+    the parameters are the floating leaves of ``gains`` (trailing axis 1) one after the other.
+    Forward mode on a population of copies, one for each parameter, is as fast as the population is.
     """
     if chosen is None:
         sizes = [leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f"]
@@ -288,7 +289,7 @@ def jacobians(
 
 
 def own_code_of(loop: Loop, doing: str = " cannot be simulated") -> AbstractContextManager[None]:
-    """What goes wrong in a user's own plant, controller or objective becomes a line."""
+    """Turn an error of a user's own plant, controller or objective into a line."""
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
     parts += [("fitness", objective.name) for objective in loop.judge.objectives]

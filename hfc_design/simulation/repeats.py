@@ -1,7 +1,8 @@
-"""Repeats of a motion, each with a command that is up to a millionth another.
+"""Repeats of a motion, each with the command changed by up to a millionth.
 
-A loop that is not chaotic cannot tell them apart. In a chaotic one the last bits decide, so that
-one figure is one draw of many: it is told as a range, and ranked by the range's lower end.
+A loop that is not chaotic gives the same results for all. In a chaotic one the last bits decide, so
+that a single value is one draw of many: it is shown as a range, and ranked by the lower end of the
+range.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,67 +26,67 @@ TOLD = f"in {len(FACTORS)} repeats with the command changed by up to one million
 
 
 class ScaledCommand(NamedTuple):
-    """A controller whose command is multiplied; its gains are the factor and its own."""
+    """A controller with a multiplied command; its gains are the factor and the controller's own."""
 
     inner: Controller
 
     @property
     def kind(self) -> str:
-        """That of the controller itself."""
+        """Name of the kind of the controller itself."""
         return self.inner.kind
 
     def initial_memory(self, zero: Scalar) -> Memory:
-        """That of the controller itself."""
+        """Memory of the controller itself before the first sample."""
         return self.inner.initial_memory(zero)
 
     def begun(self, xp: Xp, zero: Scalar, gains: Gains) -> Memory:
-        """That of the controller itself, with its gains."""
+        """Memory of the controller itself with its gains."""
         return begun(self.inner, xp, zero, gains[1])
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """Its commands, times the factor."""
+        """The controller's commands, times the factor."""
         factor, inner_gains = gains
         commands, memory = self.inner.step(xp, inner_gains, memory, view)
         return tuple(factor * command for command in commands), memory
 
 
 def scaled_command(loop: Loop, gains: Gains, factors: Floats = FACTORS) -> tuple[Loop, Gains]:
-    """The loop of one individual as many, (factors,), that differ by a factor on the command."""
+    """The loop of one individual as many, (factors,), each with a factor on the command."""
     wide = jax.tree.map(lambda leaf: np.repeat(leaf, len(factors), axis=-1), gains)
     return loop._replace(controller=ScaledCommand(loop.controller)), (factors, wide)
 
 
 class Repeats(NamedTuple):
-    """A fitness or merit of every repeat."""
+    """Fitness or merit of every repeat."""
 
     values: Floats  # (FACTORS,) the loop as it is first; -inf where one failed
 
     @property
     def lowest(self) -> float:
-        """What a chaotic design is ranked by."""
+        """Lowest value, by which a chaotic design is ranked."""
         return float(self.values.min())
 
     @property
     def highest(self) -> float:
-        """Of all repeats."""
+        """Highest value of all repeats."""
         return float(self.values.max())
 
     @property
     def chaotic(self) -> bool:
-        """Whether the repeats differ by more than ``CHAOS`` of the loop as it is.
+        """Whether the repeats differ by more than ``CHAOS`` from the unchanged loop.
 
-        A loop that fails as it is has failed, and is not called chaotic.
+        An unchanged loop that fails has failed, and is not called chaotic.
         """
         base = self.values[0]
         return bool(np.isfinite(base)) and not self.highest - self.lowest <= CHAOS * abs(base)
 
     @property
     def worth(self) -> float:
-        """What a design is ranked by: as it is, or where it is chaotic the lower end."""
+        """Value that ranks a design: that of the unchanged loop, or the lowest if chaotic."""
         return self.lowest if self.chaotic else float(self.values[0])
 
     def numbers(self) -> Json:
-        """As plain data; None where a repeat failed."""
+        """Return plain data; None where a repeat failed."""
         # Not interpolated: between one that failed and one that did not there is nothing.
         median = float(np.quantile(self.values, 0.5, method="lower"))
         ends = {"lowest": self.lowest, "median": median, "highest": self.highest}
@@ -97,7 +98,7 @@ Each = Mapping[str, Repeats]
 
 
 def repeats_of(judged: Judged) -> dict[str, Repeats]:
-    """Of individuals that differ by ``FACTORS``, (FACTORS,) each."""
+    """Repeats of individuals that differ by ``FACTORS``, (FACTORS,) each."""
     values = {"fitness": np.asarray(judged.values)[:, 0], "merit": np.asarray(judged.merit)}
     failed = np.asarray(judged.failed)
     each = {key: np.where(failed | ~np.isfinite(x), -np.inf, x) for key, x in values.items()}
@@ -105,13 +106,13 @@ def repeats_of(judged: Judged) -> dict[str, Repeats]:
 
 
 def together(each: Sequence[Each], weights: Floats) -> dict[str, Repeats]:
-    """Of several motions as of one, repeat by repeat."""
+    """Combine the repeats of several motions into those of one, repeat by repeat."""
     stacked = {key: np.stack([one[key].values for one in each], axis=1) for key in each[0]}
     return {key: Repeats(averaged(values, weights)) for key, values in stacked.items()}
 
 
 def averaged(merits: Floats, weights: Floats) -> Floats:
-    """(n,) of (n, motions): costs, which are their inverses, are averaged by weights.
+    """(n,) weighted means of merits (n, motions), taken of the costs, which are their inverses.
 
     -inf where a motion failed, 0 where one is worth nothing.
     """
@@ -122,23 +123,23 @@ def averaged(merits: Floats, weights: Floats) -> Floats:
 
 
 def of_all_motions(scenario: Scenario, merits: Floats) -> Floats:
-    """(n,) of (n, motions) of a scenario, by its weights."""
+    """(n,) merits over all motions of a scenario, by its weights, from (n, motions)."""
     weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
     return merits[:, 0] if merits.shape[1] == 1 else averaged(merits, weights)
 
 
 def range_text(repeats: Json) -> str:
-    """Of ``Repeats.numbers`` of what is chaotic: between what it is."""
+    """The range of a chaotic value in ``Repeats.numbers``, as words."""
     return f"{ends_text(repeats)} (chaotic)"
 
 
 def chaos_text(what: str, repeats: Json) -> str:
-    """The same as a sentence about the fitness or the merit."""
+    """A sentence on the chaotic fitness or merit, with its range."""
     return f"{what} is chaotic: {TOLD}, it ranges from {ends_text(repeats)}"
 
 
 def ends_text(repeats: Json) -> str:
-    """Of ``Repeats.numbers``: from where to where."""
+    """The ends of a range in ``Repeats.numbers``, as text."""
     low, high = (_short(repeats[end]) for end in ("lowest", "highest"))
     return f"{low} to {high}"
 

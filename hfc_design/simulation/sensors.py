@@ -1,6 +1,6 @@
-"""What stands between the controller and the machine: sensors on one side, converters on the other.
+"""Sensors and converters between the controller and the machine.
 
-Everything is of one axis and in scalars, as ``closed_loop`` is.
+Everything is for one axis and in scalars, as in ``closed_loop``.
 """
 
 from math import exp, floor, pi
@@ -21,7 +21,7 @@ Rates = dict[str, Scalar]
 
 
 class Sensors(NamedTuple):
-    """What stands between the state of an axis and the controller."""
+    """Sensors and converters of an axis."""
 
     encoder_resolution: float | None  # in the units of the drive; None: ideal
     velocity: str  # where it comes from, see ``SensorSettings``
@@ -32,7 +32,7 @@ class Sensors(NamedTuple):
 
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
-    """The sensors of an axis; None where they are ideal."""
+    """Sensors of an axis; None if they are ideal."""
     read = tuple((name, reading.resolution or None) for name, reading in wanted.readings.items())
     exact = wanted.encoder_resolution == wanted.noise == 0.0
     if exact and wanted.velocity == "tachometer" and not (read or wanted.turn):
@@ -43,24 +43,24 @@ def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
 
 
 def without_steps(sensors: Sensors) -> Sensors:
-    """The same with infinitely fine resolutions."""
+    """The sensors with infinitely fine resolutions."""
     readings = tuple((name, None) for name, _ in sensors.readings)
     return sensors._replace(encoder_resolution=None, readings=readings)
 
 
 def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
-    """Gains alpha and beta of an observer of a ``bandwidth`` [Hz] in samples of a time [s].
+    """Gains alpha and beta of an observer with a ``bandwidth`` [Hz] and a sample time [s].
 
-    It follows an angle as the tracking loops of type II do that resolver-to-digital converters
-    and encoder interfaces of drives have (Analog Devices, data sheet of the AD2S1210), sampled: a
-    critically damped alpha-beta filter with both poles at exp(-2 pi f T) (Brookner 1998, sec. 1.3).
+    It follows an angle like the type II tracking loops of resolver-to-digital converters and of the
+    encoder interfaces of drives (Analog Devices, data sheet of the AD2S1210), sampled: a critically
+    damped alpha-beta filter with both poles at exp(-2 pi f T) (Brookner 1998, sec. 1.3).
     """
     pole = exp(-2.0 * pi * bandwidth * sample_time)
     return 1.0 - pole**2, (1.0 - pole) ** 2
 
 
 def largest_command(limits: Limits) -> float | None:
-    """The largest command that the converter gives, in whole steps; None without a limit."""
+    """Largest command of the converter, in whole steps; None without a limit."""
     if limits.command is None or not limits.resolution:
         return limits.command
     steps = limits.command / limits.resolution * (1.0 + 1e-12)
@@ -68,7 +68,7 @@ def largest_command(limits: Limits) -> float | None:
 
 
 def converted(command: Scalar, limit: Scalar | None, step: Scalar | None) -> Scalar:
-    """What a converter makes of a command: bound, in whole steps, of which the limit is one."""
+    """Output of a converter for a command: limited and in whole steps; the limit is one of them."""
     if step is None:
         return command if limit is None else jnp.clip(command, -limit, limit)
     command = in_steps(command, step)
@@ -85,7 +85,7 @@ def in_steps(value: Scalar, step: Scalar | None) -> Scalar:
 
 
 def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
-    """An error within half a turn either way, where the axis turns endlessly."""
+    """The error within half a turn in either direction, if the axis turns endlessly."""
     if sensors is None or sensors.turn is None:
         return error
     return error - in_steps(error, sensors.turn)
@@ -94,7 +94,7 @@ def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
 def read(
     sensors: Sensors | None, drive: Drive, signals: dict[str, Scalar], row: AxisSamples
 ) -> dict[str, Scalar]:
-    """The signals of an axis, those that are measured apart as their sensors read them."""
+    """Signals of an axis; separately measured ones are as their sensors read them."""
     signals = signals | {"error": folded(sensors, signals["error"])}
     if sensors is None or not sensors.readings:
         return signals
@@ -115,10 +115,10 @@ def measured(
     row: AxisSamples,
     sample_time: Scalar,
 ) -> tuple[State, Angles, Rates]:
-    """The state as the controller sees it; angles and rates to be given ``before`` the next sample.
+    """State as the controller sees it; angles and rates that are ``before`` of the next sample.
 
     The position is always the reading. The velocity of an observer is that of its own estimate,
-    which goes on with it and is corrected by what the reading is off.
+    which moves with this velocity and is corrected by its difference from the reading.
     """
     earlier, rates = before
     state = drive.measured(fixed, state)

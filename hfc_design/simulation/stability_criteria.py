@@ -1,4 +1,4 @@
-"""What is called stable: a motion that settles, and a drive that is in control of it.
+"""Definition of a stable machine: its motion settles, and the drive controls it.
 
 On every machine
 
@@ -48,16 +48,16 @@ EXPLAINED = {
 
 
 def measuring(loop: Loop, measures: Iterable[Metric] = ()) -> Loop:
-    """The loop with its ``measures`` and what ``instabilities`` needs measured after everything."""
+    """The loop with its ``measures``, followed by those that ``instabilities`` needs."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
 
 
 def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
-    """Why machines are not stable, in words -> (machines, motions) of which ones that is so.
+    """Reasons why machines are not stable, in words -> (machines, motions) where each applies.
 
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
-    one motion each. The nominal machine is the first; of a stable one nothing is so.
+    one motion each. The nominal machine is the first; no reason applies to a stable machine.
     """
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
@@ -84,13 +84,13 @@ def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -
 
 
 def reasons_text(reasons: Mapping[str, int]) -> str:
-    """How many machines there are for each reason, the most frequent first; "" of none."""
+    """Number of machines for each reason, the most frequent first; "" if there are none."""
     ranked = sorted(reasons.items(), key=lambda item: -item[1])
     return ", ".join(counted(count, why) for why, count in ranked)
 
 
 def counted(count: int, reason: str) -> str:
-    """So many machines that do what one does for a ``reason``."""
+    """A number of machines and a ``reason``, with its verb in singular or plural."""
     verb, blank, rest = reason.partition(" ")
     several = ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
     return f"{count} {reason if count == 1 else several}"

@@ -1,4 +1,4 @@
-"""How a population steps: the loop of one machine in scalars becomes that of many.
+"""Vectorisation: the scalar loop of one machine becomes that of a population.
 
 ``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
 population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
@@ -31,7 +31,7 @@ Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, indiv
 
 
 class Inputs(NamedTuple):
-    """What goes into a compiled loop."""
+    """Inputs of a compiled loop."""
 
     numbers: tuple[Scalar, ...]  # of the loop, see ``Loop.apart``
     nominal: tuple[Parameters, ...]
@@ -46,7 +46,7 @@ class Inputs(NamedTuple):
     needed: Individuals | None = None
 
     def cast(self, dtype: DTypeLike) -> "Inputs":
-        """The same as arrays, floating numbers in a precision."""
+        """The inputs as arrays, floating numbers in a precision."""
 
         def converted(leaf: ArrayLike) -> Floats | Integers:
             array = np.asarray(leaf)
@@ -61,9 +61,9 @@ class Inputs(NamedTuple):
         chunk: int,
         before: tuple[Forms, Packed] | None = None,
     ) -> tuple[Forms, Packed, Packed]:
-        """What all lanes share and what each has, in few arrays: see ``from_packed``.
+        """Inputs shared by all lanes and those of each lane, in few arrays: see ``from_packed``.
 
-        What is shared is that of ``before``, where it has been packed for other lanes.
+        The shared ones are those in ``before``, if these were packed for other lanes.
         """
         shared, per_lane = (None, self.actual) if own_machine else (self.actual, None)
         if before is None:
@@ -75,7 +75,7 @@ class Inputs(NamedTuple):
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
-    """The inputs of the lanes of which these are the numbers (numbers, lanes)."""
+    """Return the inputs of the lanes with these numbers (numbers, lanes)."""
     numbers, nominal, shared, samples, bounds = unpacked(forms[0], whole)
     per_lane, gains, needed = unpacked(forms[1], lanes)
     true = shared if per_lane is None else per_lane
@@ -83,13 +83,13 @@ def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
 
 
 def trailing(tree: PyTree) -> int:
-    """How many individuals or machines there are, by the trailing axis of every leaf."""
+    """Number of individuals or machines, from the trailing axis of every leaf."""
     count: int = jax.tree.leaves(tree)[0].shape[-1]
     return count
 
 
 def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
-    """(motions, 2 + objectives, individuals) what the judge says of every motion."""
+    """(motions, 2 + objectives, individuals) results of the judge for every motion."""
 
     def as_rows(scores: Judged) -> Array:
         return jnp.stack([scores.merit, scores.failed, *scores.values.T])
@@ -115,7 +115,7 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
 def one_motion(
     loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
 ) -> tuple[Judged, Any]:
-    """Scan over the samples; what the judge says, and of the first individuals the motions."""
+    """Scan over the samples: result of the judge, and motions of the first individuals."""
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.copy_start), rows)
@@ -125,10 +125,10 @@ def one_motion(
 def recorded_motions(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """What the judge says of every motion, and of the first individuals how they move.
+    """Results of the judge for every motion, and the motions of the first individuals.
 
-    Leaves of what the judge says have the motions in front, as those of what the controllers
-    remember in the end, (motions, ``recorded``); those of the motions are (steps of all motions,
+    Leaves of the judge's results have the motions in front, as have those of the final controller
+    memories, (motions, ``recorded``); those of the motions are (steps of all motions,
     ``recorded``).
     """
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
@@ -160,7 +160,7 @@ def recorded_motions(
 
 
 def judged(loop: Loop, carry: Carry) -> Judged:
-    """What the judge says in the end; the copies come last in the states."""
+    """Final result of the judge; the copies come last in the states."""
     machines, watch = carry
     places = [
         place[: watch.means[0].shape[0]] for place in closed_loop.positions(loop, machines.states)
@@ -173,8 +173,8 @@ def stepping(
 ) -> tuple[Any, Any, Any]:
     """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry.
 
-    Copies of the machines, where the loop has them, are individuals like the others behind them:
-    the program is no larger for them.
+    Copies of the machines, if the loop has them, are further individuals behind the others: they do
+    not enlarge the program.
     """
     _, nominal, true, samples, gains, *_ = inputs
     count = trailing(gains)
@@ -221,7 +221,7 @@ def stepping(
 
 
 def row_of(rows: PyTree, k: ArrayLike) -> PyTree:
-    """What of the rows of all samples is that of the one."""
+    """The row of one sample."""
     pick = partial(lax.dynamic_index_in_dim, index=k, keepdims=False, allow_negative_indices=False)
     return jax.tree.map(pick, rows)
 

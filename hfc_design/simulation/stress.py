@@ -1,8 +1,8 @@
-"""A design under stress: what every engineer takes for granted and no scenario has.
+"""Stress tests of a design: disturbances that engineers expect and scenarios do not contain.
 
-One at a time on some of the machines, in all motions, in the compiled program of all others.
-Most stands around the drives (``plants.around``), so that no plant has to know of it; a load, a
-start and a rest are other samples of the same motions.
+They are applied one at a time to some of the machines, in all motions, in the compiled program of
+all others. Most are elements around the drives (``plants.around``), so that no plant has to know of
+them; a load, a start and a rest are other samples of the same motions.
 """
 
 import operator
@@ -47,7 +47,7 @@ AT_ONCE = 64
 
 
 class Applied(NamedTuple):
-    """What a size does."""
+    """Changes that a stress of a certain size makes."""
 
     around: dict[str, Any] = {}  # fields of what stands around every axis
     friction: float = 1.0  # factor
@@ -56,7 +56,7 @@ class Applied(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One stress, of which parts can be tried."""
+    """One stress; parts of it can be tried."""
 
     words: str  # with a place for its size
     size: float
@@ -66,15 +66,15 @@ class Case(NamedTuple):
 
     @property
     def applies(self) -> bool:
-        """Whether it changes anything."""
+        """Whether the stress changes anything."""
         return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
-        """The size of a part of it."""
+        """Size of a part of the stress."""
         return self.size**part if self.factor else self.size * part
 
     def description(self, part: float) -> str:
-        """A part of it in words."""
+        """A part of the stress in words."""
         return self.words.format(three_digits(self.shown * self.of(part)))
 
 
@@ -86,10 +86,11 @@ def stressed(
     baseline: Judged,
     crossover: float | None,
 ) -> tuple[Stressed, ...]:
-    """What becomes of a design under every stress that the scenario asks for.
+    """Test a design under every stress that the scenario asks for.
 
-    ``loop`` has room around its drives, ``baseline`` (machines, motions) is what the ``machines``
-    do without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if known.
+    ``loop`` has room around its drives. ``baseline`` (machines, motions) is the result of the
+    ``machines`` without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if
+    known.
     """
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
@@ -124,10 +125,10 @@ def stressed(
 
 
 def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
-    """The machines, of which some are under a stress, ``EVERY`` so many one.
+    """Put every ``EVERY``-th machine under a stress, each stress in turn.
 
-    Each stress in turn. And which are under none. What is another motion and nothing else is not
-    among them; a load comes with the motion.
+    Also return the indices of the machines without one. A stress that changes only the motion is
+    not among them; a load comes with the motion.
     """
     each = [one for one in cases(scenario, None) if one.applies]
     kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
@@ -154,7 +155,7 @@ def _share(passing: Mask) -> float:
 
 
 def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
-    """Of the machines that hold without stress which hold, and what most others do and where."""
+    """Function that finds which machines still pass, and how and where most others fail."""
     motions, required = scenario.each_motion(), ~np.array(scenario.nominal_only)
 
     def lost(one: Judged) -> dict[str, Mask]:
@@ -183,7 +184,7 @@ def _worth(scenario: Scenario, judged: Judged) -> float:
 
 
 def longest(scenario: Scenario) -> int:
-    """Samples of all motions together, with the longest rest of all stresses."""
+    """Number of samples of all motions together, with the longest rest of all stresses."""
     each = [motion.simulation for motion in scenario.each_motion()]
     rest = scenario.stress.rest_s
     return sum(x.steps + max(x.steps, round(rest / x.sample_time_s)) for x in each)
@@ -218,7 +219,7 @@ def _judged(
 
 
 def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
-    """The machines with so many times the friction, and so much more at rest."""
+    """The machines with their friction multiplied, and more friction at rest."""
     if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
@@ -237,7 +238,7 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
 
 
 def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Every stress that a scenario asks for and has a place for."""
+    """Every applicable stress that a scenario asks for."""
     stress, every = scenario.stress, scenario.simulation.sample_time_s
     axes = scenario.plant.each()
     sensors = [scenario.sensors.of(axis.name) for axis in axes]
@@ -279,7 +280,7 @@ def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
 
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Those that a log shows, and where there may be others: of each inertia, and in between."""
+    """Stresses by modes: those of a log, and possible ones of each inertia and frequency."""
     stress = scenario.stress
 
     def mode(one: Mode, words: str, size: float, share: Callable[[float], float]) -> Case:
@@ -326,7 +327,7 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
 
 
 def loads(scenario: Scenario) -> list[float]:
-    """The load of the stress on each axis; 0 where nobody can say how much that is."""
+    """Load of the stress on each axis; 0 where its size is unknown."""
     load, axes = scenario.stress.load, scenario.plant.each()
     if load is not None:
         return [in_units("stress.load", load, "load", scenario.units)] * len(axes)
@@ -339,7 +340,7 @@ def loads(scenario: Scenario) -> list[float]:
 
 
 def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
-    """What ``HELD`` of the largest command holds."""
+    """Load that a share ``HELD`` of the largest command can hold."""
     limit = scenario.limits.of(axis.name).command
     most = min(map(abs, axis.drive.largest_commands(axis.parameters, limit)))
     try:
@@ -350,7 +351,7 @@ def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
 
 
 def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:
-    """With a step of the load after a third, so that the last quarter finds it settled."""
+    """Samples with a step of the load after a third, so that the last quarter finds it settled."""
     after = (np.arange(len(samples.time)) >= len(samples.time) // 3).astype(float)
     return _pushed(samples, lambda loads, k: loads + size * shares[k] * after)
 
@@ -361,7 +362,7 @@ def _pushed(samples: Samples, change: Callable[[Floats, int], Floats]) -> Sample
 
 
 def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
-    """With a machine, and its copy, that begin off the reference."""
+    """Samples with a machine, and its copy, that begin off the reference."""
     starts, copies = [], []
     each = zip(scenario.plant.each(), samples.axes, samples.start, samples.copy_start, strict=True)
     for axis, axis_samples, start, copy_start in each:
@@ -373,7 +374,7 @@ def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
 
 
 def _turned(samples: Samples, size: float) -> Samples:
-    """With motions so far the other way."""
+    """Samples with a part of the motions in the opposite direction."""
     axes = []
     for axis_samples in samples.axes:
         each = {name: getattr(axis_samples, name) for name in TURNED}
@@ -390,12 +391,12 @@ ENDS = ("reference_rate", "reference_acceleration", "sliding")
 
 
 def _resting(samples: Samples, size: float) -> Samples:
-    """With a rest [s] behind the motion; the last load stays, the noise comes again."""
+    """Samples with a rest [s] after the motion; the last load stays, the noise is repeated."""
     return _longer(samples, 0, round(size / float(samples.sample_time)))
 
 
 def _load_first(scenario: Scenario, samples: Samples) -> Samples:
-    """With as long a rest before the motion, at its start: a load is held before it is moved."""
+    """Samples with an equally long rest before the motion: a load is held before it moves."""
     many, axes = len(samples.time), scenario.plant.each()
     longer = _longer(samples, many, 0)
     held_axes = []
@@ -408,7 +409,7 @@ def _load_first(scenario: Scenario, samples: Samples) -> Samples:
 
 
 def _longer(samples: Samples, before: int, behind: int) -> Samples:
-    """With so many samples more at rest; what counts is told by those of the motion and behind."""
+    """Samples with more rest; those of the motion and of the rest behind it count."""
     steps = before + len(samples.time) + behind
 
     def extended(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:

@@ -1,7 +1,8 @@
-"""Can it be used? One design on machines that no search has seen, in every motion.
+"""Test of one design on unseen machines in every motion.
 
-In one compiled program each, all motions together: the machines, in the precision of the search; in
-float64 the nominal machine with its command times many factors, and in four times the substeps.
+There are three compiled programs, each with all motions together: the machines, in the precision of
+the search; in float64 the nominal machine with its command times many factors, and with four times
+the substeps.
 """
 
 from collections.abc import Callable
@@ -46,11 +47,11 @@ def usable(
     machines: int | None = None,
     seed: int | None = None,
 ) -> Usable:
-    """What ``design`` does in every motion of ``scenario`` on machines that no search has seen.
+    """Test ``design`` in every motion of ``scenario`` on machines that no search has seen.
 
-    ``[robust]`` of the scenario says how many and how different (without its margin); without it
-    ``MACHINES`` within ``SPREAD``. They are uniform draws with the seed of the run plus ``BEYOND``.
-    ``spread``, ``machines`` and ``seed`` take the place of these.
+    ``[robust]`` of the scenario sets how many and how different (without its margin); without it
+    there are ``MACHINES`` within ``SPREAD``. They are uniform draws with the seed of the run plus
+    ``BEYOND``. ``spread``, ``machines`` and ``seed`` override these.
 
     Raises:
         UserError: the two do not fit, a number is not allowed, or the tolerances leave no possible
@@ -100,7 +101,7 @@ def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMarg
 
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:
-    """Of the first of (individuals, motions) merits, of all motions together."""
+    """Merit of the first individual over all motions, from merits (individuals, motions)."""
     return float(of_all_motions(scenario, np.asarray(merits)[:1])[0])
 
 
@@ -119,14 +120,14 @@ class _InUse(NamedTuple):
         return cls(scenario, later, *acceptance.measured_loop(design, scenario, later), samples)
 
     def judged(self, machines: Machines) -> Judged:
-        """(machines, motions) of each, in one program with all stresses if there are any."""
+        """(machines, motions) results, in one program with all stresses if there are any."""
         shared = () if self.later is None else (AT_ONCE, longest(self.scenario))
         many, dtype = standing(machines, self.scenario, self.loop), self.scenario.run.precision
         scores = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
         return Judged(*(np.array(part[0]) for part in scores))
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
-        """The same; what diverges is simulated again in finer steps."""
+        """The same, with diverging motions simulated again in finer steps."""
 
         def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
             if where is self.scenario:
@@ -180,10 +181,10 @@ def _change(one: float, other: float) -> float:
 
 
 def gain_range(passes: Callable[[Floats], Mask]) -> tuple[float, float] | None:
-    """The factors between which the machine passes; ``passes`` judges 1 and others at once.
+    """Range of factors with which the machine passes; ``passes`` judges 1 and others at once.
 
-    None: not with the factor of 1, the first of what it returns. The scan is geometric, from
-    ``SMALLEST_TRIED`` to ``LARGEST_TRIED``, and one of its steps is divided once more.
+    None if it does not pass with the factor 1, the first that is returned. The scan is geometric,
+    from ``SMALLEST_TRIED`` to ``LARGEST_TRIED``; each end is then refined within one of its steps.
     """
     up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)[1:]
     good = passes(np.append(up, 1.0 / up[:-1]))

@@ -1,8 +1,8 @@
-"""What would give a yes: one change at a time, from what the unseen machines were measured.
+"""Changes that would give the answer yes, one at a time, from the measures of unseen machines.
 
-What a machine does under looser constraints is known from its measures, what machines within a
-smaller tolerance of one parameter do, from those that were drawn within it. For a smaller spread of
-everything they are simulated again, nearer to the nominal one.
+The effect of looser constraints is known from the measures of the machines, that of a smaller
+tolerance of one parameter from the machines that were drawn within it. For a smaller spread of all
+parameters they are simulated again, nearer to the nominal one.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -59,10 +59,10 @@ def why_not(
     again: Callable[[Machines], Judged],
     short: Mapping[str, tuple[float | None, str]],
 ) -> Json:
-    """Changes with what each alone would give, the best first, and lines below them.
+    """Changes with the effect of each alone, the best first, and lines to show below them.
 
-    ``judged`` (machines, motions) is of the ``machines``, the nominal one first; ``again`` judges
-    others in the same loop; ``short``: margins that are not kept, as they are.
+    ``judged`` (machines, motions) is for ``machines``, the nominal one first; ``again`` judges
+    others in the same loop; ``short`` are the margins that are not kept, with their values.
     """
     lost, off, candidates = broken_by(scenario, judged), deviations(machines), list[Change]()
     if short:  # no other change of the scenario mends it
@@ -90,9 +90,9 @@ def why_not(
 
 
 def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None) -> Mask:
-    """(machines,) that break one of the (machines, motions) requirements which they are asked.
+    """(machines,) whether each breaks one of the (machines, motions) requirements that apply to it.
 
-    Of motion ``but`` none is asked except of the nominal machine, the first.
+    The requirements of motion ``but`` apply only to the nominal machine, the first.
     """
     bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
     required = required & (np.arange(len(required)) != but)
@@ -100,9 +100,9 @@ def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None
 
 
 def least(values: Floats, others: Mask) -> float | None:
-    """The least limit on (machines,) values with which enough pass, the nominal one among them.
+    """Smallest limit on (machines,) values with which enough pass, the nominal one among them.
 
-    ``others`` fail by something else; None: by that already too many do.
+    ``others`` fail for another reason; None: too many fail for that reason.
     """
     ranked = np.sort(np.where(others[1:], np.inf, values[1:]))
     most = float(max(ranked[ceil(ENOUGH * len(ranked) - 1e-9) - 1], values[0]))
@@ -110,9 +110,9 @@ def least(values: Floats, others: Mask) -> float | None:
 
 
 def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
-    """The largest of (machines,) distances within which enough pass, and how many lie within.
+    """Largest of (machines,) distances within which enough machines pass, and how many are within.
 
-    None: there is none with ``LEAST`` machines.
+    None if no distance with at least ``LEAST`` machines does.
     """
     order, count = np.argsort(off, kind="stable"), np.arange(1, len(off) + 1)
     good = (np.cumsum(~bad[order]) >= ENOUGH * count - 1e-9) & (count >= LEAST)
@@ -194,16 +194,17 @@ def _spread(
 
 
 def nearer(machines: Machines, part: float) -> Machines:
-    """The machines at a part of the way from the first of them."""
+    """The machines moved towards the first of them, to a part of their distance."""
     values = (machines.actual, dict(machines.around))
     moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), values)
     return Machines(machines.nominal, *moved)
 
 
 def deviations(machines: Machines) -> dict[str, Floats]:
-    """(machines,) of all but the nominal one, of each parameter that varies, as shares of it.
+    """(machines,) relative deviation of each varying parameter, without the nominal machine.
 
-    Of what stands around the drives in its own unit; of several axes of that where it is most.
+    Deviations of elements around the drives are in their own units; of several axes the largest
+    counts.
     """
     each: dict[str, list[Floats]] = {}
     for name, x in (
@@ -233,7 +234,7 @@ def _apart(values: Floats, bad: Mask) -> Floats:
 def _alike(
     scenario: Scenario, lost: Mapping[str, Mask], off: Mapping[str, Floats]
 ) -> Iterator[str]:
-    """How most machines fail in a motion, and which ends of parameters they have in common."""
+    """Most frequent failures in a motion, with the extreme parameters of these machines."""
     required, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
     around = AROUND.keys() - {
         name for parameters in scenario.plant.values() for name in parameters._fields
@@ -255,7 +256,7 @@ def _alike(
 
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:
-    """What motions need of the drives, a line each where that is near a limit or one is reached."""
+    """Requirements of motions on the drives, a line for each near a limit or at one."""
     bad, saturated = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
     low: dict[str, float] = {}
     for k, motion in enumerate(scenario.each_motion()):
@@ -288,8 +289,8 @@ def needed(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Command and speed that a motion needs, each with its limit; nan where nothing is steady.
 
-    Of the drive linearised at the highest speed of the motion, in samples of ``every`` s: what is
-    missing is what an elastic transmission or a current that rises asks for.
+    They are those of the drive linearised at the highest speed of the motion, in samples of
+    ``every`` s: the additional command for an elastic transmission or a rising current is missing.
     """
     rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
     highest = float(np.abs(rate).max())

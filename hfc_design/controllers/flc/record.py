@@ -80,9 +80,9 @@ BLU_MM = 0.01
 
 
 class TriangleRecord(Record):
-    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite.
+    """One linguistic term: a triangle (JK04 eq. 1). An edge that is null or left out is infinite.
 
-    So is one that is left out: TOML has no null.
+    It can be left out because TOML has no null.
     """
 
     label: Label  # name of the term
@@ -284,8 +284,7 @@ def terms_fault(terms: Terms) -> str | None:
     for low, high in pairwise(terms):
         (_, lower, right), (left, upper, _) = low.edges(), high.edges()
         if right <= left:
-            ends = f"{low.label}, right {right}, and {high.label}, left {left}"
-            return f"there is a gap between {ends}"
+            return f"gap between {low.label} (right end {right}) and {high.label} (left end {left})"
         if not (lower <= left and right <= upper):
             return (
                 f"the edges between {low.label} and {high.label} must not pass the other's centre"

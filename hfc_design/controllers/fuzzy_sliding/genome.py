@@ -54,7 +54,7 @@ class SlidingGenome(GainsGenome):
         return GainVectors(tree, np.clip(places, 0.0, 1.0))
 
     def numbers(self, population: GainVectors) -> dict[str, Floats]:
-        """What is searched beside the consequents, each (n,)."""
+        """Searched numbers other than the consequents, each (n,)."""
         pairs = zip(self.searched.items(), population.places.T, strict=False)
         return {name: one.value(place) for (name, one), place in pairs}
 

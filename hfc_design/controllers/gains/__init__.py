@@ -123,6 +123,8 @@ def kind_of_gains(
     ``base`` has what a design may say beside its gains, ``plants`` are those that the ranges are
     for, ``further`` is what else a ``ControllerRecord`` has.
     """
+    if unknown := [x for x in further if not hasattr(ControllerRecord, x)]:
+        raise TypeError(f"a controller has no {', '.join(unknown)}")
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
     field = Field(description="its gains, by name")

@@ -40,7 +40,7 @@ KIND = kind_of_gains(
     tells=True,
     plants=("c-axis",),
     summary="proportional-derivative: v = kp e + kd de/dt",
-    reach=lambda record, limit: input_ranges(
+    input_range=lambda record, limit: input_ranges(
         {"error": record.pd.kp, "error_rate": record.pd.kd}, limit
     ),
 )

@@ -79,6 +79,6 @@ KIND = kind_of_gains(
     plants=FEEDS,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
-    reach=_ranges,
+    input_range=_ranges,
     connecting=lambda record: [kind.CHANGES, *kind.dead_zone_note(record)],
 )

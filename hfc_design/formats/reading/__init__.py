@@ -110,7 +110,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
         conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
         if any(one in conditions[:k] for k, one in enumerate(conditions)):
             raise
-        message = "with --terms 7 it is sampled into triangles, with a report of the deviation"
+        message = "use --terms 7 to sample it into triangles; the deviation is then reported"
         raise ValueError(f"{fault}; {message}") from None
 
 

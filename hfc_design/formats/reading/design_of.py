@@ -115,7 +115,7 @@ def assumptions_text(provenance: Json) -> list[str]:
 
 
 def assumed(wish: Wish, design: Design) -> str:
-    """What of a design is neither the file's nor the user's, in a line; "": nothing."""
+    """Line on the values of a design that neither the file nor the user gave; "": none."""
     if wish.like is not None:
         return ""
     assumptions = {}

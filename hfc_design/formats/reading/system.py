@@ -115,7 +115,8 @@ class Token(NamedTuple):
     def one_of(self, key: str, allowed: Iterable[str]) -> str:
         """The text, if it is allowed as the value of a key."""
         if self.text not in allowed:
-            listed = " or ".join(allowed)
+            names = [*allowed]
+            listed = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
             raise self.fault(f"{key} = {self.text[:40]!r} cannot be imported; must be {listed}")
         return self.text
 
@@ -295,7 +296,7 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
         for k, term in enumerate(terms)
     ]
     if message := terms_fault(tuple(triangles)):
-        raise name.fault(f"input {name.text}, with its terms in the order of centres: {message}")
+        raise name.fault(f"input {name.text}, its terms ordered by centre: {message}")
     return Input(name, low, high, labels, order, terms, triangles)
 
 

@@ -1,7 +1,7 @@
-"""A distribution that follows what is good, in the stages that the genome has: CMA-ES.
+"""CMA-ES: a distribution that moves towards good samples, in the stages of the genome.
 
-Scores are compared within a generation only, so that each may be judged on other machines; the
-result is the mean of the distribution and not the luckiest individual.
+Scores are compared only within a generation, so that each generation may be judged on other
+machines; the result is the mean of the distribution and not the luckiest individual.
 """
 
 from itertools import accumulate
@@ -68,7 +68,7 @@ class Asked(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where in the search a generation is."""
+    """Position of a generation within the search."""
 
     stage: int
     within: int  # generations of the stage that are done
@@ -89,7 +89,7 @@ class Cma(NamedTuple):
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
-        """Samples of the next island: of another stage, or of fewer, where it is time."""
+        """Samples of the next island; at its time, of the next stage or of fewer islands."""
         place = self._place(generation)
         state = self._hardened(self._remembered(state, generation), generation)
         if place.stage != self._place(generation - 1).stage:
@@ -122,7 +122,7 @@ class Cma(NamedTuple):
         )
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
-        """With the average of the best means of now in the trail, if it is time."""
+        """State with the average of the present best means in the trail, if it is time."""
         total = self.settings.generations
         every = max(total // (2 * TRAIL), 1)
         behind = generation - (total - every * TRAIL)
@@ -134,7 +134,7 @@ class Cma(NamedTuple):
         return state._replace(trail=replaced(state.trail, np.array([behind // every]), average))
 
     def _hardened(self, state: CmaState, generation: int) -> CmaState:
-        """With the machines that are hard by now, if it is time."""
+        """State with the machines that are hardest at present, if it is time."""
         total, hardest = self.settings.generations, self.task.hardest
         behind = generation - round((1.0 - self.settings.hardened) * total)
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):

@@ -1,6 +1,6 @@
-"""Differential evolution of all numbers of one structure, of fewer and fewer individuals (L-SHADE).
+"""L-SHADE: differential evolution of one structure's numbers, with ever fewer individuals.
 
-It needs no derivative: for controllers that switch, and for machines of several axes.
+It needs no derivative, so it suits controllers that switch and machines of several axes.
 """
 
 from typing import Literal, NamedTuple
@@ -83,7 +83,7 @@ class LShade(NamedTuple):
         return state, Asked(chart.members(trials.places), trials, state.score)
 
     def tell(self, state: LShadeState | None, candidates: Asked, score: Floats) -> LShadeState:
-        """Every individual gives way to a trial that is no worse."""
+        """Every individual is replaced by its trial if that is no worse."""
         population, trials, _ = candidates
         if state is None:
             best = np.array([int(np.argmax(score))])

@@ -1,4 +1,4 @@
-"""The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, as they describe it."""
+"""The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, as published."""
 
 from collections.abc import Callable, Iterable
 from functools import cache, partial
@@ -55,9 +55,9 @@ class Asked(NamedTuple):
 class LinLee(NamedTuple):
     """Ask and tell of the paper's algorithm.
 
-    Where the paper is silent: each number mutates with probability beta by
-    ``(2 r - 1) A_max`` with r uniform in (0, 1); fresh consequents are a common level plus a
-    spread of at most the centre step, which is what the printed tables look like.
+    Assumptions where the paper is silent: each number mutates with probability beta by
+    ``(2 r - 1) A_max`` with r uniform in (0, 1); fresh consequents are a common level plus a spread
+    of at most the centre step, which matches the printed tables.
     """
 
     settings: LinLeeSettings
@@ -172,7 +172,7 @@ def two_point(pair: Mask, first: int, behind: int) -> Mask:
 
 @cache
 def _tree_index(gene: tuple[int, ...]) -> int | None:
-    """Which of ``hierarchy.trees`` a gene decodes to; None where it is invalid."""
+    """Index in ``hierarchy.trees`` that a gene decodes to; None if it is invalid."""
     tree = hierarchy.decode(gene)
     return None if tree is None else hierarchy.trees(len(gene)).index(tree)
 

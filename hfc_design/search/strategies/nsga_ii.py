@@ -1,10 +1,10 @@
-"""The front of two or three objectives: NSGA-II, with an archive of the best compromises.
+"""NSGA-II: the front of two or three objectives, with an archive of the best compromises.
 
-Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002. What nobody
-dominates is kept in an archive of its own, from which parents are chosen too.
+Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002. Non-dominated
+individuals are kept in an archive of its own, from which parents are chosen too.
 
-Where constraints are so hard that individuals at random never keep them all, the search for a
-single design (CMA-ES) may lead; from what it has found the front then spreads.
+If constraints are so hard that random individuals never keep them all, the search for a single
+design (CMA-ES) may go first; the front then spreads from its result.
 """
 
 from typing import Annotated, Literal, NamedTuple, Self
@@ -94,7 +94,7 @@ class Nsga2(NamedTuple):
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[Nsga2State | None, Asked]:
-        """The first individuals, structures as even as they can be; or samples of what leads."""
+        """First individuals, evenly on the structures; or samples of the search that goes first."""
         s, structures = self.settings, self.task.genome.structures
         if s.lead:
             led, samples = self._leader.start(rng)
@@ -139,7 +139,7 @@ class Nsga2(NamedTuple):
         return Asked(children, step)
 
     def tell(self, state: Nsga2State | None, candidates: Asked, scored: Scored) -> Nsga2State:
-        """The best of parents and children remain, and the front takes in what belongs there."""
+        """The best of parents and children remain, and the front is updated."""
         s, genome = self.settings, self.task.genome
         children = Judged(candidates.population, *scored, candidates.step)
         state = state or _only(_nothing(genome), s)
@@ -157,13 +157,13 @@ class Nsga2(NamedTuple):
 
 
 def _nothing(genome: Genome) -> cma.CmaState:
-    """What leads nowhere."""
+    """Empty state of a leading search."""
     nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((7, 0, 0)))
     return cma.CmaState(nobody, np.empty(0), nobody, nobody, islands, np.empty(0, np.int64))
 
 
 def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
-    """Nobody yet but what leads."""
+    """State with a leading search and no individuals yet."""
     nobody, none = taken(led.population, slice(0)), np.empty(0)
     costs = np.empty((0, len(settings.objectives)))
     front = Front(nobody, none, costs, none)
@@ -180,7 +180,7 @@ def _sampled(samples: cma.Asked, settings: Nsga2Settings) -> Asked:
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
-    """Those who may become parents, the best first, and their steps."""
+    """Possible parents, the best first, and their steps."""
     front = state.front
     costs = np.concatenate([state.costs, front.costs])
     violation = np.append(state.violation, np.zeros(len(front.costs)))

@@ -48,7 +48,7 @@ class RaceSettings(Bounds, StrategySettings):
 
 
 class RaceState(NamedTuple):
-    """Individuals stand island by island, the best of each island first."""
+    """Individuals island by island, the best of each island first."""
 
     population: Population
     score: Floats  # (n,)
@@ -58,7 +58,7 @@ class RaceState(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """Candidates, and what ``tell`` has to know about them."""
+    """Candidates, and the data about them that ``tell`` needs."""
 
     population: Population
     step: Floats  # (n,)
@@ -73,7 +73,7 @@ class SuccessiveHalving(NamedTuple):
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[RaceState | None, Asked]:
-        """The first individuals: a few on every tree, chosen at random where they are too few."""
+        """First individuals: a few of every tree, of randomly chosen trees if there are too few."""
         s = self.settings
         trees = self.task.genome.structures
         islands = min(trees, s.population)
@@ -194,7 +194,7 @@ class SuccessiveHalving(NamedTuple):
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:
-    """The best of each island and the last place there; islands of one or two have none."""
+    """Places of the best and of the last individual of each island with more than two."""
     size = np.bincount(state.island)
     best = np.searchsorted(state.island, np.arange(len(size)))
     large = size > 2
@@ -202,7 +202,7 @@ def doubled(state: RaceState) -> tuple[Integers, Integers]:
 
 
 def humbled(state: RaceState, score: Floats) -> RaceState:
-    """The best of an island is worth no more than its double."""
+    """Give the best of an island the score of its double where that is much worse."""
     best, place = doubled(state)
     best_score = state.score[best]
     worse = score[place] < np.where(best_score < 0.0, best_score / LUCK, LUCK * best_score)
@@ -212,10 +212,10 @@ def humbled(state: RaceState, score: Floats) -> RaceState:
 def with_kin(
     state: RaceState, humble: RaceState, children: Population, score: Floats
 ) -> tuple[RaceState, Floats]:
-    """Whoever is hardly another than a best that was humbled is worth no more than it.
+    """Limit the scores of individuals that are nearly equal to a best whose score was limited.
 
-    Parents and children of its island: small steps make many of them, and one or the other among
-    so many is lucky in every generation. ``score`` is that of the children.
+    They are parents and children of its island: small steps make many of them, and in every
+    generation one of so many is lucky. ``score`` is that of the children.
     """
     parent_scores, score = humble.score.copy(), score.copy()
     for k in np.flatnonzero(humble.score < state.score):
@@ -228,7 +228,7 @@ def with_kin(
 
 
 def kin(one: Population, others: Population) -> Mask:
-    """(n,) who differs from ``one`` by less than ``KIN``, in no number by more."""
+    """(n,) whether each differs from ``one`` by less than ``KIN``, and in no number by more."""
     similar = np.ones(len(others.tree), bool)
     for (_, reference), (_, each) in zip(flat(one), flat(others), strict=True):
         away = np.abs(each - reference).reshape(len(similar), -1).max(axis=1)
@@ -251,7 +251,7 @@ def chosen_of(state: RaceState, chosen: Integers | Mask) -> RaceState:
 
 
 def ranked(state: RaceState) -> RaceState:
-    """Island by island, the best first."""
+    """Individuals island by island, the best first."""
     return chosen_of(state, np.lexsort((-state.score, state.island)))
 
 
