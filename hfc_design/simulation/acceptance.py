@@ -35,6 +35,8 @@ from plants import in_a_name
 YES, ON_THIS_MODEL, NO = "yes", "on this model only", "no"
 #: A design whose machines are not all right in this share at least is not called usable.
 ENOUGH = 0.99
+#: Behind an answer of a scenario that asks for no stress.
+UNTRIED = "not tested under stress, add [robust] or [stress] for that"
 #: What motions that never rest may not show.
 UNSTABLE = "the loop is unstable at rest or at speed (see hfc stability)"
 
@@ -228,6 +230,7 @@ class Usable(NamedTuple):
         passing += " required of them" if len(self._everywhere) < len(self.motions) else ""
         if self.verdict != NO:
             broken = breaking([one.numbers() for one in self.stress])
+            broken = broken if self.stress else UNTRIED
             return f"{self.verdict}: {passing}" + (broken and f"; {broken}")
         why = self._nominal and f"the nominal machine {self._nominal}"
         why = why or ", ".join(words for _, words in self.short.values())
