@@ -1,4 +1,4 @@
-"""The adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
+"""Adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
 
 AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
 (JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the

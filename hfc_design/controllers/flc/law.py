@@ -1,4 +1,4 @@
-"""The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
+"""Two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
 Written for one axis in scalars and without branches on their values; ``xp`` as in
 ``core.numbers``. Never imports JAX.

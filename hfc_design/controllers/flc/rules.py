@@ -137,7 +137,7 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
 
 
 def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
-    """Return a message on the first changed key that is an output term of no rule, or None.
+    """Return a message on the first of changed ``keys`` that no rule has as output term, or None.
 
     Without this check a mistyped name would silently be one more term.
     """

@@ -144,7 +144,7 @@ class LinearHierarchyGenome(Genome):
         return self.fuzzy.notation(structure)
 
     def record(self, individual: LinearHierarchies) -> Json:
-        """Return the record with its linear part, without the sample time."""
+        """Return the ``pd+hierarchical-fuzzy`` record with linear part, without sample time."""
         (ki,), signals, turning, fed_forward = np.split(individual.linear[0], self.ends)
         ahead = dict(zip(self.forward, fed_forward.tolist(), strict=True))
         forward = {"coulomb_width": ahead.pop("width"), **ahead}

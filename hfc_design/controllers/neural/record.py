@@ -215,7 +215,7 @@ def begun(
 
 
 def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesson) -> Trained:
-    """Train the network ``start``: every sample moves the weights, the axes in turn.
+    """Train the network ``start`` by a ``lesson``: every sample moves the weights, axes in turn.
 
     Args:
         start: the network, its units, its slope and its momentum.
