@@ -1,4 +1,4 @@
-"""The fuzzy controller that adapts within a stable range (Jee & Koren 2004)."""
+"""Fuzzy controller that adapts within a stable range (Jee & Koren 2004)."""
 
 from hfc_design.controllers.aflc.record import AflcDesign as KIND
 

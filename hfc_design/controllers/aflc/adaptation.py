@@ -1,4 +1,4 @@
-"""What the adaptive fuzzy controllers decide: which rules are judged how, and what bounds a move.
+"""Decisions of the adaptive fuzzy controllers: how rules are judged, and what bounds a move.
 
 JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars; ``xp`` as in
 ``core.numbers``. Never imports JAX.
@@ -10,16 +10,16 @@ from hfc_design.controllers.neighbours import Degrees, Neighbours
 from hfc_design.core.numbers import Scalar, Truth, Xp, clipped
 from hfc_design.core.records import TERMS, ZR
 
-#: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
-#: has not fired: rounding decides nothing.
+#: Actions or degrees that differ by less count as equal, and a rule with smaller degrees has not
+#: fired, so that rounding decides nothing.
 ALIKE = 1e-4
 
 
 def performance_index(before: int, now: int) -> int:
-    """p(k) of a rule of the error term E_before when the error is now in E_now (-3 to 3).
+    """Performance index p(k) of a rule of error term E_before, the error now in E_now (-3 to 3).
 
-    JK04 eq. 24 and 25 with the exceptions of Table 2: from E_3 to E_0 is good, and what a rule of
-    E_0 did is not considered.
+    JK04 eq. 24 and 25 with the exceptions of Table 2: from E_3 to E_0 is good, and rules of E_0
+    are not judged.
     """
     if before == 0 or (abs(before) == 3 and now == 0):
         return 0
@@ -32,14 +32,14 @@ PERFORMANCE = tuple(
     tuple(float(performance_index(before, now)) for now in range(-3, 4)) for before in range(-3, 4)
 )
 
-#: The same as whole numbers.
+#: ``PERFORMANCE`` as whole numbers.
 INDICES = tuple(tuple(map(int, row)) for row in PERFORMANCE)
 
 
 def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
-    """The term for which an error of these degrees (7) counts, -3 to 3.
+    """Return the term, -3 to 3, that an error with these degrees (7) is assigned to.
 
-    That of the highest degree, of two equal ones that nearer ZR.
+    It is the term of the highest degree; of two equal ones, the term nearer ZR.
     """
     if isinstance(in_error, Neighbours):
         return _higher_term(xp, in_error)
@@ -53,7 +53,7 @@ def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
 
 
 def _higher_term(xp: Xp, in_error: Neighbours) -> Scalar:
-    """The same of two neighbours; ZR if neither of them has a degree."""
+    """Return the highest term of two neighbours; ZR if both degrees are zero."""
     lower, upper = in_error.first - ZR, in_error.first - (ZR - 1)
     below: Scalar = in_error.values[0]
     above: Scalar = in_error.values[1]
@@ -66,7 +66,7 @@ def _higher_term(xp: Xp, in_error: Neighbours) -> Scalar:
 
 
 def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
-    """p(k) of the rules of each error term, when the error counts for the term ``place``."""
+    """Indices p(k) of the rules of each error term, the error being assigned to ``place``."""
     if xp.sparse:
         now = xp.whole(clipped(xp, place + ZR, 0, TERMS - 1))
         return xp.along(lambda row: row[now], xp.table(INDICES))
@@ -80,17 +80,17 @@ def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
 
 
 def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
-    """Whether a rule pulled the action the wrong way (JK04 Appendix B).
+    """True if a rule pulled the action the wrong way (JK04 Appendix B).
 
-    ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In the
-    cases I and IV the action was too large and rules with excess >= 0 are to blame, in II and III
-    it was too small and those with excess <= 0 are.
+    ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In
+    cases I and IV the action was too large, and rules with excess >= 0 are to blame; in cases II
+    and III it was too small, and rules with excess <= 0 are.
     """
     return xp.where(error * index > 0.0, -excess, excess) <= ALIKE
 
 
 def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
-    """Whether a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
+    """True if a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
 
     Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
     fourth case where a singleton equals the overall action.
@@ -107,12 +107,13 @@ def joined(
     size: Scalar,
     overlap: Scalar,
 ) -> tuple[Scalar, Scalar]:
-    """A joint (right edge of the lower term, left edge of the upper one) after a sample.
+    """Return a joint (right edge of the lower term, left edge of the upper one) after a sample.
 
-    Each of both terms was narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
-    centres of the two (JK04 section 4.1), and they overlap by ``overlap`` or more: edges that would
-    come closer are set half of it to either side of their middle. An error in a gap would have no
-    command, and across a narrow overlap the command almost jumps. The papers print no such limit.
+    Each of the two terms is narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
+    centres of the terms (JK04 section 4.1), and they overlap by at least ``overlap``: edges that
+    would come closer are set half of it to either side of their middle. An error in a gap would
+    have no command, and across a narrow overlap the command almost jumps. The papers print no such
+    limit.
     """
     lower, upper = between
     right = clipped(xp, joint[0] - size * steps[0], lower, upper)

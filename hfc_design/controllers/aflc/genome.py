@@ -1,4 +1,4 @@
-"""Genome of a fuzzy controller that adapts: that of the flc, and the rectangle it may not leave."""
+"""Genome of an adaptive fuzzy controller: that of the flc with the bounds of the adaptation."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from hfc_design.core.numbers import Floats, Json
 
 
 class AflcGenome(flc.FuzzyGenome):
-    """What a search can do with ``FuzzyTables`` that adapt."""
+    """Operations of a search on ``FuzzyTables`` that adapt."""
 
     def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
-        """The population as the simulator wants it."""
+        """Return the gains of the population for the simulator."""
         steps = (np.full(len(population.tree), step) for step in self.start.law_gains().rates[:3])
         rates = Rates(*steps, *self.overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
     def record(self, individual: flc.FuzzyTables) -> Json:
-        """Kind ``aflc``: as the start but for what was searched."""
+        """Return the record of kind ``aflc``: the start with the searched values replaced."""
         record = super().record(individual)
         sectors = self.sectors(individual.share)
         limits = {key: float(limit[0]) for key, limit in sectors._asdict().items()}
@@ -27,12 +27,12 @@ class AflcGenome(flc.FuzzyGenome):
         return record
 
     def smallest_gap(self) -> Floats:
-        """(2,) with room for the steps of the adaptation."""
+        """Smallest distances (2,) of centres, with room for the steps of the adaptation."""
         rates = self.start.adaptation
         return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
 
     def overlaps(self, population: flc.FuzzyTables) -> Floats:
-        """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
+        """Smallest overlaps (n, 2) of two neighbours [BLU]; the adaptation keeps to them."""
         overlaps = []
         for side, terms in enumerate(self.triangles(population.joints)):
             distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)

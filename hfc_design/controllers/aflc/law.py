@@ -1,8 +1,8 @@
-"""The adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
+"""Adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
 
 AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
 (JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the
-error, terms and singletons are moved, and the moved table gives the command. Written for one
+error; terms and singletons are moved, and the moved table gives the command. Written for one
 axis in scalars; ``xp`` as in ``core.numbers``.
 """
 
@@ -37,7 +37,7 @@ from hfc_design.stability.sectors import Curve, Rectangle, bounded, inner_edges
 
 
 class Rates(NamedTuple):
-    """Steps of the adaptation for a performance index of 1 or -1, and how narrow terms get."""
+    """Steps of the adaptation for a performance index of 1 or -1, and the smallest overlaps."""
 
     k_a: Scalar  # of an edge of an error term [BLU]
     k_b: Scalar  # of an edge of a change term [BLU]
@@ -47,7 +47,7 @@ class Rates(NamedTuple):
 
 
 class AdaptiveGains(NamedTuple):
-    """The table that the adaptation starts from, its steps and its bounds."""
+    """Initial table, steps and bounds of the adaptation."""
 
     flc: FlcGains
     rates: Rates
@@ -55,7 +55,7 @@ class AdaptiveGains(NamedTuple):
 
 
 class AdaptiveMemory(NamedTuple):
-    """What the controller remembers; before the first sample what it starts from, else zero."""
+    """Memory of the controller; before the first sample the initial rule base, all else zero."""
 
     singletons: RuleTable  # (7, 7)
     error_rights: Sequence[Scalar]  # (6,) of ``Partition``
@@ -69,7 +69,7 @@ class AdaptiveMemory(NamedTuple):
     judges: Truth | None = None  # whether rules fired at k - 1 that can be judged; None: they did
 
     def base(self, gains: AdaptiveGains) -> RuleBase:
-        """The rule base as last adapted."""
+        """Return the rule base as last adapted."""
         error = Partition.of(gains.flc.error_terms)
         change = Partition.of(gains.flc.change_terms)
         return RuleBase(
@@ -79,39 +79,39 @@ class AdaptiveMemory(NamedTuple):
         )
 
 
-#: Whether a rule is to blame: (xp, e(k-1), p(k), its singleton less the action) -> bool.
+#: Function that is true if a rule is to blame: (xp, e(k-1), p(k), singleton less action) -> bool.
 Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 
 class Judge(NamedTuple):
-    """How rules are judged: code, and no numbers."""
+    """Functions and options that judge the rules; no numbers."""
 
     blamed: Blame = blamed_aflc
-    #: Rules of ZR are narrowed by a step when the error leaves it (JK04 section 4.1, its end).
+    #: If true, rules of ZR are narrowed by a step when the error leaves it (JK04 section 4.1, end).
     narrows_zero: bool = False
 
 
-#: As JK04 judges by its Table 2 alone.
+#: Judgement of JK04 by its Table 2 alone.
 JK04 = Judge()
 
 
 def aflc(sample_time: float, limit: float | None = None, judge: Judge = JK04) -> AxisLaw:
-    """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
+    """Return the law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
     law = AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True)
     return law._replace(prime=primed, begin=begun)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
-    """Memory before the first sample: the axis stood on its reference; without a rule base."""
+    """Return the memory before the first sample, at rest on the reference, without a rule base."""
     table, edges = [[zero] * TERMS for _ in range(TERMS)], [zero] * (TERMS - 1)
     return AdaptiveMemory(table, edges, edges, edges, edges, zero, zero, zero, zero)
 
 
 def begun(xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory) -> AdaptiveMemory:
-    """The same with the rule base that a design starts from.
+    """Return the memory with the initial rule base of a design.
 
-    Within its bounds, where values may choose what is computed: there a sample in which nothing is
-    judged leaves them alone.
+    If ``xp.sparse``, where values may choose what is computed, the rule base is held within its
+    bounds here, because a sample in which nothing is judged does not apply them.
     """
     base, zero = RuleBase.of(gains.flc), memory.error
     if xp.sparse:
@@ -135,7 +135,7 @@ def begun(xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory) ->
 def primed(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> AdaptiveMemory:
-    """The error of the sample before was that of this one; no rule had a part in it."""
+    """Return the memory with this sample's error as the previous one, which judges no rule."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
     return memory._replace(error=error, judges=False)
 
@@ -143,7 +143,7 @@ def primed(
 def sample(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> tuple[Scalar, AdaptiveMemory, Parts]:
-    """As ``flc.sample``, with the table as it is by now."""
+    """Return the command of one sample like ``flc.sample``, with the table as adapted so far."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
     base, in_error = adapted(xp, law.structure, gains, memory, error)
     before = FlcMemory(memory.error, 0.0, memory.integral)
@@ -167,11 +167,11 @@ def sample(
 def adapted(
     xp: Xp, judge: Judge, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
 ) -> tuple[RuleBase, Degrees]:
-    """The rule base after the sample k - 1 is judged by the ``error`` of sample k, and its degrees.
+    """Judge sample k - 1 by the ``error`` of sample k; return the rule base and the degrees.
 
-    Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
-    terms are widened, |p| steps each. Several rules that move the same term add up, so their
-    order does not matter; only then the edges are held between the neighbours' centres. An error
+    A rule that is to blame has both terms narrowed and its singleton moved; any other rule has both
+    terms widened, by |p| steps each. The moves of several rules on the same term add up, so their
+    order does not matter; then the edges are held between the neighbours' centres. An error
     of 0 judges nothing.
     """
     base, rates = memory.base(gains), gains.rates
@@ -225,7 +225,7 @@ def adapted(
 
 
 def _bounded(xp: Xp, gains: AdaptiveGains, base: RuleBase) -> RuleBase:
-    """The rule base with its singletons in their sectors."""
+    """Return the rule base with its singletons moved into their sectors."""
     if gains.sectors is None:
         return base
     ends = inner_edges(*base.error[1:]), inner_edges(*base.change[1:])
@@ -246,7 +246,7 @@ def _judged(
     action: Scalar,
     degrees: Sequence[Scalar],
 ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-    """By how many steps each rule of a row narrows its terms, and where its singleton moves."""
+    """Return the steps by which each rule of a row narrows its terms, and its moved singleton."""
     steps, moved = [], []
     for singleton, degree in zip(singletons, degrees, strict=True):
         guilty = blamed(xp, error, index, singleton - action)
@@ -257,7 +257,7 @@ def _judged(
 
 
 def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: Scalar) -> Partition:
-    """Terms after some were narrowed by ``steps`` of a ``size``."""
+    """Return the terms narrowed by ``steps`` of ``size``."""
     if isinstance(steps, Neighbours):
         term_tables = map(xp.table, terms)
         edges = xp.call(_neighbours, xp, *term_tables, steps.first, *steps.values, size, overlap)
@@ -280,7 +280,7 @@ def _neighbours(
     size: Scalar,
     overlap: Scalar,
 ) -> tuple[Sequence[Scalar], ...]:
-    """Edges beside two neighbours of which each was narrowed by so many steps."""
+    """Return the edges around two neighbours, narrowed by ``lower`` and ``upper`` steps."""
     steps = Neighbours(first, (lower, upper))
 
     def moved(k: Scalar, right: Scalar, left: Scalar) -> tuple[Scalar, Scalar]:

@@ -1,4 +1,4 @@
-"""Fuzzy controllers that adapt in a design file. Never imports JAX."""
+"""Records of adaptive fuzzy controllers in a design file. Never imports JAX."""
 
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
@@ -26,19 +26,19 @@ from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserEr
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
-#: By how much of itself an edge may be beyond a centre that was learnt in single precision.
+#: Relative distance by which an edge learnt in single precision may lie beyond a centre.
 ROUNDING = 1e-6
 
 
 class OverlapRecord(Record):
-    """The least that two neighbouring terms overlap."""
+    """Smallest overlaps of two neighbouring terms."""
 
     error: Positive  # overlap of the terms of the error [BLU]
     error_change: Positive  # overlap of the terms of its change [BLU]
 
 
 class RangeRecord(Record):
-    """The sectors that the table may not leave."""
+    """Sectors that the adapted table must stay in."""
 
     k1_max: Positive  # largest gain K_1 of the table on the error [units/BLU]
     k2_max: Positive  # largest gain K_2 of the table on its change [units/BLU]
@@ -55,7 +55,7 @@ class RangeRecord(Record):
         return self
 
     def sectors(self) -> Rectangle | Curve:
-        """As the law wants them."""
+        """Return the sectors as the law takes them."""
         if not self.curve:
             return Rectangle(self.k1_max, self.k2_max)
         return Curve(self.k1_max, self.k2_max, self.curve)
@@ -76,7 +76,7 @@ class RatesRecord(Record):
 
 
 class BoundedRatesRecord(RatesRecord):
-    """Steps of the adaptation; JK04 has it stay inside a stable range."""
+    """Steps of the adaptation, which JK04 keeps inside a stable range."""
 
     stable_range: RangeRecord  # stable range of the table's gains, JK04 Appendix B
 
@@ -86,7 +86,7 @@ SevenTerms = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_l
 
 
 class AdaptiveDesign(FuzzyRecord):
-    """What the two adaptive kinds have in common."""
+    """Common base of the two adaptive kinds."""
 
     adapts: ClassVar[bool] = True
     error_terms: SevenTerms  # seven triangles of the error, in order
@@ -96,7 +96,7 @@ class AdaptiveDesign(FuzzyRecord):
     @field_validator("rules")
     @classmethod
     def _as_they_are_by_now(cls, rules: RulesRecord) -> RulesRecord:
-        """With other labels where the adaptation has moved numbers past those of others."""
+        """Return the rules, relabelled if the adaptation moved numbers past those of others."""
         return rules.relabelled() if rules.contradiction() else rules
 
     @model_validator(mode="after")
@@ -117,14 +117,14 @@ class AdaptiveDesign(FuzzyRecord):
         return self
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return aflc(self.sample_time_s, limit, self.judge())
 
     def widths(self) -> list[float]:
-        """How near an edge can come to a centre, in single precision.
+        """Smallest distances of an edge from a centre, in single precision.
 
         Raises:
-            UserError: it can come to 0.
+            UserError: a distance can be 0.
         """
         table, rates = self.table(), self.law_gains().rates
         pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
@@ -137,12 +137,12 @@ class AdaptiveDesign(FuzzyRecord):
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
 
     def without_adaptation(self) -> Self:
-        """The same without adaptation."""
+        """Return the design without adaptation."""
         steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
         return self.model_copy(update={"adaptation": steps})
 
     def law_gains(self) -> AdaptiveGains:
-        """The gains of one individual."""
+        """Return the gains of one individual."""
         steps, limits = self.adaptation, self.adaptation.stable_range
         least = steps.smallest_overlap
         overlaps = (steps.k_a, steps.k_b) if least is None else (least.error, least.error_change)
@@ -150,16 +150,16 @@ class AdaptiveDesign(FuzzyRecord):
         return AdaptiveGains(self.table(), rates, limits.sectors() if limits else None)
 
     def judge(self) -> Judge:
-        """How its rules are judged."""
+        """Return how the rules are judged."""
         return Judge(blamed_aflc, self.adaptation.narrows_zero)
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
-        """The controller with its terms and its rule table as ``memory`` has them."""
+        """Return the controller with the terms and the rule table of ``memory``."""
         base = memory.base(self.law_gains())
         return self._with(base._replace(error=_within(base.error), change=_within(base.change)))
 
     def at_first(self) -> Self:
-        """The controller with the table of its first sample, which is held within the bounds."""
+        """Return the controller with the table of its first sample, held within the bounds."""
         memory = aflc(self.sample_time_s).begun(SCALARS, 0.0, self.law_gains())
         return self.adapted(memory)
 
@@ -176,7 +176,7 @@ class AdaptiveDesign(FuzzyRecord):
 
 
 def _within(terms: Partition) -> Partition:
-    """Edges between the centres of the two terms, where only rounding has them beyond."""
+    """Return the terms with edges that rounding put beyond a neighbour's centre moved onto it."""
     centres = np.array(terms.centres)
     clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
     pairs = zip(terms[1:], clipped, strict=True)
@@ -188,7 +188,7 @@ def _within(terms: Partition) -> Partition:
 
 
 class AflcDesign(AdaptiveDesign):
-    """A controller of kind ``aflc``."""
+    """Design of kind ``aflc``."""
 
     kind: Literal["aflc"] = "aflc"
     summary = "flc that adapts its terms and rules within a stable range (Jee & Koren 2004)"
@@ -198,14 +198,14 @@ class AflcDesign(AdaptiveDesign):
     adaptation: BoundedRatesRecord  # step sizes and limits of the adaptation, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:
-        """With those that the adaptation may not pass."""
+        """Gains (K_1, K_2) of the table by method, and the limits of the adaptation."""
         stable = self.adaptation.stable_range
         k2 = stable.sectors().k2(SCALARS, [stable.k1_max])
         return {**super().table_gains(), "limit of the adaptation": (stable.k1_max, k2)}
 
 
 class AflcSettings(FuzzySettings):
-    """What a search for an ``aflc`` starts from."""
+    """Settings of a search for an ``aflc``, with the design it starts from."""
 
     kind: Literal["aflc"]
     #: design that the search starts from: a built-in name, a file, or a record

@@ -1,4 +1,4 @@
-"""What the page shows of a fuzzy controller that adapts."""
+"""Sections of the report page of an adaptive fuzzy controller."""
 
 from hfc_design.controllers.aflc.law import aflc
 from hfc_design.controllers.aflc.record import AflcDesign
@@ -15,7 +15,7 @@ JUDGES = (
 
 
 def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
-    """The table, the terms, what the adaptation made of them, the gains in the stable range."""
+    """Return table and terms, the same as adapted, and the gains in the stable range."""
     steps = record.adaptation
     parameters: flc.Parameters = [
         ("step of an edge of an error term, k_a", steps.k_a, "BLU"),
@@ -38,9 +38,9 @@ def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
 
 
 def at_the_end(record: AflcDesign, shown: ReportContext) -> dict[str, FuzzyRecord]:
-    """The controller of each axis at the end of the motion, by the axis' name.
+    """Return the controller of each axis at the end of the motion, by the axis' name.
 
-    Stepped over what the axis measured, some 0.1 ms a sample.
+    The law is stepped over the measured signals of the axis, which takes some 0.1 ms a sample.
     """
     final_records: dict[str, FuzzyRecord] = {}
     law, gains = aflc(record.sample_time_s, judge=record.judge()), record.law_gains()

@@ -1,4 +1,4 @@
-"""Axis controllers of any kind with a common controller of the contour error (Koren 1980)."""
+"""Cross-coupled control: axis controllers of any kind and one contour controller (Koren 1980)."""
 
 from collections import namedtuple
 
@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Json
 
 
 class _OwnGenome(GainsGenome):
-    """Of the gains on the contour error, and of one on the velocity of each axis."""
+    """Genome of the gains on the contour error and of the feed-forward gain of each axis."""
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target)
@@ -24,19 +24,19 @@ class _OwnGenome(GainsGenome):
 
 
 class CrossCoupledGenome(WrapperGenome):
-    """Its parts are what is inside, and its own gains."""
+    """Genome of a cross-coupled controller: the inner controllers, then its own gains."""
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target, _OwnGenome(settings, target))
 
     def gains(self, population: ProductPopulation) -> CrossGains:
-        """As the simulator wants them."""
+        """Return the gains of the population for the simulator."""
         inner, contour_gains = self.each("gains", population.parts)
         k_p, k_i, k_d, *velocity = contour_gains
         return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
 
     def record(self, individual: ProductPopulation) -> Json:
-        """The record of what is inside, and the gains."""
+        """Return the record of the inner controllers with the gains."""
         inner, contour_genome = self.parts
         contour_gains = contour_genome.gains(individual.parts[1])
         k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in contour_gains)

@@ -1,8 +1,8 @@
-"""Cross-coupled control: axis controllers, and what they lack, a controller of the contour error.
+"""Cross-coupled control: axis controllers and a common controller of the contour error.
 
 The symmetric form of Koren (1980), with the variable gains on arcs of Koren & Lo (1991), who turn
-the normal of the path towards the place that the machine is nearest to. Written for one machine in
-scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
+the normal of the path towards the point of the path nearest to the machine. Written for one machine
+in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ NO_PATH = "a cross-coupled controller needs the path of an X-Y machine"
 
 
 class CrossGains(NamedTuple):
-    """The numbers of one individual, or of a population in the trailing axis."""
+    """Gains of one individual, or of a population in the trailing axis."""
 
     inner: Gains  # of the axis controllers
     k_p: Scalar  # gain on the contour error [command/error]
@@ -35,7 +35,7 @@ class CrossGains(NamedTuple):
 
 
 class CrossMemory(NamedTuple):
-    """What the controller remembers; the rest is zero before the first sample."""
+    """Memory of the controller; before the first sample all but ``inner`` is zero."""
 
     inner: Memory
     error: Scalar  # contour error of the sample before
@@ -43,7 +43,7 @@ class CrossMemory(NamedTuple):
 
 
 class CrossCoupled(NamedTuple):
-    """The controller of an X-Y machine."""
+    """Cross-coupled controller of an X-Y machine."""
 
     kind: str
     inner: Controller
@@ -51,24 +51,24 @@ class CrossCoupled(NamedTuple):
     limits: tuple[float | None, ...]  # largest command of each axis
 
     def initial_memory(self, zero: Scalar) -> CrossMemory:
-        """Memory before the first sample: the machine stood on its path."""
+        """Return the memory before the first sample: the machine at rest on its path."""
         return CrossMemory(self.inner.initial_memory(zero), zero, zero)
 
     def begun(self, xp: Xp, zero: Scalar, gains: CrossGains) -> CrossMemory:
-        """That of what is inside by its gains."""
+        """Return the initial memory, with the inner controllers begun from their gains."""
         return self.initial_memory(zero)._replace(inner=begun(self.inner, xp, zero, gains.inner))
 
     def primed(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> CrossMemory:
-        """The contour error of the sample before was that of this one."""
+        """Return the memory with this sample's contour error as the previous one."""
         inner = primed(self.inner, xp, gains.inner, memory.inner, view)
         error = memory.error if view.path is None else view.path.contour_error
         return memory._replace(inner=inner, error=error)
 
     def step(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> Stepped:
-        """The commands of the axis controllers, fed forward, and corrected along the normal.
+        """Return the axis controllers' commands plus feed-forward, corrected along the normal.
 
         Raises:
-            UserError: there is no path.
+            UserError: the view has no path.
         """
         if view.path is None:
             raise UserError(NO_PATH)
@@ -91,7 +91,7 @@ class CrossCoupled(NamedTuple):
         return saturated, CrossMemory(inner_memory, error, integral)
 
     def _wound(self, commands: list[Scalar], further: list[Scalar]) -> Truth | None:
-        """Whether a command is beyond its limit and the integral's step would push it further."""
+        """True if a command is beyond its limit and the integral's step would push it further."""
         winding_up = None
         for limit, command, step in zip(self.limits, commands, further, strict=True):
             if limit is not None:
@@ -101,14 +101,14 @@ class CrossCoupled(NamedTuple):
 
 
 def _normal(path: PathView, view: View) -> tuple[Scalar, Scalar]:
-    """The normal to the left of the path where the machine is (Koren & Lo 1991, C_x and C_y)."""
+    """Left normal of the path at the machine's position (Koren & Lo 1991, C_x and C_y)."""
     half = 0.5 * path.curvature
     x, y = (signals["error"] for signals in view.axes)
     return half * x - path.tangent[1], half * y + path.tangent[0]
 
 
 def _fed_forward(gains: CrossGains, view: View) -> tuple[Scalar, ...]:
-    """What each axis is commanded for the velocity that it should have."""
+    """Return the command of each axis in proportion to its reference velocity."""
     if gains.velocity is None:
         return tuple(0.0 * signals["error"] for signals in view.axes)
     pairs = zip(gains.velocity, view.axes, strict=True)

@@ -1,4 +1,4 @@
-"""The cross-coupled controller in a design file and in a scenario. Never imports JAX."""
+"""Records of the cross-coupled controller in design files and scenarios. Never imports JAX."""
 
 from operator import not_
 from typing import Any, Literal, NamedTuple, Self
@@ -24,7 +24,7 @@ class ContourRecord(Record):
 
 
 class CrossCoupledDesign(OuterDesign):
-    """A controller of kind ``cross-coupled``."""
+    """Design of kind ``cross-coupled``."""
 
     kind: Literal["cross-coupled"] = "cross-coupled"
     summary = "axis controllers of any kind plus a PID on the contour error (Koren 1980)"
@@ -37,21 +37,21 @@ class CrossCoupledDesign(OuterDesign):
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
 
     def reads(self) -> list[str]:
-        """Signals of a sample, of what is inside as well."""
+        """Signals that the controller reads in a sample, with those of the inner controllers."""
         signals = ["error", *(["reference_rate"] if self.feed_forward else [])]
         return list(dict.fromkeys([*signals, *self.inner_reads()]))
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """With what is inside as the ``memory`` has made it."""
+        """Return the design with the inner controllers as learnt in ``memory``."""
         return super().learnt(axes, memory.inner)
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Of an axis, beside what is inside: where its velocity alone commands the limit, or 1."""
+        """Range besides the inner one: the axis velocity that alone commands the limit, or 1."""
         largest = max(map(abs, self.feed_forward.values()), default=0.0)
         return input_ranges({"reference_rate": largest}, limit)
 
     def law_gains(self) -> CrossGains:
-        """The numbers of one individual."""
+        """Return the gains of one individual."""
         inner = self.inner.law_gains()
         contour_gains = dict(self.contour)
         return CrossGains(
@@ -59,7 +59,7 @@ class CrossCoupledDesign(OuterDesign):
         )
 
     def controller(self, limits: Limits) -> CrossCoupled:
-        """On axes with these limits.
+        """Return the controller on axes with these limits.
 
         Raises:
             UserError: the machine has other axes.
@@ -78,7 +78,7 @@ class CrossCoupledDesign(OuterDesign):
 
 
 class CrossRanges(NamedTuple):
-    """What is searched, a range each."""
+    """Searched gains, a range each."""
 
     k_p: Any  # gain on the contour error [command/error]
     k_i: Any  # gain on its integral [command/(error s)]
@@ -87,7 +87,7 @@ class CrossRanges(NamedTuple):
 
 
 class CrossCoupledSettings(GainsSettings):
-    """Ranges of the gains on the contour error and of the feed-forward; what is searched inside."""
+    """Search ranges of the contour and feed-forward gains, and settings of the inner search."""
 
     own_ranges = CrossRanges((0.1, 20.0), (0.0, 50.0), (0.0, 1.0), (0.0, 0.1))  # on a feed drive
     own_plants = FEEDS
@@ -96,11 +96,11 @@ class CrossCoupledSettings(GainsSettings):
 
     @property
     def staged(self) -> bool:
-        """No: what is inside has stages of its own, or none."""
+        """False: only the inner controllers may have stages."""
         return False
 
     def fault(self, target: Target) -> str | None:
-        """No path, no ranges for the plant, or what is inside cannot be searched for."""
+        """Return why the search is impossible (path, ranges or inner controllers), or None."""
         if not target.follows_path:
             return f"controller.kind = {self.kind!r}: needs a machine that follows a path in X-Y"
         if lacking := super().fault(target):

@@ -1,4 +1,4 @@
-"""What the page shows of a cross-coupled controller."""
+"""Sections of the report page of a cross-coupled controller."""
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
 from hfc_design.controllers.kind import ReportContext
@@ -13,7 +13,7 @@ CAPTION = "Gains on the contour error, positive to the left of the motion, and f
 
 
 def sections(record: CrossCoupledDesign, shown: ReportContext) -> list[Section]:
-    """Its gains with units, then what is inside."""
+    """Return the gains with units, then the sections of the inner controllers."""
     position, command = shown.units["error"], shown.units["command"]
     units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")
     names = ("contour error, k_p", "its integral, k_i", "its rate, k_d")

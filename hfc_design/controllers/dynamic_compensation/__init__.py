@@ -1,4 +1,4 @@
-"""Compensation of the tracking errors of a machine beside any controller (Lin & Gai 2009)."""
+"""Compensation of the tracking errors of a machine, added to any controller (Lin & Gai 2009)."""
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from hfc_design.core.numbers import Json
 
 
 class CompensationGenome(WrapperGenome):
-    """Its parts are what is inside, and its own numbers in shares of the settings."""
+    """Genome: the inner controllers, then the compensation's gains in shares of the settings."""
 
     def __init__(self, settings: CompensationSettings, target: Target):
         super().__init__(settings, target, GainsGenome(settings, target))
 
     def gains(self, population: ProductPopulation) -> CompensationGains:
-        """As the simulator wants them."""
+        """Return the gains of the population for the simulator."""
         inner, shares = self.each("gains", population.parts)
         settings = self.settings
         k_p = tuple(np.stack([gain * shares.k_p for gain in settings.k_p.values()]))
@@ -28,7 +28,7 @@ class CompensationGenome(WrapperGenome):
         return CompensationGains(inner, k_p, settings.dead_zone * shares.dead_zone, speed)
 
     def record(self, individual: ProductPopulation) -> Json:
-        """The record of what is inside, and its own."""
+        """Return the record of the inner controllers with the compensation's own gains."""
         gains, settings = self.gains(individual), self.settings
         pairs = zip(settings.k_p, gains.k_p, strict=True)
         return {

@@ -1,7 +1,7 @@
 """Dynamic compensation of the tracking error of a whole machine (Lin & Gai 2009, cited as LG09).
 
-Beside the command of any controller each axis has, with e the errors of all axes and le their
-Euclidean length (LG09 eq. 3 to 6)::
+The following command is added to that of each axis' controller, with e the errors of all axes and
+le their Euclidean length (LG09 eq. 3 to 6)::
 
     u_c = k_p (v_i / v) (e_i / le) (le - e_max)    where le > e_max, else 0
 
@@ -18,7 +18,7 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Xp, total
 
 
 class CompensationGains(NamedTuple):
-    """The numbers of one individual, or of a population in the trailing axis."""
+    """Gains of one individual, or of a population in the trailing axis."""
 
     inner: Gains  # of the controllers beside which it stands
     k_p: Sequence[Scalar]  # of each axis [command/error]
@@ -27,7 +27,7 @@ class CompensationGains(NamedTuple):
 
 
 class DynamicCompensation(NamedTuple):
-    """The controller of a machine."""
+    """Compensated controller of a machine."""
 
     kind: str
     inner: Controller
@@ -35,19 +35,19 @@ class DynamicCompensation(NamedTuple):
     limits: tuple[float | None, ...]  # largest command of each axis
 
     def initial_memory(self, zero: Scalar) -> Memory:
-        """That of what is inside: the compensation remembers nothing."""
+        """Return the inner controllers' memory; the compensation has none."""
         return self.inner.initial_memory(zero)
 
     def begun(self, xp: Xp, zero: Scalar, gains: CompensationGains) -> Memory:
-        """That of what is inside by its gains."""
+        """Return the inner controllers' memory, begun from their gains."""
         return begun(self.inner, xp, zero, gains.inner)
 
     def primed(self, xp: Xp, gains: CompensationGains, memory: Memory, view: View) -> Memory:
-        """That of what is inside."""
+        """Return the inner controllers' memory, primed with the first view."""
         return primed(self.inner, xp, gains.inner, memory, view)
 
     def step(self, xp: Xp, gains: CompensationGains, memory: Memory, view: View) -> Stepped:
-        """The commands of what is inside, compensated."""
+        """Return the inner controllers' commands with the compensation added."""
         inner, memory = self.inner.step(xp, gains.inner, memory, view)
         share = speed_share(xp, gains.speed, [view.axes[k]["reference_rate"] for k in self.along])
         errors = [signals["error"] for signals in view.axes]
@@ -57,11 +57,11 @@ class DynamicCompensation(NamedTuple):
 
 
 def beyond(xp: Xp, dead_zone: Scalar, errors: Sequence[Scalar]) -> Scalar:
-    """``(le - e_max) / le``, 0 in the dead zone: it is 0 at its edge, where it has no jump."""
+    """Return ``(le - e_max) / le``; 0 in the dead zone, and continuous at its edge."""
     square = xp.maximum(total(error * error for error in errors), dead_zone * dead_zone)
     return 1.0 - dead_zone / xp.sqrt(square)
 
 
 def speed_share(xp: Xp, speed: Scalar, rates: Sequence[Scalar]) -> Scalar:
-    """``v_i / v``; 1 is its peak, where the path is as fast as programmed or faster."""
+    """Return ``v_i / v``, at most 1: where the path is as fast as programmed or faster."""
     return xp.sqrt(xp.minimum(total(rate * rate for rate in rates) / (speed * speed), 1.0))

@@ -1,4 +1,4 @@
-"""Dynamic compensation in a design file and in a scenario. Never imports JAX."""
+"""Records of dynamic compensation in design files and scenarios. Never imports JAX."""
 
 from operator import not_
 from typing import Any, Literal, NamedTuple
@@ -13,12 +13,12 @@ from hfc_design.core.records import Finite, Label, Positive, UserError
 
 HERE = "hfc_design.controllers.dynamic_compensation"
 
-#: Of each axis by its name [command / unit of its error].
+#: Gain of each axis by the axis' name [command / unit of its error].
 Gain = dict[Label, Finite]
 
 
 class CompensationDesign(OuterDesign):
-    """A controller of kind ``dynamic-compensation``; see ``law``."""
+    """Design of kind ``dynamic-compensation``; see ``law``."""
 
     kind: Literal["dynamic-compensation"] = "dynamic-compensation"
     summary = "any controllers plus a compensation by the length of all errors (Lin & Gai)"
@@ -32,21 +32,21 @@ class CompensationDesign(OuterDesign):
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
     def reads(self) -> list[str]:
-        """Signals of a sample, of what is inside as well."""
+        """Signals that the controller reads in a sample, with those of the inner controllers."""
         return list(dict.fromkeys(["error", "reference_rate", *self.inner_reads()]))
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Of an axis, beside what is inside: beyond the dead zone, up to the programmed speed."""
+        """Range of an axis besides the inner one: twice the dead zone, and the programmed speed."""
         return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
 
     def law_gains(self) -> CompensationGains:
-        """The numbers of one individual."""
+        """Return the gains of one individual."""
         inner = self.inner.law_gains()
         k_p = tuple(self.k_p.values())
         return CompensationGains(inner, k_p, self.dead_zone, self.programmed_speed)
 
     def controller(self, limits: Limits) -> DynamicCompensation:
-        """On axes with these limits.
+        """Return the controller on axes with these limits.
 
         Raises:
             UserError: the machine has other axes.
@@ -60,7 +60,7 @@ class CompensationDesign(OuterDesign):
 
 
 def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str | None:
-    """Why a controller is none of a machine with these axes, in a line."""
+    """Return why a controller does not fit a machine with these axes, in a line, or None."""
     has = f"the machine has {', '.join(axes)}"
     if tuple(k_p) != axes:
         return f"k_p: must name every axis once; {has}"
@@ -73,14 +73,14 @@ def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str 
 
 
 class CompensationRanges(NamedTuple):
-    """What is searched, in shares of the settings; a range each."""
+    """Searched factors on the settings, a range each."""
 
     k_p: Any  # factor on the k_p of every axis [1]
     dead_zone: Any  # factor on the dead zone [1]
 
 
 class CompensationSettings(GainsSettings):
-    """What a search begins with, its ranges, and what is searched inside."""
+    """Start and ranges of a search, and settings of the inner search."""
 
     own_ranges = CompensationRanges((0.05, 5.0), (0.05, 5.0))
     kind: Literal["dynamic-compensation"]
@@ -92,11 +92,11 @@ class CompensationSettings(GainsSettings):
 
     @property
     def staged(self) -> bool:
-        """No: what is inside has stages of its own, or none."""
+        """False: only the inner controllers may have stages."""
         return False
 
     def fault(self, target: Target) -> str | None:
-        """Other axes than the machine's, or what is inside cannot be searched for."""
+        """Return why the search is impossible (other axes or inner controllers), or None."""
         if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
             return f"controller.{fault}"
         inner_fault = self.inner.fault(target)

@@ -1,4 +1,4 @@
-"""What the page shows of dynamic compensation."""
+"""Sections of the report page of dynamic compensation."""
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
 from hfc_design.controllers.kind import ReportContext
@@ -12,7 +12,7 @@ ABOUT = (
 
 
 def sections(record: CompensationDesign, shown: ReportContext) -> list[Section]:
-    """Its numbers with units, then what is inside."""
+    """Return the gains with units, then the sections of the inner controllers."""
     rows = [["dead zone, e_max", f"{record.dead_zone:.6g}", "units of the errors"]]
     along = ", ".join(axis.upper() for axis in record.path_axes) or "all axes"
     speed = f"programmed speed, v, of {along}"

@@ -1,4 +1,4 @@
-"""The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
+"""Two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
 
 from hfc_design.controllers.flc.record import FlcDesign as KIND
 

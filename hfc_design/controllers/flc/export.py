@@ -1,6 +1,6 @@
-"""A fuzzy controller for other programs: its rule table; its samples in words.
+"""Export of a fuzzy controller: its rule table for other programs, its samples in words.
 
-Rules and terms of a kind that adapts are those that it starts from.
+Rules and terms of an adaptive kind are its initial ones.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from hfc_design.core.numbers import Json, Memory
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
-    """The one table, under the names of the program that it comes from."""
+    """Return the one rule table, with the names of the program that it comes from."""
     unit, names, rules = plain_unit(record), record.names, record.rules
     called = unit._replace(
         name=names.output,
@@ -28,7 +28,7 @@ def units(record: FuzzyRecord) -> list[RuleUnit]:
 
 
 def plain_unit(record: FuzzyRecord) -> RuleUnit:
-    """The table under names of ours."""
+    """Return the rule table with the names of this package."""
     error, change = (
         tuple(Triangle(term.label, *term.edges()) for term in terms)
         for terms in (record.error_terms, record.error_change_terms)
@@ -37,12 +37,12 @@ def plain_unit(record: FuzzyRecord) -> RuleUnit:
 
 
 def inputs(record: FuzzyRecord) -> list[str]:
-    """Column and row."""
+    """Names of the column and row inputs."""
     return [record.names.error_change, record.names.error]
 
 
 def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
-    """The integral and the compensation."""
+    """Return form, output, integral gain, compensation, names and dead zone as plain data."""
     low, form, names = record.low_velocity, record.control_form(), record.names
     return {
         "form": form,
@@ -55,7 +55,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
 
 
 def notes(record: FuzzyRecord) -> list[str]:
-    """Units of the signals, and what a rule table does not hold."""
+    """Return lines on the units of the signals and on what a rule table does not contain."""
     lines = ["error and error_change in BLU, output in units of the command"]
     if record.adapts:
         lines.append(
@@ -68,7 +68,7 @@ def notes(record: FuzzyRecord) -> list[str]:
 
 
 def tables(record: FuzzyRecord) -> dict[str, Rows]:
-    """``rules.csv`` (rows: error, columns: change of error), the terms and ``manifest.csv``."""
+    """Return ``rules.csv`` (rows: error, columns: its change), the terms and ``manifest.csv``."""
     names, rules = record.names, record.rules
     error, change = labels_of(record)
     corner = f"row {names.error} [BLU] \\ column {names.error_change} [BLU]"
@@ -88,7 +88,7 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
 
 
 def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
-    """Of the terms of the error and of its change."""
+    """Labels of the terms of the error and of its change."""
     error, change = (
         [term.label for term in terms] for terms in (record.error_terms, record.error_change_terms)
     )
@@ -96,17 +96,17 @@ def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
 
 
 def signals(record: FuzzyRecord) -> tuple[list[str], list[str]]:
-    """Signals of a sample, and those of the sample before."""
+    """Signals of a sample, and those kept from the previous sample."""
     return record.reads(), [] if record.control_form() == "P" else ["previous_error"]
 
 
 def remember(memory: Memory, readings: dict[str, float]) -> Memory:
-    """The memory with other readings of the sample before."""
+    """Return the memory with ``readings`` of the previous sample."""
     return memory._replace(**readings)
 
 
 def shown(record: FuzzyRecord, parts: Parts) -> Json:
-    """What a sample's command is made of."""
+    """Return the parts of a sample's command as plain data."""
     names, (error, change) = record.names, labels_of(record)
     labels = None if record.rules.output_terms is None else record.rules.labels
     column = side(names.error_change, parts.change, change, spread(parts.in_change, len(change)))
@@ -119,13 +119,13 @@ def shown(record: FuzzyRecord, parts: Parts) -> Json:
 
 
 def apart(one: float, other: float) -> float:
-    """How far apart two numbers are in single precision."""
+    """Distance of two numbers in single precision."""
     with np.errstate(over="ignore", invalid="ignore"):
         return abs(float(np.float32(one) - np.float32(other)))
 
 
 def widths(record: FuzzyRecord) -> list[float]:
-    """How far the edges of terms are from their centres, in single precision."""
+    """Distances of the edges of terms from their centres, in single precision."""
     table = record.table()
     terms = (*table.error_terms, *table.change_terms)
     return [apart(edge, term[1]) for term in terms for edge in term[::2]]

@@ -16,27 +16,27 @@ from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
 from hfc_design.stability.sectors import Rectangle, bounded, inner_edges, middle
 from hfc_design.stability.stable_range import StableRange, stable_range
 
-#: Neighbouring centres of the error and of its change are at least so far apart [BLU].
+#: Smallest distances of neighbouring centres of the error and of its change [BLU].
 SMALLEST_GAP = (1.0, 0.25)
-#: Neighbouring terms overlap by at least this share of their centres' distance.
+#: Smallest overlap of neighbouring terms, as a share of their centres' distance.
 SMALLEST_OVERLAP = 0.1
-#: K_1 limits between these shares of the stable range's K_1.
+#: Range of K_1 limits, in shares of the stable range's K_1.
 SHARES = (0.1, 0.95)
-#: Part of the K_2 that the stable range allows at a K_1 limit.
+#: Share used of the K_2 that the stable range allows at a K_1 limit.
 INSIDE = 0.99
-#: Places of the range's K_2 bound between which it is interpolated.
+#: Number of points at which the K_2 bound of the range is tabulated for interpolation.
 POINTS = 200
-#: First standard deviation of a distribution of all numbers, and how many times larger or smaller
-#: a distance may become in it (its logarithm).
+#: Initial standard deviation of a distribution of all numbers, and the logarithm of the largest
+#: factor by which a distance may grow or shrink in it.
 EVERYTHING, FAR = 0.02, 4.0
 
 
 class FuzzyTables(NamedTuple):
     """n individuals; every array carries them in its leading axis.
 
-    A joint is where two neighbouring terms overlap: the distance of their centres, and from the
-    lower centre on, in shares of it, the left edge of the upper term and the right edge of the
-    lower one.
+    A joint describes the overlap of two neighbouring terms: the distance of their centres, and, in
+    shares of it from the lower centre on, the left edge of the upper term and the right edge of
+    the lower term.
     """
 
     tree: Integers  # (n,) 0: there is one structure
@@ -47,11 +47,11 @@ class FuzzyTables(NamedTuple):
 
 
 class FuzzyGenome(Genome):
-    """What a search can do with ``FuzzyTables``.
+    """Operations of a search on ``FuzzyTables``.
 
     Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the narrowest stable
-    range of the axes. Where it adapts it stays in this rectangle, and its terms overlap no less
-    than they do at first.
+    range of the axes. An adaptive table stays in this rectangle, and its terms never overlap less
+    than initially.
     """
 
     def __init__(self, settings: FuzzySettings, target: Target):
@@ -72,7 +72,7 @@ class FuzzyGenome(Genome):
         self.largest_command = min(*commands, *limits)  # [unit]
 
     def empty(self) -> FuzzyTables:
-        """One individual, the start."""
+        """Return one individual, the start."""
         table = self.start.table()
         sides = [np.array(terms) for terms in (table.error_terms, table.change_terms)]
         lower = np.concatenate([terms[:-1] for terms in sides])
@@ -89,7 +89,7 @@ class FuzzyGenome(Genome):
         return self._allowed(individual)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> FuzzyTables:
-        """The start, and the start with other widths, heights, gains and noise."""
+        """Return the start, and variations of it in widths, heights, gains and noise."""
         count = len(tree)
         start = taken(self.empty(), np.zeros(count, int))
         near = rng.random(count)  # 0: as the start
@@ -135,7 +135,7 @@ class FuzzyGenome(Genome):
         )
 
     def blended(self, one: FuzzyTables, other: FuzzyTables, share: Floats) -> FuzzyTables:
-        """Every number on a straight line."""
+        """Interpolate every number linearly."""
         arrays = (
             a + share.reshape(-1, *(1,) * (a.ndim - 1)) * (b - a)
             for a, b in zip(one[1:], other[1:], strict=True)
@@ -143,12 +143,12 @@ class FuzzyGenome(Genome):
         return self._allowed(FuzzyTables(one.tree, *arrays))
 
     def nudged(self, population: FuzzyTables, rng: np.random.Generator) -> FuzzyTables:
-        """Other singletons by a millionth."""
+        """Reduce singletons by up to a millionth."""
         off = 1.0 - 1e-6 * rng.random(population.singletons.shape)
         return population._replace(singletons=population.singletons * off)
 
     def around(self, about: FuzzyTables) -> Stage:
-        """Distances of centres by their logarithm, the rest in shares of its range."""
+        """Return a stage: distances of centres by logarithm, the rest in shares of its range."""
         heights = self.largest_command
         most = self.settings.largest_integral_gain
         widths, edges = about.joints[0, ..., 0], about.joints[0, ..., 1:]
@@ -173,7 +173,7 @@ class FuzzyGenome(Genome):
         return Stage(np.zeros(int(ends[-1]) + 1), EVERYTHING, members)
 
     def gains(self, population: FuzzyTables) -> Gains:
-        """The population as the simulator wants it."""
+        """Return the gains of the population for the simulator."""
         table = self.start.table()
         given = jax.tree.map(
             lambda number: np.full(len(population.tree), number),
@@ -184,7 +184,7 @@ class FuzzyGenome(Genome):
         return FlcGains(error_terms, change_terms, singletons, population.k_i, *given)
 
     def record(self, individual: FuzzyTables) -> Json:
-        """The kind's record: as the start but for what was searched."""
+        """Return the record of the kind: the start with the searched values replaced."""
         record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
         for key, terms in zip(keys, self.triangles(individual.joints), strict=True):
@@ -196,7 +196,7 @@ class FuzzyGenome(Genome):
         return record
 
     def _allowed(self, population: FuzzyTables) -> FuzzyTables:
-        """The nearest individuals whose terms leave no gap and whose tables are in range."""
+        """Return the nearest individuals whose terms have no gap and whose tables are in range."""
         joints, singletons = population.joints.copy(), population.singletons
         if self.settings.symmetric:
             mirrored = joints[:, self.mirror]
@@ -222,31 +222,31 @@ class FuzzyGenome(Genome):
         )
 
     def triangles(self, joints: Floats) -> tuple[Any, Any]:
-        """Terms (terms, 3, n) of the error and of its change, of joints (n, joints, 3)."""
+        """Return terms (terms, 3, n) of the error and of its change from joints (n, joints, 3)."""
         error, change = (terms_of_joints(joints[:, self.side == side]) for side in (0, 1))
         return error, change
 
     def smallest_gap(self) -> Floats:
-        """(2,) that neighbouring centres are apart [BLU]."""
+        """Smallest distances (2,) of neighbouring centres [BLU]."""
         return np.array(SMALLEST_GAP)
 
     def sectors(self, share: Floats) -> Rectangle:
-        """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's."""
+        """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's K_1."""
         k1 = share * self.stable.k1_bound
         return Rectangle(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
 
 
 @cache
 def _bounds(stable: StableRange) -> tuple[Floats, Floats]:
-    """(POINTS,) evenly spaced K_1, and the K_2 that the range allows at them."""
+    """Evenly spaced K_1 (POINTS,) and the K_2 that the range allows at them."""
     k1 = np.linspace(*SHARES, POINTS) * stable.k1_bound
     return k1, stable.k2(k1)
 
 
 def terms_of_joints(joints: Floats) -> Floats:
-    """Terms (terms, 3, n) of an input, of its joints (n, terms - 1, 3).
+    """Return terms (terms, 3, n) of an input from its joints (n, terms - 1, 3).
 
-    The middle one is centred on 0, the outermost edges are infinite.
+    The middle term is centred on 0; the outermost edges are infinite.
     """
     gap = joints[..., 0]
     centres = np.cumsum(np.insert(gap, 0, 0.0, axis=-1), axis=-1)
@@ -261,7 +261,7 @@ def terms_of_joints(joints: Floats) -> Floats:
 
 
 def _in_sectors(sectors: Rectangle, terms: tuple[Any, Any], singletons: Floats) -> Floats:
-    """Singletons (n, rows, columns) moved to the nearest that keep them in ``sectors`` of (n,)."""
+    """Move singletons (n, rows, columns) to the nearest values inside ``sectors`` of (n,)."""
     table: Any = np.moveaxis(singletons, 0, -1)
     error_terms, change_terms = terms
     row_edges, edges = (inner_edges(*Partition.of(side)[1:]) for side in terms)

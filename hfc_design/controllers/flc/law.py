@@ -1,4 +1,4 @@
-"""The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
+"""Two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
 Written for one axis in scalars and without branches on their values; ``xp`` as in
 ``core.numbers``. Never imports JAX.
@@ -11,7 +11,8 @@ from hfc_design.controllers.controller import AxisLaw, Signals, held, limited, o
 from hfc_design.controllers.neighbours import Degrees, Partition, firing_of, memberships, weighted
 from hfc_design.core.numbers import RuleTable, Scalar, Triangles, Xp
 
-#: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
+#: Speed below which the axis counts as at rest [mm/s]: an encoder that moves less than half a BLU
+#: in 10 ms reads V = 0.
 STANDSTILL = 0.5
 
 
@@ -27,7 +28,7 @@ class Compensation(NamedTuple):
 
 
 class FlcGains(NamedTuple):
-    """The fuzzy controller as numbers: one individual, or a population in the trailing axis."""
+    """Numbers of the fuzzy controller: one individual, or a population in the trailing axis."""
 
     error_terms: Triangles  # (7, 3) left, centre, right [BLU]; the outermost edges are not read
     change_terms: Triangles  # (7, 3) the same for e(k) - e(k-1) [BLU]
@@ -38,7 +39,7 @@ class FlcGains(NamedTuple):
 
 
 class FlcMemory(NamedTuple):
-    """What the controller remembers; all zero before the first sample."""
+    """Memory of the controller; all zero before the first sample."""
 
     error: Scalar  # e(k-1) [BLU]
     fuzzy: Scalar  # u_F(k-1), for the form PI
@@ -46,7 +47,7 @@ class FlcMemory(NamedTuple):
 
 
 def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``flc``; ``form`` as in JK95 eq. 1.
+    """Return the law of kind ``flc``; ``form`` as in JK95 eq. 1.
 
     ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
     """
@@ -54,17 +55,17 @@ def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:
-    """Memory before the first sample: the axis stood on its reference."""
+    """Return the memory before the first sample: the axis at rest on its reference."""
     return FlcMemory(zero, zero, zero)
 
 
 def primed(xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Signals) -> FlcMemory:
-    """The error of the sample before was that of this one, so that its change is 0."""
+    """Return the memory with this sample's error as the previous one, so that its change is 0."""
     return memory._replace(error=outside(xp, gains.dead_zone, signals["error"]))
 
 
 class RuleBase(NamedTuple):
-    """Partition and singletons as they are at a sample."""
+    """Partitions and singletons at a sample."""
 
     error: Partition  # [BLU]
     change: Partition  # [BLU]
@@ -72,14 +73,14 @@ class RuleBase(NamedTuple):
 
     @classmethod
     def of(cls, gains: FlcGains) -> "RuleBase":
-        """Those that a design has."""
+        """Return the rule base of a design."""
         return cls(
             Partition.of(gains.error_terms), Partition.of(gains.change_terms), gains.singletons
         )
 
 
 class Parts(NamedTuple):
-    """What a command is made of."""
+    """Parts of a command."""
 
     singletons: RuleTable  # (7, 7) as they are at this sample
     error: Scalar  # [BLU]
@@ -95,7 +96,7 @@ class Parts(NamedTuple):
 def sample(
     xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Signals
 ) -> tuple[Scalar, FlcMemory, Parts]:
-    """The command of one sample, what to remember, and what it is made of.
+    """Return the command of one sample, the memory after it, and the command's parts.
 
     In every form the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
@@ -114,7 +115,7 @@ def commanded(
     memory: FlcMemory,
     signals: Signals,
 ) -> tuple[Scalar, FlcMemory, Parts]:
-    """The same by another rule ``base`` than that of the gains, and the degrees of the error."""
+    """Return the same as ``sample``, by the given rule ``base`` and degrees of the error."""
     error = outside(xp, gains.dead_zone, signals["error"])
     change = 0.0 * error if law.structure == "P" else error - memory.error
     in_change = memberships(xp, base.change, change)
@@ -139,7 +140,7 @@ def _sum(fuzzy: Scalar, integral: Scalar, compensation: Scalar | None) -> Scalar
 
 
 def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) -> Scalar:
-    """Overall action u_0: product of the degrees, average of the singletons' centres.
+    """Return the overall action u_0: product of degrees, average of the singletons' centres.
 
     Where no rule fires the action is 0; terms without gaps (see ``design``) always fire one.
     Between evenly spaced centres E_i, E_i + alpha and D_j, D_j + beta, with edges on the
@@ -154,7 +155,7 @@ def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) 
 
 
 def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Scalar:
-    """u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
+    """Return u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
 
     Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
     towards its reference, and only when the error is a command and not the encoder's noise.

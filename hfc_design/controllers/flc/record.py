@@ -1,4 +1,4 @@
-"""The two-input fuzzy controller in a design file and in a scenario. Never imports JAX."""
+"""Records of the two-input fuzzy controller in design files and scenarios. Never imports JAX."""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -29,7 +29,7 @@ Variable = Literal["error", "error_change", "output"]
 
 
 class NamesRecord(Record):
-    """Names of the variables, and of the system of them."""
+    """Names of the variables, and of the whole system."""
 
     error: Label = "error"  # name of the error in exported files
     error_change: Label = "error_change"  # name of its change in exported files
@@ -47,17 +47,17 @@ class NamesRecord(Record):
         return self
 
 
-#: Names of variables that no other program has given.
+#: Default names of the variables, unless another program gave others.
 USUAL = NamesRecord()
 
 
 def called(name: str, usual: str, meaning: str) -> str:
-    """A variable for people: its own name with what it means, if it is not the usual one."""
+    """Return a variable's name for people, with its meaning if the name is not the usual one."""
     return meaning if name in (usual, meaning) else f"{name} ({meaning})"
 
 
 def signals_of(names: NamesRecord) -> dict[str, str]:
-    """Names of the inputs -> the signals that they are; none where they have the usual ones."""
+    """Return a mapping of input names to their signals, without inputs of usual names."""
     pairs = (names.error, USUAL.error), (names.error_change, USUAL.error_change)
     return {name: signal for name, signal in pairs if name != signal}
 
@@ -68,14 +68,15 @@ def _rising(ends: tuple[float, float]) -> tuple[float, float]:
     return ends
 
 
-#: Ranges that variables have there, in BLU and units of the command. They change no command.
+#: Ranges of the variables in exported files, in BLU and units of the command; they change no
+#: command.
 Ranges = dict[Variable, Annotated[tuple[Finite, Finite], AfterValidator(_rising)]]
 
 
 if TYPE_CHECKING:
     from plants import Drive  # which imports JAX
 
-#: Length of a BLU [mm] where a design says none.
+#: Length of a BLU [mm] unless a design gives another.
 BLU_MM = 0.01
 
 
@@ -91,7 +92,7 @@ class TriangleRecord(Record):
     right: Finite | None = None  # right end [BLU]; left out: unbounded
 
     def edges(self) -> tuple[float, float, float]:
-        """Left, centre, right."""
+        """Return left, centre and right; unbounded edges are infinite."""
         left = -inf if self.left is None else self.left
         return left, self.centre, inf if self.right is None else self.right
 
@@ -100,7 +101,7 @@ Terms = Annotated[tuple[TriangleRecord, ...], Field(min_length=FEWEST, max_lengt
 
 
 def terms_of(triangles: Triangles, labels: Iterable[str]) -> Terms:
-    """Terms of (left, centre, right), unchecked, from the lowest on."""
+    """Return terms from triangles (left, centre, right), lowest first, without validation."""
     return tuple(
         TriangleRecord.model_construct(
             label=label,
@@ -125,7 +126,7 @@ class CompensationRecord(Record):
 
 
 class FuzzyRecord(ControllerRecord):
-    """What the three fuzzy kinds have in common."""
+    """Common base of the three fuzzy kinds."""
 
     error_terms: Terms  # triangles of the error, in order
     error_change_terms: Terms  # triangles of its change in a sample, in order
@@ -164,7 +165,7 @@ class FuzzyRecord(ControllerRecord):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Labels follow from changed numbers, and where they name numbers these from labels."""
+        """Drop labels after changed numbers or, with output terms, numbers after changed labels."""
         rules = data.get("rules")
         if isinstance(rules, dict):
             if fault := unused_term(rules, keys):
@@ -176,26 +177,26 @@ class FuzzyRecord(ControllerRecord):
                 rules.pop(other)
 
     def at_first(self) -> Self:
-        """The controller as it is in its first sample."""
+        """Return the controller as it is in its first sample."""
         return self
 
     def control_form(self) -> str:
-        """Of JK95 eq. 1; only an flc can choose."""
+        """Form of JK95 eq. 1; only an ``flc`` has a choice."""
         return "PD"
 
     def reads(self) -> list[str]:
-        """Signals of a sample."""
+        """Signals that the controller reads in a sample."""
         return ["error", "velocity"] if self.low_velocity else ["error"]
 
     def on(self, drive: "Drive", parameters: Parameters) -> Self:
-        """The same for a drive whose positions count in other lengths."""
+        """Return the design with the length of a BLU of the ``drive``."""
         if self.low_velocity is None or drive.millimetres is None:
             return self
         low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
         return self.model_copy(update={"low_velocity": low})
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Up to the outermost centres, and to the velocity that is compensated."""
+        """Ranges of the inputs: outermost centres, and the highest compensated velocity."""
         ranges = {
             name: max(abs(term.centre) for term in terms)
             for name, terms in (
@@ -208,7 +209,7 @@ class FuzzyRecord(ControllerRecord):
         return ranges
 
     def connecting(self) -> list[str]:
-        """What happens to the signals inside."""
+        """Return notes on how the controller processes its signals."""
         notes = [] if self.control_form() == "P" else [CHANGES]
         notes += dead_zone_note(self)
         if low := self.low_velocity:
@@ -218,7 +219,7 @@ class FuzzyRecord(ControllerRecord):
         return notes
 
     def table(self) -> FlcGains:
-        """The fuzzy controller of one individual."""
+        """Return the fuzzy controller of one individual."""
         return FlcGains(
             tuple(term.edges() for term in self.error_terms),
             tuple(term.edges() for term in self.error_change_terms),
@@ -229,7 +230,7 @@ class FuzzyRecord(ControllerRecord):
         )
 
     def table_gains(self) -> dict[str, tuple[float, float]]:
-        """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
+        """Gains (K_1, K_2) of the rule table [unit/BLU], by the method that found them."""
         table = self.table()[:3]
         by_method = {"table, with its edges": true_sectors(*table)}
         if all(map(centred, table[:2])):
@@ -238,7 +239,7 @@ class FuzzyRecord(ControllerRecord):
 
 
 class FlcDesign(FuzzyRecord):
-    """A controller of kind ``flc``; ``form`` as in JK95 eq. 1."""
+    """Design of kind ``flc``; ``form`` as in JK95 eq. 1."""
 
     kind: Literal["flc"] = "flc"
     summary = "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)"
@@ -256,20 +257,20 @@ class FlcDesign(FuzzyRecord):
         return rules
 
     def law_gains(self) -> FlcGains:
-        """The gains of one individual."""
+        """Return the gains of one individual."""
         return self.table()
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return flc(self.form, self.sample_time_s, limit)
 
     def control_form(self) -> str:
-        """The one that it has."""
+        """Form of the design."""
         return self.form
 
 
 def terms_fault(terms: Terms) -> str | None:
-    """What is wrong with a row of terms, in one line; None if nothing is."""
+    """Return what is wrong with a row of terms, in one line; None if nothing is."""
     labels = [term.label for term in terms]
     if fault := _labels_fault(labels):
         return fault
@@ -306,7 +307,7 @@ def _labels_fault(labels: list[str]) -> str | None:
 
 
 class FuzzySettings(Ordered, ControllerSettings):
-    """Bounds of a search that begins with a fuzzy controller, or with a design's."""
+    """Bounds of a search that starts from a fuzzy controller, or from that of a design."""
 
     keys_last = ("kind",)
     start: Any  # design that the search starts from: a built-in name, a file, or a record
@@ -317,11 +318,11 @@ class FuzzySettings(Ordered, ControllerSettings):
     @field_validator("start", mode="before")
     @classmethod
     def _controller_of(cls, start: Plain, info: ValidationInfo) -> Plain:
-        """The controller of the design that ``start`` names; a record stays one."""
+        """Return the controller of the design named by ``start``; records are returned as given."""
         return controller_named(start, info)
 
     def fault(self, target: Target) -> str | None:
-        """A plant without a stable range, or a start that cannot be one."""
+        """Return why the search is impossible (no stable range, or unfit start), or None."""
         for drive in target.machine.drives:
             if drive.linear is None:
                 unfit = f"needs a feed drive (got {drive.name})"
@@ -348,7 +349,7 @@ class FuzzySettings(Ordered, ControllerSettings):
 
 
 class FlcSettings(FuzzySettings):
-    """A fuzzy controller of a feed drive."""
+    """Settings of a search for an ``flc`` of a feed drive."""
 
     kind: Literal["flc"]
     #: design that the search starts from: a built-in name, a file, or a record

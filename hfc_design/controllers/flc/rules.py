@@ -1,4 +1,4 @@
-"""The rule table of a fuzzy controller: a label and a number a rule. Never imports JAX."""
+"""Rule table of a fuzzy controller: a label and a number for each rule. Never imports JAX."""
 
 import sys
 from collections import defaultdict
@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Floats, Json, Plain, RuleTable
 from hfc_design.core.records import Finite, Label, Record
 from hfc_design.core.wording import one_of
 
-#: Terms that an input of a rule table may have.
+#: Smallest and largest number of terms of an input of a rule table.
 FEWEST, MOST = 2, 11
 #: Linguistic labels, negative large to positive large.
 LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
@@ -25,11 +25,11 @@ HeightTable = Annotated[Heights, Field(min_length=FEWEST, max_length=MOST)]
 
 
 class RulesRecord(Record):
-    """The rule base, rows by error and columns by its change, both from the lowest term on.
+    """Rule base: rows by error and columns by its change, both from the lowest term on.
 
-    Where ``output_terms`` names the singletons a rule's number is that of its label. Elsewhere
-    labels are the seven usual ones, and say no more than which numbers are larger. Either labels
-    or numbers may be left out: they follow from the others.
+    If ``output_terms`` names the singletons, a rule's number is that of its label. Otherwise the
+    labels are the seven usual ones and only order the numbers. Either labels or numbers may be
+    left out: they follow from the others.
     """
 
     labels: LabelTable  # name of the output term of each rule
@@ -80,11 +80,11 @@ class RulesRecord(Record):
         return self
 
     def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+        """Numbers of rows and columns."""
         return len(self.centroids), len(self.centroids[0])
 
     def contradiction(self) -> str | None:
-        """Two rules of which the one with the larger label has the smaller number, in one line."""
+        """Return a line on two rules whose labels and numbers are in opposite orders, or None."""
         if self.output_terms is not None:
             return None  # each label is a number
         by_label = defaultdict(list)
@@ -100,14 +100,14 @@ class RulesRecord(Record):
         return None
 
     def moved(self, table: RuleTable) -> Self:
-        """The same rules with other numbers, and with labels that fit them."""
+        """Return the rules with the numbers of ``table`` and with labels that fit them."""
         rows = tuple(tuple(map(float, row)) for row in table)
         rules = self.model_copy(update={"centroids": rows, "output_terms": None})
         unfit = self.output_terms is not None or rules.contradiction()
         return rules.relabelled() if unfit else rules
 
     def relabelled(self) -> Self:
-        """The same numbers with the labels that are nearest."""
+        """Return the same numbers with the nearest labels."""
         rows = tuple(map(tuple, nearest_labels(self.centroids)))
         return self.model_copy(update={"labels": rows})
 
@@ -125,7 +125,7 @@ def _text(low: str, higher: Cell, high: str, lower: Cell) -> str:
 
 
 def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | None:
-    """What is wrong with the first label that is none of the ``known`` ones."""
+    """Return a message on the first label that is not among ``known``, or None."""
     names = [*known]
     for i, row in enumerate(labels):
         for j, label in enumerate(row):
@@ -137,9 +137,9 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
 
 
 def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
-    """What is wrong with the first of the changed ``keys`` that is an output term of no rule.
+    """Return a message on the first of changed ``keys`` that no rule has as output term, or None.
 
-    Nothing else would tell a name that is mistyped: it would be one term more.
+    Without this check a mistyped name would silently be one more term.
     """
     labels: Plain = rules.get("labels")
     if not isinstance(labels, list):
@@ -155,7 +155,7 @@ def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
 
 
 def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
-    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
+    """Return for each singleton the label of the nearest usual height, in shares of the largest."""
     heights: Floats = np.array(table, dtype=np.float64)
     shares = heights / max(np.abs(heights).max(), sys.float_info.min)
     off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])

@@ -1,4 +1,4 @@
-"""What the page shows of a feed drive's fuzzy controller: table, terms, surface, stability."""
+"""Report sections of a feed drive's fuzzy controller: table, terms, surface, stability."""
 
 from collections.abc import Mapping, Sequence
 
@@ -31,31 +31,31 @@ from plants import Drive
 
 ORIGINAL = "as designed"
 HELD = ", as limited by the adaptation from the first sample"
-#: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
+#: Sentence needed to read the table, by form of the flc (JK95 eq. 1).
 FORMS = {
     "P": "In the form P the change is taken as zero. ",
     "PI": "In the form PI the output of the rules is the change of their command. ",
     "PD": "",
 }
-#: Name, value, unit.
+#: Parameters as name, value and unit.
 Parameters = Sequence[tuple[str, float | str, str]]
 
 
 def sections(record: FlcDesign, shown: ReportContext) -> list[Section]:
-    """The table, the terms, the gains in the stable range."""
+    """Return the sections: table and terms, and the gains in the stable range."""
     form = ("form of the controller (JK95 eq. 1)", record.form, "\u2013")
     return [controller(record, FORMS[record.form], before=[form]), stable_gains(record, shown)]
 
 
 def table_sections(record: FuzzyRecord, shown: ReportContext) -> list[Section]:
-    """The same of another kind, as far as it is the same."""
+    """Return the sections that all fuzzy kinds have in common."""
     return [controller(record), stable_gains(record, shown)]
 
 
 def controller(
     record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
 ) -> Section:
-    """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
+    """Return table and terms; ``kind`` adds text, with parameters before and behind the gain."""
     names = record.names
     if signals_of(names):
         kind += (
@@ -112,7 +112,7 @@ def controller(
 
 
 def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
-    """What the rules command, with a cursor; ``whose`` table it is."""
+    """Return the control surface with a cursor; ``whose`` is text on the owner of the table."""
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
@@ -126,7 +126,7 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
 def stable_gains(
     record: FuzzyRecord, shown: ReportContext, adapted: Mapping[str, FuzzyRecord] = {}
 ) -> Section:
-    """Sectors of the table in the stable range of the axis with the largest gain."""
+    """Return the sectors of the table in the stable range of the axis with the largest gain."""
     gains = record.table_gains()
     for axis, after in adapted.items():
         gains[f"{axis}, adapted"] = after.table_gains()["table, with its edges"]
@@ -160,12 +160,12 @@ def stable_gains(
     )
 
 
-#: The terms are drawn up to this share of the outermost centre.
+#: Terms are drawn up to this multiple of the outermost centre.
 BEYOND = 1.25
 
 
 def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
-    """Degrees of membership in the terms of the error and of its change.
+    """Draw the degrees of membership in the terms of the error and of its change.
 
     ``before`` is drawn in grey below.
     """
@@ -187,9 +187,9 @@ def _triangle(term: TriangleRecord, span: float) -> Curve:
 
 
 def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
-    """The singletons [unit], rows by error and columns by its change.
+    """Draw the singletons [unit], rows by error and columns by its change.
 
-    With ``before`` the colours are what each has moved by.
+    With ``before`` the colours show how far each has moved.
     """
     values = np.array(record.rules.centroids)
     moved = None if before is None else values - np.array(before.rules.centroids)
@@ -201,7 +201,7 @@ def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = Non
 
 
 def surface(record: FuzzyRecord, title: str) -> Surface:
-    """What the rules command [unit] between and beyond the centres of their terms, at first."""
+    """Return the initial output of the rules [unit], between and beyond the terms' centres."""
     record = record.at_first()
     error, change = _sides(record)
     said = "change of command" if record.control_form() == "PI" else "command"
@@ -218,7 +218,7 @@ def surface(record: FuzzyRecord, title: str) -> Surface:
 
 
 def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
-    """The error and its change, as far as their terms are drawn."""
+    """Return the drawn ranges of the error and of its change."""
     names = record.names
     error, change = _ranges(record.error_terms), _ranges(record.error_change_terms)
     return (
@@ -236,7 +236,7 @@ def _ranges(terms: Terms) -> float:
 
 
 def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``."""
+    """Return the pictures for ``hfc plot``."""
     return {
         **surfaces.pictures({"rules": lambda: surface(record, "control surface")}),
         "terms": {"rules": lambda: terms(record, "terms")},
@@ -245,7 +245,7 @@ def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
 
 
 def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
-    """Output of the rules [unit] at errors and changes [BLU] that broadcast."""
+    """Return the output of the rules [unit] at errors and changes [BLU] that broadcast."""
     table = record.table()
     in_error = memberships(ARRAYS, Partition.of(table.error_terms), error)
     in_change = memberships(ARRAYS, Partition.of(table.change_terms), change)

@@ -1,6 +1,6 @@
-"""Adaptive fuzzy sliding control for other programs: its rule table, its samples in words.
+"""Export of adaptive fuzzy sliding control: its rule table, and its samples in words.
 
-Rules are those by now, learnt moves included, wherever they do not adapt.
+Rules include the moves learnt so far, wherever they do not adapt.
 """
 
 from hfc_design.controllers.fuzzy_sliding.law import Parts
@@ -13,7 +13,7 @@ from hfc_design.core.records import TERMS, ZR
 
 
 def _terms(largest: float) -> tuple[Triangle, ...]:
-    """Evenly spaced triangles whose outermost centres are ``largest`` away from 0."""
+    """Return evenly spaced triangles with the outermost centres at ``largest`` from 0."""
     gap = largest / ZR
     centres = [gap * (k - ZR) for k in range(TERMS)]
     edges = [-float("inf"), *centres, float("inf")]
@@ -23,13 +23,13 @@ def _terms(largest: float) -> tuple[Triangle, ...]:
 
 
 def units(record: SlidingDesign) -> list[RuleUnit]:
-    """The one table."""
+    """Return the one rule table."""
     rate, error = _terms(record.largest_error_rate), _terms(record.largest_error)
     return [RuleUnit("rules", "error_rate", "error", rate, error, record.table())]
 
 
 def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
-    """What stands beside the rules."""
+    """Return output, sliding surface and linear gains as plain data."""
     pid = record.pid
     return {
         "output": "rules",
@@ -39,7 +39,7 @@ def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
 
 
 def notes(record: SlidingDesign) -> list[str]:
-    """What a rule table does not hold."""
+    """Return lines on the units and on what a rule table does not contain."""
     return [
         "error and error_rate in the units of the drive, output in those of its command",
         "the switching part and the adaptation, which starts from these rules, are not included",
@@ -47,7 +47,7 @@ def notes(record: SlidingDesign) -> list[str]:
 
 
 def tables(record: SlidingDesign) -> dict[str, Rows]:
-    """``rules.csv`` (rows: error, columns: its rate), the terms' centres and ``manifest.csv``."""
+    """Return ``rules.csv`` (rows: error, columns: its rate), centres and ``manifest.csv``."""
     corner = "row error \\ column error_rate"
     centres = [["input", *LABELS]]
     for name in ("error", "error_rate"):
@@ -60,7 +60,7 @@ def tables(record: SlidingDesign) -> dict[str, Rows]:
 
 
 def shown(record: SlidingDesign, parts: Parts) -> Json:
-    """What a sample's command is made of."""
+    """Return the parts of a sample's command as plain data."""
     column = side("error_rate", parts.rate, LABELS, spread(parts.in_rate, TERMS))
     row = side("error", parts.error, LABELS, spread(parts.in_error, TERMS))
     unit = fired("rules", column, row, parts.consequents, parts.fuzzy)

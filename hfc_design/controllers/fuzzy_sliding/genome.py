@@ -1,4 +1,4 @@
-"""Genome of adaptive fuzzy sliding control: its numbers, and its consequents if they may vary."""
+"""Genome of adaptive fuzzy sliding control: its numbers, and optionally its consequents."""
 
 from typing import Any
 
@@ -12,14 +12,14 @@ from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import TERMS, ZR
 
-#: Of first individuals, how far the consequents go from the start, in shares of their range.
+#: Spread of the consequents of first individuals about the start, in shares of their range.
 SPREAD = 0.1
-#: The upper half of a table: what is searched where the lower one mirrors it.
+#: Size of the upper half of a table, which is searched if the lower half mirrors it.
 HALF = TERMS * TERMS // 2
 
 
 class SlidingGenome(GainsGenome):
-    """What a search can do with ``GainVectors``: places of ``searched``, then of consequents."""
+    """Operations of a search on ``GainVectors``: places of ``searched``, then of consequents."""
 
     def __init__(self, settings: SlidingSettings, target: Target):
         Genome.__init__(self, settings, target)
@@ -31,19 +31,19 @@ class SlidingGenome(GainsGenome):
             name: _range(about[name], factor, settings.ranges.get(name))
             for name, factor in SEARCHED.items()
         }
-        #: (7, 7) of the start, in shares of the largest.
+        #: Consequents (7, 7) of the start, in shares of the largest.
         self.shape: Floats = np.array(self.start.table()) / height
         count = 0 if not settings.consequents else HALF if settings.symmetric else TERMS * TERMS
         self.ranges = (*self.searched, *range(count))  # as many as there are places
 
     def empty(self) -> GainVectors:
-        """The start."""
+        """Return one individual, the start."""
         places = [float(one.place(one.start)) for one in self.searched.values()]
         table = 0.5 * (1.0 + self.shape.ravel()[: len(self.ranges) - len(places)])
         return GainVectors(np.zeros(1, int), np.array([[*places, *table]]))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """The start, and individuals between it and any other."""
+        """Return the start, and individuals between it and random ones."""
         count, few = len(tree), len(self.searched)
         places = np.tile(self.empty().places, (count, 1))
         near = rng.random((count, 1))  # 0: as the start
@@ -54,12 +54,12 @@ class SlidingGenome(GainsGenome):
         return GainVectors(tree, np.clip(places, 0.0, 1.0))
 
     def numbers(self, population: GainVectors) -> dict[str, Floats]:
-        """Searched numbers other than the consequents, each (n,)."""
+        """Return the searched numbers other than the consequents, each (n,)."""
         pairs = zip(self.searched.items(), population.places.T, strict=False)
         return {name: one.value(place) for (name, one), place in pairs}
 
     def consequents(self, population: GainVectors) -> Floats:
-        """(7, 7, n) those to begin with [command]."""
+        """Return the initial consequents (7, 7, n) [command]."""
         height = self.numbers(population)["largest_consequent"]
         shares = 2.0 * population.places[:, len(self.searched) :].T - 1.0
         if len(shares) == HALF:
@@ -69,7 +69,7 @@ class SlidingGenome(GainsGenome):
         return height * shares.reshape(TERMS, TERMS, -1)
 
     def gains(self, population: GainVectors) -> SlidingGains:
-        """The population as the simulator wants it."""
+        """Return the gains of the population for the simulator."""
         numbers, one = self.numbers(population), np.ones(len(population.tree))
         of_error: Any
         of_error, of_rate = self.start.judge()
@@ -92,7 +92,7 @@ class SlidingGenome(GainsGenome):
         )
 
     def record(self, individual: GainVectors) -> Json:
-        """The start with what was searched; nothing is learnt yet."""
+        """Return the record of the start with the searched values and without learnt moves."""
         numbers = {name: float(value[0]) for name, value in self.numbers(individual).items()}
         record: Json = self.start.model_dump()
         for key in ("largest_error", "largest_error_rate"):
@@ -106,6 +106,6 @@ class SlidingGenome(GainsGenome):
 
 
 def _range(start: float, factor: float, user_range: tuple[float, float] | None) -> Searched:
-    """About the start by logarithms; what is zero there stays so, where no range is told."""
+    """Return a logarithmic range about the start; without a user range, a zero stays zero."""
     low, high = user_range or (start / factor, start * factor)
     return Searched(low, high, float(np.clip(start, low, high)))

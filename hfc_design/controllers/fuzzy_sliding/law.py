@@ -2,8 +2,8 @@
 
 ``u = theta' xi(e, de/dt) + k sat(s / phi)`` with ``s = de/dt + lambda e`` (LG09 eq. 9 to 13). The
 consequents theta follow ``dtheta/dt = gamma (E' P_2) xi`` (eq. 14), E = (e, de/dt): the direct
-adaptive fuzzy control of Wang (1994), who has ``e = reference - position`` as this package has; the
-e of eq. 9 has the other sign. Written for one axis in scalars; ``xp`` as in ``core.numbers``. Never
+adaptive fuzzy control of Wang (1994), with ``e = reference - position`` as in this package; the e
+of eq. 9 has the other sign. Written for one axis in scalars; ``xp`` as in ``core.numbers``. Never
 imports JAX.
 """
 
@@ -18,7 +18,7 @@ from hfc_design.core.records import TERMS, ZR
 
 
 class Pid(NamedTuple):
-    """Linear gains beside the rules."""
+    """Linear gains in addition to the rules."""
 
     k_p: Scalar  # [command/error]
     k_i: Scalar  # [command/(error s)]
@@ -26,7 +26,7 @@ class Pid(NamedTuple):
 
 
 class SlidingGains(NamedTuple):
-    """The controller as numbers: one individual, or a population in the trailing axis."""
+    """Numbers of the controller: one individual, or a population in the trailing axis."""
 
     error_terms: Scalar  # terms that an error of 1 is away from ZZ
     rate_terms: Scalar  # the same of its rate
@@ -42,14 +42,14 @@ class SlidingGains(NamedTuple):
 
 
 class SlidingMemory(NamedTuple):
-    """What the controller remembers; all zero before the first sample."""
+    """Memory of the controller; all zero before the first sample."""
 
     moves: RuleTable  # (7, 7) of the consequents from where they were designed
     sum: Scalar  # of k_i T e
 
 
 class Parts(NamedTuple):
-    """What a command is made of."""
+    """Parts of a command."""
 
     error: Scalar
     rate: Scalar
@@ -63,17 +63,17 @@ class Parts(NamedTuple):
 
 
 def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``fuzzy-sliding``."""
+    """Return the law of kind ``fuzzy-sliding``."""
     return AxisLaw(sample, initial_memory, sample_time, limit, begin=begun)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
-    """Memory before the first sample: nothing has moved yet."""
+    """Return the memory before the first sample, without moves."""
     return SlidingMemory([[zero] * TERMS for _ in range(TERMS)], zero)
 
 
 def begun(xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory) -> SlidingMemory:
-    """The same with what was learnt already."""
+    """Return the memory with the moves already learnt."""
     learnt = gains.learnt or memory.moves
     return memory._replace(moves=[[memory.sum + move for move in row] for row in learnt])
 
@@ -81,9 +81,9 @@ def begun(xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory) -> S
 def sample(
     xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory, signals: Signals
 ) -> tuple[Scalar, SlidingMemory, Parts]:
-    """The command of one sample, what to remember, and what it is made of.
+    """Return the command of one sample, the memory after it, and the command's parts.
 
-    The consequents that give the command are those of the sample before; they move afterwards.
+    The consequents of the previous sample give the command; they move afterwards.
     """
     error, rate = signals["error"], signals["error_rate"]
     in_error = degrees(xp, gains.error_terms * error)
@@ -103,9 +103,10 @@ def sample(
 
 
 def degrees(xp: Xp, place: Scalar) -> Degrees:
-    """Degrees (7,) of a value ``place`` terms away from ZZ: triangles, the outermost saturate.
+    """Return the degrees (7,) of a value ``place`` terms from ZZ; the outermost terms saturate.
 
-    They are evenly spaced and reach to their neighbours' centres, so that they sum to 1.
+    The terms are evenly spaced triangles that reach to their neighbours' centres, so that the
+    degrees sum to 1.
     """
     return evenly(xp, clipped(xp, place, -float(ZR), float(ZR)), ZR)
 
@@ -113,11 +114,11 @@ def degrees(xp: Xp, place: Scalar) -> Degrees:
 def _moved(
     xp: Xp, gains: SlidingGains, moves: RuleTable, step: Scalar, in_error: Degrees, in_rate: Degrees
 ) -> RuleTable:
-    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
+    """Return the ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
 
-    That of the largest move about what was designed. The nearest point of a convex set is no
-    farther from any point in it: the projection makes no consequent worse (Wang 1994, who has a
-    ball for a box).
+    The box is the largest move about the designed consequents. The nearest point of a convex set
+    is no farther from any point in it: the projection makes no consequent worse (Wang 1994, with a
+    ball instead of a box).
     """
     largest = gains.largest_move
 
@@ -133,7 +134,7 @@ def _moved(
 
 
 def _stepped(xp: Xp, size: Scalar, degree: Scalar, move: Scalar, largest: Scalar) -> Scalar:
-    """Where a consequent moves that fires to a degree, within its box."""
+    """Return the move of a consequent that fires to ``degree``, within its box."""
     return clipped(xp, move + size * degree, -largest, largest)
 
 
@@ -146,7 +147,7 @@ def _linear(
     rate: Scalar,
     rules: Scalar,
 ) -> tuple[Scalar, Scalar | None, Scalar]:
-    """The command with the linear gains beside the ``rules``, their share, their integral."""
+    """Return the command of ``rules`` and linear gains, the gains' share, and their integral."""
     if pid is None:
         return rules, None, memory.sum
     pd = pid.k_p * error + pid.k_d * rate

@@ -1,4 +1,4 @@
-"""Pictures of adaptive fuzzy sliding control: rules, surface, terms, what they learn."""
+"""Pictures of adaptive fuzzy sliding control: rules, surface, terms, and learning."""
 
 from typing import NamedTuple
 
@@ -28,20 +28,20 @@ from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
 from hfc_design.pictures.terms import Panel, terms
 from plants import Drive
 
-#: Terms and surfaces are drawn up to this share of the outermost centre.
+#: Terms and surfaces are drawn up to this multiple of the outermost centre.
 BEYOND = 1.25
-#: Samples of a picture over time, at most: as many columns as can be seen.
+#: Largest number of samples in a picture over time: as many columns as can be seen.
 COLUMNS = 400
 
 
 def rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
-    """The rule table (7, 7); with what each has ``moved`` by as colours."""
+    """Draw the rule table (7, 7), with the amounts that rules ``moved`` by as colours."""
     names = "row: error", "column: rate of the error"
     return heat_map(values, (LABELS, LABELS), *names, title, meaning, moved)
 
 
 def surface(record: SlidingDesign, drive_units: dict[str, str], title: str) -> Surface:
-    """What the rules command, without the switching part."""
+    """Return the output of the rules, without the switching part."""
     gains, (unit,) = record.law_gains(), rule_units(record)
 
     def law(rate: Floats, error: Floats) -> Floats:
@@ -60,7 +60,7 @@ def _side(record: SlidingDesign, drive_units: dict[str, str], name: str) -> Side
 
 
 def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``: the rules without what they learn and without the switching part."""
+    """Return pictures for ``hfc plot``, without later learning and the switching part."""
     label, table = f"command [{drive.units['command']}]", np.array(record.table())
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, "control surface")}),
@@ -70,7 +70,7 @@ def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]
 
 
 def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
-    """Of the error and of its rate: straight from centre to centre."""
+    """Draw the terms of the error and of its rate, straight from centre to centre."""
     places = np.array([-BEYOND * ZR, *range(-ZR, ZR + 1), BEYOND * ZR])
     named = dict(zip(LABELS, np.array(degrees(ARRAYS, places)), strict=True))
     panels = []
@@ -85,7 +85,7 @@ def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
 def phase_plane(
     record: SlidingDesign, drive_units: dict[str, str], name: str, error: Floats, rate: Floats
 ) -> Figure:
-    """Where the axis was, the surface and its boundary layer."""
+    """Draw the path of the axis in the phase plane, the surface and its boundary layer."""
     figure = framed(4.0, top=0.35)
     axes, surface = figure.subplots(), record.sliding
     error, rate = (drawable(values) for values in (error, rate))
@@ -104,7 +104,7 @@ def phase_plane(
 
 
 def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
-    """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
+    """Draw the moves (steps, 7, 7) with a column for each moment and a row for each rule."""
     figure = framed(4.6, top=0.35, right=STRIP)
     axes, count = figure.subplots(), len(LABELS)
     steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
@@ -136,7 +136,7 @@ ABOUT = (
 
 
 class Learning(NamedTuple):
-    """An axis during the motion."""
+    """Signals and learnt moves of an axis during the motion."""
 
     error: Floats  # (steps,)
     rate: Floats  # (steps,)
@@ -144,7 +144,7 @@ class Learning(NamedTuple):
 
 
 def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
-    """The controller; of each axis where it was in the phase plane and what its rules learnt."""
+    """Return the controller, and each axis' phase plane and learning."""
     report = [_controller(record, shown)]
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
     limits = [min(map(abs, drive.largest_commands(parameters))) for drive, parameters in drives]
@@ -155,7 +155,7 @@ def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
 
 
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
-    """What the rules learn of what an axis with this limit measured."""
+    """Return what the rules learn from the signals of an axis with this command limit."""
     law, gains = sliding(record.sample_time_s, limit), record.law_gains()
     memory, moves = law.begun(SCALARS, 0.0, gains), []
     pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""Adaptive fuzzy sliding control in a design file. Never imports JAX."""
+"""Records of adaptive fuzzy sliding control in a design file. Never imports JAX."""
 
 from math import isfinite
 from operator import add, not_
@@ -27,7 +27,7 @@ LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
 
 
 class SurfaceRecord(Record):
-    """The sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
+    """Sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
 
     slope: Positive  # lambda of the sliding surface s = de/dt + lambda e [1/s]
     gain: NotNegative  # k = F + eta of LG09 eq. 11, F a constant [command]
@@ -35,7 +35,7 @@ class SurfaceRecord(Record):
 
 
 class ErrorDynamicsRecord(Record):
-    """``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
+    """Dynamics ``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
 
     #: k_2 [1/s2] and k_1 [1/s] of the desired error dynamics [1/s2, 1/s]
     gains: tuple[Positive, Positive]
@@ -61,7 +61,7 @@ class ErrorDynamicsRecord(Record):
 
 
 class AdaptationRecord(Record):
-    """How the consequents learn."""
+    """Learning of the consequents."""
 
     rate: NotNegative  # gamma, learning rate of the consequents, LG09 eq. 14 [command/error]
     #: largest move of a consequent from its start, in both directions [command]
@@ -73,7 +73,7 @@ class AdaptationRecord(Record):
 
 
 class PidRecord(Record):
-    """Linear gains beside the rules."""
+    """Linear gains in addition to the rules."""
 
     k_p: Finite = 0.0  # gain on the error [command/error]
     k_i: Finite = 0.0  # gain on its integral [command/(error s)]
@@ -81,7 +81,7 @@ class PidRecord(Record):
 
 
 class SlidingDesign(ControllerRecord):
-    """A controller of kind ``fuzzy-sliding``."""
+    """Design of kind ``fuzzy-sliding``."""
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
     summary = "adaptive fuzzy rules plus a sliding mode with a boundary layer (Lin & Gai 2009)"
@@ -110,20 +110,20 @@ class SlidingDesign(ControllerRecord):
         return self
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return sliding(self.sample_time_s, limit)
 
     def judge(self) -> tuple[float, float]:
-        """P_2: what an error [1/s] and its rate [1] count when the consequents are judged."""
+        """Return P_2: weights of the error [1/s] and of its rate [1] in judging the consequents."""
         dynamics = self.adaptation.error_dynamics
         return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Up to the outermost centres."""
+        """Ranges of the inputs: the outermost centres."""
         return {"error": self.largest_error, "error_rate": self.largest_error_rate}
 
     def law_gains(self) -> SlidingGains:
-        """The gains of one individual."""
+        """Return the gains of one individual."""
         surface, learning = self.sliding, self.adaptation
         return SlidingGains(
             ZR / self.largest_error,
@@ -140,27 +140,27 @@ class SlidingDesign(ControllerRecord):
         )
 
     def table(self) -> Table:
-        """The consequents as they are by now [command]."""
+        """Return the consequents with the moves learnt so far [command]."""
         moves = self.adaptation.moves
         return tuple(map(tuple, each(add, self.consequents, moves))) if moves else self.consequents
 
     @property
     def learns(self) -> bool:
-        """Whether a consequent can move."""
+        """True if a consequent can move."""
         return self.adaptation.rate > 0.0 and self.adaptation.largest_move > 0.0
 
     def adapted(self, memory: SlidingMemory) -> Self | None:
-        """The controller with what ``memory`` has learnt; None where it learns nothing."""
+        """Return the controller with the moves learnt in ``memory``; None if it cannot learn."""
         rows = tuple(tuple(map(float, row)) for row in memory.moves)
         return self.with_moves(rows) if self.learns else None
 
     def with_moves(self, moves: Table) -> Self:
-        """The same that has learnt so much."""
+        """Return the design with the learnt ``moves``."""
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 
     def without_adaptation(self) -> Self:
-        """The same without adaptation."""
+        """Return the design without adaptation."""
         learning = self.adaptation.model_copy(update={"rate": 0.0})
         return self.model_copy(update={"adaptation": learning})
 
@@ -175,14 +175,14 @@ TABLE_2 = (
     (1, 1, 1, 2, 2, 3, 3),
     (3, 3, 3, 3, 3, 3, 3),
 )
-#: LG09 Table 1: the proportional gain [1/s], speed over error.
+#: LG09 Table 1: proportional gain [1/s], speed over error.
 GAIN = 33.33
-#: Of a start that nobody gave: the switching part in shares of the largest command, its layer in
-#: shares of the largest error, how long it takes to learn the command of a steady error [s].
+#: Defaults of a start that is not given: the switching part in shares of the largest command, its
+#: layer in shares of the largest error, the time to learn the command of a steady error [s].
 SWITCHING, LAYER, LEARNING = 0.02, 0.05, 0.1
 
 
-#: What is searched, and how many times larger or smaller than at the start it may become.
+#: Searched numbers, and the factor by which each may differ from the start.
 SEARCHED = {
     "largest_error": 10.0,
     "largest_error_rate": 10.0,
@@ -196,7 +196,7 @@ SEARCHED = {
 
 
 class SlidingSettings(ControllerSettings):
-    """A fuzzy sliding controller to begin with, and what may vary about it."""
+    """Settings of a search: the initial fuzzy sliding controller, and what may vary."""
 
     kind: Literal["fuzzy-sliding"]
     #: a design or a record; left out: LG09 Table 2 with the scales of the machine
@@ -218,11 +218,11 @@ class SlidingSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """Yes: one stage, all that is searched."""
+        """True: one stage with all searched numbers."""
         return True
 
     def fault(self, target: Target) -> str | None:
-        """Another sample time, or a machine whose scales are not known."""
+        """Return why the search is impossible (other sample time, or unknown scales), or None."""
         if self.start is None:
             command, speed = scales(target)
             if not (isfinite(command) and isfinite(speed) and command > 0.0 and speed > 0.0):
@@ -239,7 +239,7 @@ class SlidingSettings(ControllerSettings):
 
 
 def scales(target: Target) -> tuple[float, float]:
-    """The largest command and speed of the axes of a machine, the lowest of each."""
+    """Return the largest command and speed that all axes of a machine reach."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
     commands = (
@@ -251,10 +251,10 @@ def scales(target: Target) -> tuple[float, float]:
 
 
 def started(target: Target) -> SlidingDesign:
-    """LG09 Table 2 on the scales of a machine, in LG09's proportional gain.
+    """Return LG09 Table 2 on the scales of a machine, with LG09's proportional gain.
 
-    LP is the largest command, at the error at which the printed gain asks for it; as a rate it is
-    the top speed. LG09 prints neither the surface nor gamma.
+    LP is the largest command as an output, the error at which the printed gain gives the top speed
+    as an error, and the top speed as a rate. LG09 prints neither the surface nor gamma.
     """
     command, speed = scales(target)
     error = speed / GAIN
@@ -273,5 +273,5 @@ def started(target: Target) -> SlidingDesign:
 
 
 def table_2(height: float) -> Table:
-    """LG09 Table 2 with LP = ``height``."""
+    """Return LG09 Table 2 with LP = ``height``."""
     return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

@@ -1,6 +1,6 @@
-"""Kinds whose parameters are a few gains: pd, pid, and every law of a user's own.
+"""Kinds whose parameters are a few gains: pd, pid, and every user-defined law.
 
-The folder is no kind itself; ``kind_of`` makes one of a law. Never imports JAX.
+The folder is not a kind itself; ``kind_of`` makes one from a law. Never imports JAX.
 """
 
 from collections.abc import Callable
@@ -17,19 +17,19 @@ from hfc_design.core.records import Finite, Label, Record, UserError, checked, o
 from hfc_design.core.wording import one_of
 
 Range = tuple[float, float]
-#: A NamedTuple of a ``Range`` for each gain.
+#: Type of a NamedTuple with a ``Range`` for each gain.
 Ranges: TypeAlias = Any
 
 
 class Law(NamedTuple):
-    """A control law as pure functions of scalars, and where its gains are searched::
+    """Control law as pure functions of scalars, and the search ranges of its gains::
 
         memory = law.initial_memory(0.0)
         command, memory = law.step(sample_time, gains, memory, signals)
 
     ``ranges`` is a NamedTuple of (low, high), ``gains`` one of the same class with numbers. A
-    range above zero is searched by its logarithm, any other one on a straight line. ``signals``
-    holds ``error``, ``error_rate`` and the plant's readings.
+    range above zero is searched by its logarithm, any other range linearly. ``signals`` contains
+    ``error``, ``error_rate`` and the plant's readings.
     """
 
     name: str  # the ``kind`` of a controller in a file
@@ -38,16 +38,16 @@ class Law(NamedTuple):
     step: Callable[[float, Gains, Memory, Signals], tuple[Scalar, Memory]]
 
 
-#: Plants of the package whose errors count in steps, millimetres or degrees: ranges of gains for
-#: one of them are a beginning on the others, and mean nothing on a plant in other units.
+#: Plants of the package with errors in steps, millimetres or degrees: ranges of gains for one of
+#: them are a first guess for the others, and meaningless for a plant in other units.
 FIVE_AXES = ("five-axis", "five-axis-b", "five-axis-coupled")
 FEEDS = ("feed-drive", "milling-table", "positioning-stage", *FIVE_AXES)
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
-"""The genome of a kind with settings of ``settings_of`` and ``of_gains``."""
+"""Genome of a kind with settings of ``settings_of`` and with ``of_gains``."""
 
 
 class GainsSettings(ControllerSettings):
-    """A controller whose gains are a few numbers, and the ranges in which a search looks."""
+    """Settings of a search for a controller with a few gains, each in a range."""
 
     own_ranges: ClassVar[Ranges]  # of the kind
     own_plants: ClassVar[tuple[str, ...]] = ()  # that they are for, by name; none: for any
@@ -64,14 +64,17 @@ class GainsSettings(ControllerSettings):
         return self
 
     def fault(self, target: Target) -> str | None:
-        """Ranges that are left out and are for other plants, whose gains have other units."""
+        """Return a message on missing ranges, whose defaults are for other plants, or None."""
         units = target.machine.drives[0].units
         counted = f"(errors in {units['error']}, commands in {units['command']})"
         message = self.lacking(target.machine.name, counted)
         return message and f"controller.ranges: {message}"
 
     def lacking(self, plant: str, counted: str) -> str | None:
-        """Which ranges a search on the ``plant``, ``counted`` in its units, lacks."""
+        """Return a message on ranges that a search on ``plant`` lacks, or None.
+
+        ``counted`` is text on the units of the plant.
+        """
         missing = [name for name in self.own_ranges._fields if name not in self.ranges]
         if not missing or not self.own_plants or plant in self.own_plants:
             return None
@@ -83,18 +86,18 @@ class GainsSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """Yes: one stage, all gains."""
+        """True: one stage with all gains."""
         return True
 
     def searched(self) -> Ranges:
-        """The ranges to search, a NamedTuple of the kind's."""
+        """Return the search ranges, a NamedTuple of the kind."""
         return self.own_ranges._replace(**self.ranges)
 
 
 def settings_of(ranges: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
-    """The settings of a kind whose gains have the ranges ``ranges``, a NamedTuple.
+    """Return the settings of a kind whose gains have the ranges ``ranges``, a NamedTuple.
 
-    ``plants`` are the names of those that they are for; none: they are for any.
+    ``plants`` are the names of the plants that the ranges are for; if empty, for any plant.
     """
 
     class Settings(GainsSettings):
@@ -117,11 +120,11 @@ def kind_of_gains(
     plants: tuple[str, ...] = (),
     **further: Any,
 ) -> type[ControllerRecord]:
-    """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
+    """Return a kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
-    ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are of ``AxisLaw``,
-    ``base`` has what a design may say beside its gains, ``plants`` are those that the ranges are
-    for, ``further`` is what else a ``ControllerRecord`` has.
+    ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are those of
+    ``AxisLaw``; ``base`` has the fields of a design besides its gains; ``plants`` are those that
+    the ranges are for; ``further`` are other attributes of a ``ControllerRecord``.
     """
     if unknown := [x for x in further if not hasattr(ControllerRecord, x)]:
         raise TypeError(f"a controller has no {', '.join(unknown)}")
@@ -147,7 +150,7 @@ def kind_of_gains(
 
 
 def kind_of(law: Law) -> type[ControllerRecord]:
-    """The kind of a user's own ``law``; UserError: it cannot be searched."""
+    """Return the kind of a user-defined ``law``; UserError if it cannot be searched."""
     source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
         raise UserError(f"{source}: ranges must be a NamedTuple of (low, high)")
@@ -165,7 +168,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
 
 
 class _Asked(dict[str, float]):
-    """Signals that are there as soon as they are asked for."""
+    """Signals that come into being when they are read."""
 
     def __missing__(self, name: str) -> float:
         return self.setdefault(name, 1.0)
@@ -175,7 +178,7 @@ class _Asked(dict[str, float]):
 
 
 def _asked_for(law: Law) -> list[str]:
-    """What a ``law`` reads: it may not branch on a value, so that one step shows all of it."""
+    """Names of the signals that a ``law`` reads; one step shows all, as it may not branch."""
     signals, middle = _Asked(), (0.5 * (low + high) for low, high in law.ranges)
     with suppress(Exception):  # the simulator says what is wrong, and where
         law.step(0.01, type(law.ranges)(*middle), law.initial_memory(0.0), signals)

@@ -9,7 +9,7 @@ from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.numbers import Floats, Gains, Integers, Json
 
-#: First standard deviation of a distribution, in shares of the ranges.
+#: Initial standard deviation of a distribution, in shares of the ranges.
 STEP = 0.08
 
 
@@ -21,7 +21,7 @@ class GainVectors(NamedTuple):
 
 
 class Searched(NamedTuple):
-    """A number that is varied: its range, how that is divided, where it starts."""
+    """Searched number: its range, the division of the range, and its start."""
 
     low: float
     high: float
@@ -29,13 +29,13 @@ class Searched(NamedTuple):
     bend: float | None = None  # both signs, finer about 0; None: by logarithms, where above 0
 
     def value(self, place: Floats) -> Floats:
-        """At a place of the range, 0 to 1."""
+        """Return the value at a place of the range, 0 to 1."""
         if self.bend is not None:
             return self.high * np.sinh(self.bend * (2.0 * place - 1.0)) / np.sinh(self.bend)
         return _between((self.low, self.high), place)
 
     def place(self, value: Any) -> Floats:
-        """The inverse of ``value``, within the range."""
+        """Return the place of a value, 0 to 1; inverse of the method ``value``."""
         if self.bend is not None:
             share = np.arcsinh(value / self.high * np.sinh(self.bend)) / self.bend
             return np.clip(0.5 * (share + 1.0), 0.0, 1.0)
@@ -48,18 +48,18 @@ class Searched(NamedTuple):
 
 
 class GainsGenome(Genome):
-    """What a search can do with ``GainVectors``."""
+    """Operations of a search on ``GainVectors``."""
 
     def __init__(self, settings: GainsSettings, target: Target):
         super().__init__(settings, target)
         self.ranges = settings.searched()
 
     def empty(self) -> GainVectors:
-        """One individual in the middle of all ranges."""
+        """Return one individual in the middle of all ranges."""
         return GainVectors(np.zeros(1, int), np.full((1, len(self.ranges)), 0.5))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """Anywhere in the ranges."""
+        """Return individuals anywhere in the ranges."""
         return GainVectors(tree, rng.random((len(tree), len(self.ranges))))
 
     def mutated(
@@ -70,18 +70,18 @@ class GainsGenome(Genome):
         return _allowed(population, places + 0.5 * step[:, None] * some(rng, places.shape, 0.7))
 
     def blended(self, one: GainVectors, other: GainVectors, share: Floats) -> GainVectors:
-        """On a straight line between the places."""
+        """Interpolate linearly between the places."""
         return _allowed(one, one.places + share[:, None] * (other.places - one.places))
 
     def nudged(self, population: GainVectors, rng: np.random.Generator) -> GainVectors:
-        """Other gains by a millionth of their ranges."""
+        """Change gains by about a millionth of their ranges."""
         off = 1e-6 * rng.standard_normal(population.places.shape)
         return _allowed(population, population.places + off)
 
     stages = ((1.0, False),)
 
     def stage(self, number: int, about: GainVectors | None) -> Stage:
-        """The places in the ranges, about an individual or else the genome's first."""
+        """Return a stage of the places in the ranges, about an individual or the genome's first."""
         first = taken(self.empty(), slice(1)) if about is None else about
 
         def members(points: Floats, tree: Integers) -> GainVectors:
@@ -90,12 +90,12 @@ class GainsGenome(Genome):
         return Stage(first.places[0], STEP, members)
 
     def gains(self, population: GainVectors) -> Gains:
-        """The kind's record of gains, each (n,)."""
+        """Return the gains as the kind's NamedTuple, each (n,)."""
         pairs = zip(self.ranges, population.places.T, strict=True)
         return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
 
     def record(self, individual: GainVectors) -> Json:
-        """The kind and its gains, without its sample time."""
+        """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)._asdict()
         kind = self.settings.kind
         gains_record = kinds().get(kind).of_gains({name: float(x[0]) for name, x in gains.items()})
@@ -107,7 +107,7 @@ def _allowed(population: GainVectors, places: Floats) -> GainVectors:
 
 
 def _between(pair: Range, place: Floats) -> Floats:
-    """The gain at a place of its range: by its logarithm where the range is above zero."""
+    """Return the gain at a place of its range, by its logarithm if the range is above zero."""
     low, high = pair
     if low > 0.0:
         return np.asarray(low * (high / low) ** place)

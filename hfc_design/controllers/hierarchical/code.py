@@ -1,4 +1,4 @@
-"""A hierarchy for machines without ``exp``: its degrees as a table, and what that costs."""
+"""Hierarchy for machines without ``exp``: degrees as a lookup table, and its deviation."""
 
 from functools import partial
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from hfc_design.core.numbers import ARRAYS, Floats, Json
 
 
 class Lookup(NamedTuple):
-    """Graded of the seven terms, evenly spaced; linear in between and constant beyond."""
+    """Lookup table of the degrees in seven terms; linear between points and constant beyond."""
 
     points: int
     low: float
@@ -30,7 +30,7 @@ class Lookup(NamedTuple):
 
 
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
-    """What code needs to go without ``exp``."""
+    """Return the law without ``exp`` and the deviation of its lookup table."""
     lookup_table = lookup(design, points)
     grid = Grid(lookup_table.low, lookup_table.per_unit, tuple(map(tuple, lookup_table.table)))
     layout = layout_of(design)._replace(grid=grid)
@@ -43,7 +43,7 @@ def tabulated(design: HierarchicalDesign, points: int) -> Json:
 
 
 def lookup(design: HierarchicalDesign, points: int) -> Lookup:
-    """The table over all values that an input or an earlier unit of ``design`` can take."""
+    """Return the lookup table over all values of an input or an earlier unit of ``design``."""
     read = [0.0, *np.ravel([unit.consequents for unit in design.units[:-1]])]
     low, high = float(min(-1.0, *read)), float(max(1.0, *read))
     terms = layout_of(design).terms
@@ -68,11 +68,12 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
 def _largest_deviation(
     design: HierarchicalDesign, exact: Graded, other: Graded
 ) -> tuple[float, float]:
-    """The largest difference of two commands, or factors, that a search over the inputs finds.
+    """Search the inputs for the largest difference of two commands, or factors.
 
-    Beside it the largest that the units give at random points, of either sign.
+    Returns also the largest magnitude of the output at random points.
 
-    Random points miss the peaks, so the best of them climb: the steps halve in every round.
+    Random points miss the peaks, so the best of them are refined with steps that shrink in every
+    round.
     """
     gains, source_options = design.law_gains(), layout_of(design).input_range
 

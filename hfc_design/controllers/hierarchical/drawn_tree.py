@@ -1,4 +1,4 @@
-"""A hierarchy drawn as a tree, and what is called how in its pictures."""
+"""Drawing of a hierarchy as a tree, and the names used in its pictures."""
 
 import textwrap
 
@@ -14,10 +14,9 @@ from plants import Drive
 
 
 def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
-    """The hierarchy with its root on top, for a ``drive``.
+    """Draw the hierarchy for a ``drive``, with its root on top.
 
-    Each unit stands above what it reads: the column input on the left, the row input on the
-    right.
+    Each unit is above its inputs: the column input on the left, the row input on the right.
     """
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
@@ -27,7 +26,7 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     deepest = 0
 
     def place(name: str, depth: int) -> tuple[float, float]:
-        """Draw ``name`` and what is below it; returns where it stands."""
+        """Draw ``name`` and everything below it, and return its position."""
         nonlocal deepest
         deepest = max(deepest, depth)
         if name not in units:
@@ -77,17 +76,17 @@ def _branch(
 
 
 def part_called(controller: HierarchicalDesign) -> str:
-    """What stands beside the hierarchy."""
+    """Return the name of the part that the hierarchy is added to."""
     return "PD" if controller.linear is None else "linear"
 
 
 def readable(source: str) -> str:
-    """The source of a unit's input as words."""
+    """Return the source of a unit's input in words."""
     if source.startswith("unit-"):
         return f"output of {source.replace('-', ' ')}"
     return source.replace("_", " ")
 
 
 def input_unit(units: dict[str, str], name: str) -> str:
-    """Unit of an input of the hierarchy before it is scaled."""
+    """Return the unit of an input of the hierarchy before scaling."""
     return units_of(units).get(name.removeprefix(PREVIOUS), "1")

@@ -23,24 +23,24 @@ class Hierarchies(NamedTuple):
 
 
 class HierarchicalGenome(Genome):
-    """What a search can do with ``Hierarchies``."""
+    """Operations of a search on ``Hierarchies``."""
 
     def __init__(self, settings: HierarchicalSettings, target: Target):
         super().__init__(settings, target)
         self.bounds = bounds_of(target.bounds)
         self.names = [item.name for item in settings.inputs]
-        #: Of the inputs, to begin around.
+        #: Scales of the inputs that first individuals are drawn around.
         self.scales = [item.scale for item in settings.inputs]
         self.trees = hierarchy.trees(len(self.names), settings.used)
         self.sources = hierarchy.all_sources(len(self.names), settings.used)
         self.structures, self.units = self.sources.shape[:2]
         self.centres = np.array([term.centre for term in settings.terms])
-        #: (units, 1, 1) largest absolute consequent of each unit; the root comes last.
+        #: Largest absolute consequent of each unit (units, 1, 1); the root comes last.
         self.limit = np.full((self.units, 1, 1), self.bounds.inner_limit)
         self.limit[-1] = self.bounds.root_limit
 
     def empty(self) -> Hierarchies:
-        """Row t has tree t."""
+        """Return one individual for each tree, in the order of ``trees``."""
         inputs, trees = len(self.names), self.structures
         return Hierarchies(
             np.arange(trees),
@@ -50,7 +50,7 @@ class HierarchicalGenome(Genome):
         )
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Hierarchies:
-        """Individuals whose tables are tilted planes: nearly linear, so rarely unstable."""
+        """Return individuals with tilted planes as tables: nearly linear, so rarely unstable."""
         s = self.bounds
         count, inputs = len(tree), len(self.names)
         limit, centres = self.limit, self.centres
@@ -67,11 +67,11 @@ class HierarchicalGenome(Genome):
         )
 
     def laws(self) -> SeedLaws | None:
-        """Laws of few numbers for the nominal drive, to begin with; None where it has none."""
+        """Return initial laws of few numbers for the nominal drive; None if it has none."""
         return laws_for(self)
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Hierarchies | None:
-        """Optimal regulators of the nominal drive as tables; None where it has none."""
+        """Return optimal regulators of the nominal drive as tables; None if it has none."""
         laws = self.laws()
         if laws is None:
             return None
@@ -99,7 +99,7 @@ class HierarchicalGenome(Genome):
         return Hierarchies(population.tree, gains, scales, np.clip(tables, -limit, limit))
 
     def blended(self, one: Hierarchies, other: Hierarchies, share: Floats) -> Hierarchies:
-        """Gains and scales by their logarithm, consequents on a straight line."""
+        """Interpolate gains and scales by their logarithm, consequents linearly."""
         line = share[:, None]
         table = share[:, None, None, None]
         return Hierarchies(
@@ -110,12 +110,12 @@ class HierarchicalGenome(Genome):
         )
 
     def nudged(self, population: Hierarchies, rng: np.random.Generator) -> Hierarchies:
-        """Other PD gains by a millionth."""
+        """Change PD gains by about a millionth."""
         off = 1.0 + 1e-6 * rng.standard_normal(population.gains.shape)
         return population._replace(gains=population.gains * off)
 
     def gains(self, population: Hierarchies) -> HierarchicalGains:
-        """The population as ``simulate`` wants it."""
+        """Return the gains of the population for ``simulate``."""
         sources = self.sources[population.tree]
         return HierarchicalGains(
             kp=population.gains[:, 0],
@@ -126,11 +126,11 @@ class HierarchicalGenome(Genome):
         )
 
     def space(self) -> Space:
-        """Individuals as points, whose parameters stand as in ``gains``."""
+        """Return the space of individuals as points, with parameters in the order of ``gains``."""
         _, *arrays = taken(self.empty(), slice(1))
 
         def point(*values: Floats | float) -> Floats:
-            """(parameters,) with these gains, scales and consequents."""
+            """Return a point (parameters,) with these gains, scales and consequents."""
             pairs = zip(arrays, values, strict=True)
             return np.concatenate([np.broadcast_to(x, a.shape).ravel() for a, x in pairs])
 
@@ -139,7 +139,7 @@ class HierarchicalGenome(Genome):
         return Space(vectors, from_vectors, fixed, low, high)
 
     def record(self, individual: Hierarchies) -> Json:
-        """Kind ``pd+hierarchical-fuzzy``, without its sample time."""
+        """Return the record of kind ``pd+hierarchical-fuzzy``, without the sample time."""
         tree = self.trees[int(individual.tree[0])]
         sources = self.names + [f"unit-{unit.heap_id}" for unit in tree]
         kp, kd = individual.gains[0].tolist()
@@ -161,18 +161,18 @@ class HierarchicalGenome(Genome):
         }
 
     def notation(self, structure: int) -> str:
-        """A tree as nested pairs (column input, row input)."""
+        """Return a tree as nested pairs (column input, row input)."""
         return hierarchy.notation(self.names, (unit[1:] for unit in self.trees[structure]))
 
 
 def vectors(population: Hierarchies) -> Floats:
-    """The parameters as (n, parameters): gains, scales, consequents, as ``simulate`` has them."""
+    """Return the parameters (n, parameters): gains, scales, consequents, as in ``simulate``."""
     count = len(population.tree)
     return np.concatenate([array.reshape(count, -1) for array in population[1:]], axis=1)
 
 
 def from_vectors(parameters: Floats, like: Hierarchies) -> Hierarchies:
-    """The individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
+    """Return the individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
     count = len(parameters)
     ends = np.cumsum([array[0].size for array in like[1:]])
     parts = zip(np.split(parameters, ends[:-1], axis=1), like[1:], strict=True)

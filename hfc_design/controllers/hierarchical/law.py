@@ -29,11 +29,11 @@ from hfc_design.core.numbers import (
     total,
 )
 
-#: What gives the degrees of a scalar in the terms.
+#: Function that returns the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
-#: (root's table at first, degrees of the column, of the row) -> it as it is by now, its memory.
+#: Function (initial table of the root, degrees of column, of row) -> (adapted table, memory).
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
-#: An input of this prefix is the reading of the previous sample, at the first one of this.
+#: Prefix of an input that is the reading of the previous sample, or of the first one at the start.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
 LIN_LEE_INPUTS = {
@@ -46,7 +46,7 @@ LIN_LEE_INPUTS = {
 
 
 class Term(NamedTuple):
-    """A linguistic term on the normalised universe: a Gaussian with a flat top.
+    """Linguistic term on the normalised universe: a Gaussian with a flat top.
 
     Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
     shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
@@ -59,7 +59,7 @@ class Term(NamedTuple):
 
 
 def term(label: str, centre: float, half_width: float, rate: float) -> Term:
-    """A term whose numbers are code: seven exponentials of each input are most of a step."""
+    """Return a term with constant numbers: its exponentials are most of the time of a step."""
     return Term(label, Constant(centre), Constant(half_width), Constant(rate))
 
 
@@ -76,7 +76,7 @@ LIN_LEE_TERMS: tuple[Term, ...] = (
 
 
 class Grid(NamedTuple):
-    """Degrees at evenly spaced values, as code without ``exp`` has them."""
+    """Degrees at evenly spaced values, for code without ``exp``."""
 
     low: float
     per_unit: float  # of them in a unit
@@ -84,7 +84,7 @@ class Grid(NamedTuple):
 
 
 def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
-    """Degrees of a number in a grid: linear in between, constant beyond."""
+    """Return the degrees of a number by a grid: linear between points, constant beyond."""
     if isinstance(u, np.ndarray):
         return [*np.transpose([tabulated(SCALARS, grid, one) for one in u])]
     last, table = len(grid.table) - 1, xp.table(grid.table)
@@ -95,7 +95,7 @@ def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
 
 
 class Layout(NamedTuple):
-    """What the search leaves alone: which inputs, which terms they have, how the output counts.
+    """Fixed properties of a hierarchy in a search: inputs, terms, scale of the output.
 
     The defaults are those of Lin & Lee 1999, section 4.
     """
@@ -106,20 +106,20 @@ class Layout(NamedTuple):
     used: int | None = None  # so many of the inputs are read; None: all
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
     linear: Structure | None = None  # the linear part; None: a PD alone
-    #: The law that the root scales; None: it scales nothing but ``output_scale``.
+    #: Law that the root scales; None: only ``output_scale``.
     scheduled: Structure | None = None
     canonical: bool = True  # whether units read what they do in ``tree.trees``, or anything
     grid: Grid | None = None  # the terms tabulated, for numbers of the runtime; None: exact
 
     def graded(self, xp: Xp) -> Graded:
-        """What gives degrees in the terms."""
+        """Return the function that gives degrees in the terms."""
         if self.grid:
             return partial(xp.call, tabulated, xp, self.grid)
         return partial(xp.call, memberships, xp, self.terms)
 
     @property
     def input_range(self) -> Reach:
-        """(column, row) of each unit: the sources that it may have."""
+        """Possible sources (column, row) of each unit."""
         count = len(self.inputs)
         if self.canonical:
             return reachable(count, self.used)
@@ -127,13 +127,13 @@ class Layout(NamedTuple):
 
     @property
     def remembered(self) -> tuple[str, ...]:
-        """Readings that are needed a sample later."""
+        """Names of the readings that are needed a sample later."""
         previous = (name for name in self.inputs if name.startswith(PREVIOUS))
         return tuple(name.removeprefix(PREVIOUS) for name in previous)
 
 
 class HierarchicalGains(NamedTuple):
-    """What the search changes: one individual, or a population in the trailing axis."""
+    """Searched numbers: one individual, or a population in the trailing axis."""
 
     kp: Scalar  # [V/rad]
     kd: Scalar  # [V s/rad]
@@ -145,7 +145,7 @@ class HierarchicalGains(NamedTuple):
 
 
 class HierarchicalMemory(NamedTuple):
-    """What the controller remembers; all zero before the first sample."""
+    """Memory of the controller; all zero before the first sample."""
 
     root: root_unit.RootMemory | None  # None: the root does not adapt
     readings: Mapping[str, Scalar]  # of the previous sample
@@ -153,7 +153,7 @@ class HierarchicalMemory(NamedTuple):
 
 
 class Firing(NamedTuple):
-    """What one unit does at a sample."""
+    """Inputs, degrees, table and output of one unit at a sample."""
 
     column: Scalar  # its inputs, an input of the hierarchy clamped to [-1, 1]
     row: Scalar
@@ -164,7 +164,7 @@ class Firing(NamedTuple):
 
 
 class HierarchyParts(NamedTuple):
-    """What the command is made of."""
+    """Parts of a command."""
 
     readings: list[Scalar]  # of each input
     scaled: list[Scalar]
@@ -177,7 +177,7 @@ class HierarchyParts(NamedTuple):
 
 
 def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
-    """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
+    """Return the degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
     distance = u - term.centre
     if term.half_width:
         outside = abs(distance) - term.half_width
@@ -186,15 +186,15 @@ def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
 
 
 def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
-    """Degrees of scalar ``u`` in every term."""
+    """Return the degrees of scalar ``u`` in every term."""
     return [membership(xp, term, u) for term in terms]
 
 
 def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
-    """Output of one unit from the degrees of its two inputs (LL eq. 4).
+    """Return the output of one unit from the degrees of its two inputs (LL eq. 4).
 
     ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
-    Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
+    Singleton fuzzifier, product, centre average. If no rule fires (an input so far outside
     the universe that every membership underflows) the output is 0.
     """
     weighted = xp.total(
@@ -211,13 +211,13 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``pd+hierarchical-fuzzy``."""
+    """Return the law of kind ``pd+hierarchical-fuzzy``."""
     tells = layout.linear is None
     return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells, primed)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
-    """Memory before the first sample."""
+    """Return the memory before the first sample."""
     layout: Layout = law.structure
     learnt = layout.adaptation
     root = root_unit.initial_memory(zero, learnt.moves) if learnt else None
@@ -229,14 +229,14 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
 def primed(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
 ) -> HierarchicalMemory:
-    """The readings of the sample before were those of this one."""
+    """Return the memory with this sample's readings as the previous ones."""
     return memory._replace(readings={name: signals[name] for name in memory.readings})
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
 ) -> tuple[Scalar, HierarchicalMemory, HierarchyParts]:
-    """The command of one sample (LL eq. 6), what to remember, and what it is made of.
+    """Return the command of one sample (LL eq. 6), the memory after it, and the parts.
 
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.
@@ -278,7 +278,7 @@ def sample(
 def _learning(
     xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, error: Scalar
 ) -> Learnt | None:
-    """What makes the root's table what it is by now; None where the root does not adapt."""
+    """Return the function that adapts the root's table; None if the root does not adapt."""
     adaptation = layout.adaptation
     if adaptation is None or memory.root is None:
         return None
@@ -297,7 +297,7 @@ def outputs(
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
 ) -> tuple[list[Firing], root_unit.RootMemory | None]:
-    """What every unit makes of the clamped ``inputs``, the root last, and what it remembers."""
+    """Return the firing of every unit for the clamped ``inputs``, root last, and its memory."""
     values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, (sources, start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):

@@ -1,8 +1,8 @@
-"""Genome of a fuzzy hierarchy on a linear part: an optimal regulator, then its gains, then all.
+"""Genome of a fuzzy hierarchy on a linear part, searched in three stages.
 
-In the first stage the weights of the regulator are searched (``linear.lq_genome``), so that every
-individual is a sound linear controller; in the second its gains are free; in the third the tables
-of the hierarchy, which until then give nothing, bend the command where a linear one cannot.
+In the first stage the weights of an optimal regulator are searched (``linear.lq_genome``), so that
+every individual is a sound linear controller; in the second its gains are free; in the third the
+tables of the hierarchy, which add nothing before, make the command nonlinear.
 """
 
 from typing import NamedTuple
@@ -22,12 +22,12 @@ from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 
-#: First standard deviations of free gains (of their logarithms), and of everything.
+#: Initial standard deviations of free gains (of their logarithms), and of everything.
 FREE, EVERYTHING = 0.15, 0.02
-#: A gain may become so many times larger or smaller in a stage (its logarithm).
+#: Logarithm of the largest factor by which a gain may grow or shrink in a stage.
 FAR = 4.0
 FORWARD = ("velocity", "acceleration", "coulomb", "width", "load")
-#: The narrowest width that blending makes, in shares of the narrower one: it has to stay above 0.
+#: Smallest width after blending, in shares of the narrower one: it must stay above 0.
 NARROWEST = 0.01
 
 
@@ -35,14 +35,14 @@ class LinearHierarchies(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
     tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
-    #: (n, 1 + signals + resonators + forward) ki, gains on signals, two of each resonator, what is
-    #: fed forward.
+    #: ki, gains on signals, two of each resonator and feed-forward gains,
+    #: (n, 1 + signals + resonators + forward).
     linear: Floats
     fuzzy: Hierarchies  # kp and kd among them
 
 
 class LinearHierarchyGenome(Genome):
-    """What a search can do with ``LinearHierarchies``."""
+    """Operations of a search on ``LinearHierarchies``."""
 
     stages = ((0.25, False), (0.25, False), (0.5, True))
 
@@ -54,22 +54,22 @@ class LinearHierarchyGenome(Genome):
             self.regulator = LqGenome(settings.linear, target)
         except UserError as error:
             raise UserError(error.typed.replace("controller.", "controller.linear.", 1)) from None
-        #: What is fed forward; of a load only one that is expected.
+        #: Feed-forward gains; that of a load only if a load is expected.
         self.expected_load = settings.linear.expected_load
         self.forward = FORWARD if self.expected_load else FORWARD[:-1]
         self.frequencies = settings.linear.load_frequencies_rad_s
-        #: Where the parts of ``LinearHierarchies.linear`` end.
+        #: Ends of the parts of ``LinearHierarchies.linear``.
         self.ends = np.cumsum([1, len(self.regulator.signals), 2 * len(self.frequencies)])
         self.structures = self.fuzzy.structures
         self.idle = _idle(settings, self.fuzzy.units)
 
     def empty(self) -> LinearHierarchies:
-        """Row t has tree t, and the first regulator."""
+        """Return one individual for each tree, in order, with the first regulator."""
         trees = np.arange(self.structures)
         return self.regulated(np.repeat(self.regulator.empty().places, len(trees), axis=0), trees)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> LinearHierarchies:
-        """Regulators of random weights; a hierarchy that bends them a little."""
+        """Return regulators of random weights with hierarchies that change them a little."""
         first = self.regulator.fresh(np.zeros(len(tree), int), rng)
         hierarchies = self.regulated(first.places, tree)
         bent = self.fuzzy.mutated(hierarchies.fuzzy, np.full(len(tree), EVERYTHING), rng)
@@ -78,7 +78,7 @@ class LinearHierarchyGenome(Genome):
     def mutated(
         self, population: LinearHierarchies, step: Floats, rng: np.random.Generator
     ) -> LinearHierarchies:
-        """Some gains by a factor, and the hierarchy as its own genome does."""
+        """Scale some gains, and mutate the hierarchy by its own genome."""
         factors = np.exp(0.5 * step[:, None] * some(rng, population.linear.shape, 0.5))
         fuzzy = self.fuzzy.mutated(population.fuzzy, step, rng)
         return population._replace(linear=population.linear * factors, fuzzy=fuzzy)
@@ -86,7 +86,7 @@ class LinearHierarchyGenome(Genome):
     def blended(
         self, one: LinearHierarchies, other: LinearHierarchies, share: Floats
     ) -> LinearHierarchies:
-        """Gains on a straight line, also beyond its ends: some have another sign."""
+        """Interpolate gains linearly, also beyond the ends, as some may change sign."""
 
         def mixed(a: Floats, b: Floats) -> Floats:
             return np.asarray(a + share[:, None] * (b - a))
@@ -101,11 +101,11 @@ class LinearHierarchyGenome(Genome):
         return LinearHierarchies(one.tree, linear, fuzzy)
 
     def nudged(self, population: LinearHierarchies, rng: np.random.Generator) -> LinearHierarchies:
-        """Other kp and kd by a millionth."""
+        """Change kp and kd by about a millionth."""
         return population._replace(fuzzy=self.fuzzy.nudged(population.fuzzy, rng))
 
     def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
-        """Weights; factors on gains; factors on gains and scales, and changes of tables."""
+        """Return stage 0: weights, 1: factors on gains, 2: also factors on scales, and tables."""
         if number == 0 or about is None:
             return Stage(self.regulator.empty().places[0], STEP, self.regulated)
         around = about
@@ -123,7 +123,7 @@ class LinearHierarchyGenome(Genome):
         return Stage(np.zeros(len(gains) + further), EVERYTHING, everything)
 
     def gains(self, population: LinearHierarchies) -> HierarchicalGains:
-        """The population as ``simulate`` wants it."""
+        """Return the gains of the population for ``simulate``."""
         gains = self.fuzzy.gains(population.fuzzy)
         (ki,), signals, turning, ahead = np.split(population.linear.T, self.ends)
         nothing = np.zeros(len(population.tree))
@@ -140,11 +140,11 @@ class LinearHierarchyGenome(Genome):
         return gains._replace(linear=linear_gains)
 
     def notation(self, structure: int) -> str:
-        """The tree of the hierarchy."""
+        """Return the tree of the hierarchy as nested pairs."""
         return self.fuzzy.notation(structure)
 
     def record(self, individual: LinearHierarchies) -> Json:
-        """Kind ``pd+hierarchical-fuzzy`` with its linear part, without its sample time."""
+        """Return the ``pd+hierarchical-fuzzy`` record with linear part, without sample time."""
         (ki,), signals, turning, fed_forward = np.split(individual.linear[0], self.ends)
         ahead = dict(zip(self.forward, fed_forward.tolist(), strict=True))
         forward = {"coulomb_width": ahead.pop("width"), **ahead}
@@ -160,7 +160,7 @@ class LinearHierarchyGenome(Genome):
         return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
 
     def regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
-        """Optimal regulators, to which the hierarchy adds nothing."""
+        """Return optimal regulators with hierarchies that add nothing."""
         count = len(places)
         gains = self.regulator.gains(
             taken(self.regulator.empty(), np.zeros(count, int))._replace(
@@ -181,7 +181,7 @@ class LinearHierarchyGenome(Genome):
     def moved(
         self, about: LinearHierarchies, tree: Integers, gains: Floats, further: Floats | None
     ) -> LinearHierarchies:
-        """``about`` with factors exp(``gains``) and, if given, other scales and tables."""
+        """Return ``about`` with factors exp(``gains``) and, if given, other scales and tables."""
         count, linear = len(gains), about.linear.shape[1]
         factors = np.exp(np.clip(gains[:, : 2 + linear], -FAR, FAR))
         fuzzy = taken(about.fuzzy, np.zeros(count, int))
@@ -196,7 +196,7 @@ class LinearHierarchyGenome(Genome):
 
 
 def _idle(settings: HierarchicalSettings, units: int) -> Floats:
-    """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
+    """Return tables (units, 7, 7): inner units pass on their inputs' mean, the root gives 0."""
     levels = passthrough(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])

@@ -1,7 +1,7 @@
 """Linear laws as rule tables.
 
-A table whose consequents lie on a plane makes nearly a linear function of its two inputs; units
-along a tree add up to one of all inputs.
+A table with consequents on a plane is nearly a linear function of its two inputs; the units along
+a tree together are one of all inputs.
 """
 
 import numpy as np
@@ -12,11 +12,11 @@ from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 
 def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats) -> Floats:
-    """Tables (n, units, 7, 7) that make ``slopes`` (n, inputs) of the scaled inputs of n trees.
+    """Return tables (n, units, 7, 7) with ``slopes`` (n, inputs) over the scaled inputs of n trees.
 
     ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) the consequents that pass on
-    what a unit reads. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); what it
-    lacks of the law the unit makes good that reads it.
+    a unit's input. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); the unit that
+    reads it makes up the difference to the law.
     """
     count, units = sources.shape[:2]
     each = np.arange(count)
@@ -37,7 +37,7 @@ def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels:
 
 
 def passthrough(settings: HierarchicalSettings) -> Floats:
-    """(7,) consequents of which a unit makes the value that it reads, as nearly as seven can."""
+    """Return the consequents (7,) with which a unit's output best approximates its input."""
     u = np.linspace(-1.0, 1.0, 401)
     shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))
     return np.asarray(np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0])

@@ -1,4 +1,4 @@
-"""A hierarchy's pictures: the surface of each unit, its table, the terms of all, the tree."""
+"""Pictures of a hierarchy: surface and table of each unit, the terms of all, the tree."""
 
 from collections.abc import Callable
 from functools import partial
@@ -21,12 +21,12 @@ from hfc_design.pictures.terms import Panel
 from hfc_design.pictures.terms import terms as drawn_terms
 from plants import Drive
 
-#: The terms are drawn up to here; inputs end at 1, outputs of units go on.
+#: Largest value at which terms are drawn; inputs end at 1, but outputs of units may exceed it.
 BEYOND = 1.25
 
 
 def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Kind of picture -> name of a unit -> what draws it."""
+    """Return drawing functions by kind of picture and name of unit."""
     names = [f"unit-{unit.id}" for unit in record.units]
     made: dict[str, Callable[[], Surface]] = {
         name: partial(surface, record, drive, k) for k, name in enumerate(names)
@@ -41,7 +41,7 @@ def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Dr
 
 
 def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
-    """What unit ``k`` of the list makes of all that its two inputs can be."""
+    """Return the surface of unit ``k`` of the list over the ranges of its two inputs."""
     unit, root = record.units[k], k == len(record.units) - 1
     unit_terms, rules = layout_of(record).terms, rule_units(record)[k]
 
@@ -58,7 +58,7 @@ def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
 
 
 def table(record: HierarchicalDesign, k: int) -> Figure:
-    """The rule table of unit ``k`` of the list as a heat map."""
+    """Draw the rule table of unit ``k`` of the list as a heat map."""
     unit, labels = record.units[k], [term.label for term in record.terms]
     row, column = f"row: {readable(unit.row_input)}", f"column: {readable(unit.column_input)}"
     values, title = np.array(record.tables()[k]), f"unit {unit.id}"
@@ -66,7 +66,7 @@ def table(record: HierarchicalDesign, k: int) -> Figure:
 
 
 def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
-    """All that a source can be."""
+    """Return the range of a source."""
     scales = {item.name: item.scale for item in record.inputs}
     if source in scales:
         largest = 1.0 / scales[source]
@@ -80,7 +80,7 @@ def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
 
 
 def terms(record: HierarchicalDesign) -> Figure:
-    """The terms of every input of every unit."""
+    """Draw the terms, which all inputs of all units have in common."""
     unit_terms = layout_of(record).terms
     grid = np.linspace(-BEYOND, BEYOND, 4 * units.POINTS + 1)
     values = np.union1d(grid, [term.centre for term in unit_terms])  # where they are highest

@@ -1,4 +1,4 @@
-"""PD plus a fuzzy hierarchy in a design file, and what a search for one starts from.
+"""Records of PD plus a fuzzy hierarchy in a design file, and settings of a search for one.
 
 Never imports JAX.
 """
@@ -52,7 +52,7 @@ class PdRecord(Record):
 
 
 class LinearRecord(Record):
-    """What a linear part has beside kp and kd: integral, state feedback, resonators and so on."""
+    """Linear part besides kp and kd: integral, state feedback, feed-forward, resonators."""
 
     ki: Finite = 0.0  # gain on the integral of the error [command/(error s)]
     signals: dict[Label, Finite] = {}  # gains on signals of the drive's sensors [command/signal]
@@ -63,20 +63,20 @@ class LinearRecord(Record):
 
 
 class ScheduledRecord(LinearRecord):
-    """A linear law that the root's output scales, instead of one number."""
+    """Linear law that the root's output scales, instead of one number."""
 
     kp: Finite = 0.0  # gain on the error [command/error]
     kd: Finite = 0.0  # gain on its rate [command s/error]
 
 
 class LinearPart(LqiSettings):
-    """What a search for a linear part starts from: an optimal regulator with integral."""
+    """Settings of a search for a linear part: an optimal regulator with integral."""
 
     kind: Literal["lqi"] = "lqi"
 
 
 class InputRecord(Record):
-    """One input of the hierarchy and its scale to the normalised universe."""
+    """Input of the hierarchy and its scale to the normalised universe."""
 
     name: Label  # signal that is read
     scale: Positive  # factor on the signal [1/signal]; the result is limited to 1
@@ -86,7 +86,7 @@ Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_I
 
 
 class TermRecord(Record):
-    """One linguistic term: a Gaussian with a flat top (LL eq. 3)."""
+    """Linguistic term: a Gaussian with a flat top (LL eq. 3)."""
 
     label: Label  # name of the term
     centre: Finite  # centre of its plateau, of a scaled input [1]
@@ -98,7 +98,7 @@ Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TER
 
 
 class UnitRecord(Record):
-    """One unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
+    """Unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
 
     #: its place in the tree; units are in order of evaluation, the root last
     id: int = Field(ge=0, le=1000)
@@ -110,7 +110,7 @@ class UnitRecord(Record):
 
 
 def _with_error_scale(described: Any) -> Any:
-    """Refuses an adaptation that has no scale of the error which judges the root's rules."""
+    """Reject an adaptation without a scale of the error that judges the root's rules."""
     adaptation, names = described.adaptation, [item.name for item in described.inputs]
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
@@ -122,7 +122,7 @@ def _with_error_scale(described: Any) -> Any:
 
 
 class HierarchicalDesign(ControllerRecord):
-    """A controller of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
+    """Design of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
@@ -189,11 +189,11 @@ class HierarchicalDesign(ControllerRecord):
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return hierarchical(layout_of(self), self.sample_time_s, limit)
 
     def adapted(self, memory: HierarchicalMemory) -> "HierarchicalDesign | None":
-        """With what the consequents of its root have moved by; None: they stay where they are."""
+        """Return the design with the moves of its root's consequents; None if it does not adapt."""
         if self.adaptation is None or memory.root is None:
             return None
         moves = tuple(map(tuple, memory.root.moves))
@@ -201,40 +201,40 @@ class HierarchicalDesign(ControllerRecord):
         return self.model_copy(update={"adaptation": adaptation})
 
     def without_adaptation(self) -> Self:
-        """The same without adaptation, with the root as it has become."""
+        """Return the design without adaptation, with the root as adapted so far."""
         pairs = zip(self.units, self.tables(), strict=True)
         units = tuple(unit.model_copy(update={"consequents": table}) for unit, table in pairs)
         return self.model_copy(update={"units": units, "adaptation": None})
 
     def tables(self) -> list[Table]:
-        """The consequents of each unit; those of the root as they have become."""
+        """Return the consequents of each unit; those of the root as adapted so far."""
         tables = [unit.consequents for unit in self.units]
         if self.adaptation and (moves := self.adaptation.moves):
             tables[-1] = tuple(map(tuple, each(add, tables[-1], moves)))
         return tables
 
     def sources(self) -> list[tuple[int, int]]:
-        """Column and row source of each unit, as ``tree.Unit`` numbers them."""
+        """Return column and row source of each unit, numbered as in ``tree.Unit``."""
         names = [item.name for item in self.inputs] + [f"unit-{unit.id}" for unit in self.units]
         return [
             (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
         ]
 
     def structure(self) -> str:
-        """The tree as the genome tells it; "" of a single unit, which has no other."""
+        """Return the tree in the genome's notation; "" for a single unit, which has no choice."""
         if len(self.units) == 1:
             return ""
         return notation([item.name for item in self.inputs], self.sources())
 
     @property
     def canonical(self) -> bool:
-        """Whether every unit has sources that it has in one of ``tree.trees``."""
+        """True if every unit has sources that it has in one of ``tree.trees``."""
         known = reachable(len(self.inputs), len(self.units) + 1)
         pairs = zip(self.sources(), known, strict=True)
         return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
 
     def law_gains(self) -> HierarchicalGains:
-        """The gains of one individual."""
+        """Return the gains of one individual."""
         return HierarchicalGains(
             self.pd.kp,
             self.pd.kd,
@@ -246,7 +246,7 @@ class HierarchicalDesign(ControllerRecord):
         )
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Up to where inputs are clamped; others as far as the laws beside the hierarchy ask."""
+        """Ranges up to the clamps of inputs; for other signals, the ranges of the linear laws."""
         ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
             ranges |= part.input_range(limit or self.output_scale) if part else {}
@@ -255,7 +255,7 @@ class HierarchicalDesign(ControllerRecord):
         return ranges | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
 
     def connecting(self) -> list[str]:
-        """What is remembered inside."""
+        """Return notes on filtering and on previous readings kept inside the controller."""
         names = [item.name for item in self.inputs if item.name.startswith(PREVIOUS)]
         notes = ["`error_rate` is not filtered inside."]
         description = (
@@ -265,7 +265,7 @@ class HierarchicalDesign(ControllerRecord):
 
     @property
     def linear_part(self) -> LinearDesign | None:
-        """The part beside the hierarchy as a linear controller; None: it is a PD alone."""
+        """Linear part added to the hierarchy, as a controller; None if it is a PD alone."""
         if (linear_record := self.linear) is None:
             return None
         data = (
@@ -277,7 +277,7 @@ class HierarchicalDesign(ControllerRecord):
 
     @property
     def scheduled_part(self) -> LinearDesign | None:
-        """What the root's output scales as a linear controller; None: ``output_scale`` alone."""
+        """Law scaled by the root's output, as a controller; None: ``output_scale`` alone."""
         if (scheduled_record := self.scheduled) is None:
             return None
         data = scheduled_record.model_dump() | {"sample_time_s": self.sample_time_s}
@@ -285,7 +285,7 @@ class HierarchicalDesign(ControllerRecord):
 
 
 class HierarchicalSettings(ControllerSettings):
-    """Inputs, scales and terms of the hierarchical fuzzy controller."""
+    """Settings of a search for a hierarchical fuzzy controller: inputs, scales and terms."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     #: signals that a hierarchy may read, with their scales
@@ -313,11 +313,11 @@ class HierarchicalSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """Where there is a linear part: first it, then its gains, then all."""
+        """True with a linear part, whose weights are searched first, then its gains, then all."""
         return self.linear is not None
 
     def fault(self, target: Target) -> str | None:
-        """An input that is no signal of every axis, or one that stands there twice."""
+        """Return why the search is impossible (linear part, unknown or repeated input), or None."""
         if self.schedules and not self.linear:
             return "controller.schedules: needs [controller.linear], which it changes"
         if self.adaptation and self.adaptation.moves:
@@ -339,7 +339,7 @@ class HierarchicalSettings(ControllerSettings):
 
 
 def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
-    """What is no number of a design, and what a search for one leaves alone."""
+    """Return the fixed properties of a design, or of a search for one."""
     names = tuple(item.name for item in described.inputs)
     terms = tuple(term(**term_record.model_dump()) for term_record in described.terms)
     scale, adaptation = described.output_scale, described.adaptation
@@ -352,7 +352,7 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
 
 
 class Bounds(Record):
-    """Of a search for hierarchies: keys of ``[search]``, with what suits the C-axis."""
+    """Bounds of a search for hierarchies: keys of ``[search]``, with defaults for the C-axis."""
 
     #: range of kp of initial individuals with a hierarchy [command/error]
     kp_range: Range = (100.0, 10_000.0)
@@ -364,11 +364,11 @@ class Bounds(Record):
 
 
 def bounds_of(search: Any) -> Bounds:
-    """The bounds that the settings of a search have, which has checked them, else the defaults."""
+    """Return the bounds in the settings of a search, which are already validated, or defaults."""
     return Bounds.model_construct(**dict(search or {}))
 
 
 def input_names(signals: list[str]) -> list[str]:
-    """Every input that a hierarchy can have of an axis with these signals."""
+    """Return every possible input of a hierarchy on an axis with these signals."""
     known = [*signals, *(x for x in FOLLOWED if x not in signals)]
     return [*known, *(f"{PREVIOUS}{name}" for name in known)]

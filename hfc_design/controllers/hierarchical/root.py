@@ -1,4 +1,4 @@
-"""A hierarchy's root unit whose consequents adapt on line, from the designed table onwards.
+"""Root unit of a hierarchy with consequents that adapt on line, from the designed table onwards.
 
 The rule is that of the feed drives' adaptive controller (JK04 section 4.2 and Appendix B): at
 sample k the rules that fired at k - 1 are judged by what became of the error, and those to blame
@@ -19,12 +19,12 @@ from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, pe
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped
 from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Table
 
-#: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
+#: Share of all firing above which a rule has fired: that of 49 equal rules.
 FIRED = 1.0 / 49.0
 
 
 class Adaptation(Record):
-    """How the consequents of the root move."""
+    """Adaptation of the root's consequents."""
 
     #: step in a sample for an index of 1 or -1, in units of a consequent [1]
     k_c: NotNegative = 3e-4
@@ -36,7 +36,7 @@ class Adaptation(Record):
 
 
 class RootMemory(NamedTuple):
-    """What the root remembers; all zero before the first sample."""
+    """Memory of the root; all zero before the first sample."""
 
     term: Scalar  # of e(k-1), -3 to 3
     in_column: Degrees  # (7,) degrees of the column input at k - 1
@@ -45,7 +45,7 @@ class RootMemory(NamedTuple):
 
 
 def initial_memory(zero: Scalar, moves: RuleTable | None = None) -> RootMemory:
-    """Memory before the first sample: no error; what has moved before, or nothing."""
+    """Return the memory before the first sample: no error, and earlier ``moves`` if any."""
     start = [[zero + move for move in row] for row in moves or ((0.0,) * TERMS,) * TERMS]
     return RootMemory(zero, [zero] * TERMS, [zero] * TERMS, start)
 
@@ -59,9 +59,9 @@ def step(
     in_column: Degrees,
     in_row: Degrees,
 ) -> tuple[RuleTable, RootMemory]:
-    """Consequents (7, 7) for this sample, and what to remember.
+    """Return the consequents (7, 7) for this sample, and the memory after it.
 
-    ``consequents`` are those to start from; ``in_error``, ``in_column`` and ``in_row`` (7) the
+    ``consequents`` are the initial ones; ``in_error``, ``in_column`` and ``in_row`` (7) the
     degrees of the scaled error and of the root's inputs at this sample.
     """
     term = highest_term(xp, in_error)
@@ -86,7 +86,7 @@ def step(
 
 
 def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
-    """p(k) of the rules of the term ``before``."""
+    """Index p(k) of the rules of the term ``before``."""
     indices = performance_indices(xp, now)
     if xp.sparse:
         return indices[xp.whole(clipped(xp, before + ZR, 0, TERMS - 1))]
@@ -97,7 +97,7 @@ def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
 
 
 def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
-    """(7, 7) by how much rules fired at k - 1; 0 of those that did not."""
+    """Return the firing (7, 7) of the rules at k - 1; 0 for rules that did not fire."""
     least = xp.once(FIRED * xp.total(memory.in_row) * xp.total(memory.in_column))
 
     def weight(row: Scalar, column: Scalar) -> Scalar:
@@ -110,11 +110,11 @@ def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
 
 
 def _action(xp: Xp, firing: Sequence[Sequence[Scalar]], table: RuleTable) -> Scalar:
-    """What the rules that fired gave at k - 1.
+    """Return the mean output at k - 1 of the rules that fired.
 
-    Rules are compared with the mean of those that fired. The tails of all others belong to the
-    root's output too, but they stay where they are: against it, rules that have moved past them
-    would all be on the same side and nothing would move any more.
+    Rules are compared with this mean. The tails of all others belong to the root's output too, but
+    they do not move: compared with that output, rules that have moved past them would all be on
+    the same side, and nothing would move any more.
     """
     weighted = xp.total(
         xp.along(lambda weights, row: xp.total(xp.along(mul, weights, row)), firing, table)

@@ -1,4 +1,4 @@
-"""A hierarchy's rule tables for other programs, and what they do at a sample."""
+"""Export of a hierarchy's rule tables to other programs, and explanation of a sample."""
 
 import math
 
@@ -22,7 +22,7 @@ from hfc_design.core.numbers import Json
 
 
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
-    """Inputs are scaled and clamped to [-1, 1] before they enter; the root is as it has become."""
+    """Return the units, for inputs scaled and clamped to [-1, 1]; the root as adapted so far."""
     terms = tuple(map(_flat, record.terms))
     rule_units = []
     for unit, table in zip(record.units, record.tables(), strict=True):
@@ -37,12 +37,12 @@ def _flat(term: TermRecord) -> FlatGaussian:
 
 
 def inputs(record: HierarchicalDesign) -> list[str]:
-    """As the design file has them."""
+    """Return the names of the inputs as in the design file."""
     return [item.name for item in record.inputs]
 
 
 def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
-    """Scales, limits and gains."""
+    """Return scales, limits and gains as plain data."""
     root = f"unit_{record.units[-1].id}"
     part, scheduled = record.linear_part, record.scheduled_part
     return {
@@ -80,7 +80,7 @@ def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
 
 
 def notes(record: HierarchicalDesign) -> list[str]:
-    """Units of the signals, and what a rule table does not hold."""
+    """Return lines on the units of the signals and on what a rule table does not contain."""
     lines = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
         added = "integral, resonators" if record.linear.resonators else "integral"
@@ -93,7 +93,7 @@ def notes(record: HierarchicalDesign) -> list[str]:
 
 
 def tables(record: HierarchicalDesign) -> dict[str, Rows]:
-    """``unit-N.csv`` (rows: row term) and ``manifest.csv``."""
+    """Return ``unit-N.csv`` (rows: row term) and ``manifest.csv``."""
     labels = [term.label for term in record.terms]
     manifest = [["unit", "column_input", "row_input", "file"]]
     files = {}
@@ -106,12 +106,12 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
 
 
 def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
-    """Signals of a sample, and those of the sample before."""
+    """Signals of a sample, and those kept from the previous sample."""
     return reads(record), [name for name in inputs(record) if name.startswith(PREVIOUS)]
 
 
 def reads(record: HierarchicalDesign) -> list[str]:
-    """Signals of a sample, those last that are needed a sample later."""
+    """Signals of a sample; those needed a sample later come last."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
     input_signals = (name.removeprefix(PREVIOUS) for name in names)
     scheduled_signals = record.scheduled.signals if record.scheduled else ()
@@ -120,12 +120,12 @@ def reads(record: HierarchicalDesign) -> list[str]:
 
 
 def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:
-    """The memory with other readings of the sample before."""
+    """Return the memory with ``readings`` of the previous sample."""
     return memory._replace(readings={**memory.readings, **readings})
 
 
 def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
-    """What a sample's command is made of."""
+    """Return the parts of a sample's command as plain data."""
     labels = [term.label for term in record.terms]
     scaled_inputs = [
         {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}

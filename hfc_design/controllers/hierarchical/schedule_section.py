@@ -1,4 +1,4 @@
-"""What the page shows of a scheduled law: how much of it there is."""
+"""Report picture of a scheduled law: the factor on it."""
 
 from functools import partial
 
@@ -10,12 +10,12 @@ from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures.figure import OTHER, OWN, finish, framed
 from hfc_design.pictures.section import Drawing
 
-#: Of the inputs of a hierarchy, six at most.
+#: Line styles of the inputs of a hierarchy, six at most.
 STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0.35", ":"))
 
 
 def factor(record: HierarchicalDesign, points: Floats) -> Floats:
-    """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
+    """Return the scaled output (n,) of the root at values (n, inputs) of the scaled inputs."""
     layout = layout_of(record)
     degrees = partial(memberships, ARRAYS, layout.terms)
     units, _ = outputs(ARRAYS, degrees, layout.input_range, record.law_gains(), list(points.T))
@@ -23,7 +23,7 @@ def factor(record: HierarchicalDesign, points: Floats) -> Floats:
 
 
 def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str, str]) -> Drawing:
-    """The factor on the law against each input; ``labels`` and ``units`` of the inputs by name."""
+    """Draw the factor on the law over each input; ``labels`` and ``units`` by input name."""
     figure = framed(3.3 + 0.2 * len(record.inputs), top=0.15 + 0.2 * len(record.inputs))
     axes = figure.subplots()
     places = np.linspace(-1.0, 1.0, 201)

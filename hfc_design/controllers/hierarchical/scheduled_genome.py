@@ -1,7 +1,7 @@
-"""Genome of a fuzzy hierarchy that goes from one linear law to another.
+"""Genome of a fuzzy hierarchy that blends from one linear law to another, in three stages.
 
-The weights of two optimal regulators and how much of the second there is at each speed of the
-reference, then the gains of both, then everything.
+The search varies the weights of two optimal regulators and the share of the second at each speed
+of the reference, then the gains of both, then everything.
 """
 
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 
-#: Share of the second law where a tree's first input is 0, and in the next three terms either way.
+#: Share of the second law at 0 of a tree's first input, and in the next three terms either way.
 SHARES = np.array([1.0, 0.0, 0.0, 1.0])
 
 
@@ -37,7 +37,7 @@ class ScheduledHierarchies(NamedTuple):
 
 
 class ScheduledGenome(Genome):
-    """What a search can do with ``ScheduledHierarchies``."""
+    """Operations of a search on ``ScheduledHierarchies``."""
 
     stages = ((0.12, True), (0.35, False), (0.5, False))
 
@@ -49,17 +49,17 @@ class ScheduledGenome(Genome):
         self.passing = passthrough(settings)
 
     def empty(self) -> ScheduledHierarchies:
-        """Row t has tree t and the first regulator."""
+        """Return one individual for each tree, in order, with the first regulator."""
         return _alike(self.on_one.empty())
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> ScheduledHierarchies:
-        """One law, a hierarchy that bends nothing yet."""
+        """Return individuals with two equal laws."""
         return _alike(self.on_one.fresh(tree, rng))
 
     def mutated(
         self, population: ScheduledHierarchies, step: Floats, rng: np.random.Generator
     ) -> ScheduledHierarchies:
-        """Both laws and the hierarchy."""
+        """Mutate both laws and the hierarchy."""
         factors = np.exp(0.25 * step[:, None] * rng.standard_normal(population.second.shape))
         first = self.on_one.mutated(population.first, step, rng)
         return population._replace(first=first, second=population.second * factors)
@@ -67,7 +67,7 @@ class ScheduledGenome(Genome):
     def blended(
         self, one: ScheduledHierarchies, other: ScheduledHierarchies, share: Floats
     ) -> ScheduledHierarchies:
-        """Gains on a straight line."""
+        """Interpolate gains linearly."""
         second = one.second + share[:, None] * (other.second - one.second)
         first = self.on_one.blended(one.first, other.first, share)
         return ScheduledHierarchies(one.tree, first, second)
@@ -75,11 +75,11 @@ class ScheduledGenome(Genome):
     def nudged(
         self, population: ScheduledHierarchies, rng: np.random.Generator
     ) -> ScheduledHierarchies:
-        """Other kp and kd by a millionth."""
+        """Change kp and kd by about a millionth."""
         return population._replace(first=self.on_one.nudged(population.first, rng))
 
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
-        """The population as ``simulate`` wants it; the root scales the difference of the laws."""
+        """Return the gains for ``simulate``; the root scales the difference of the laws."""
         population = self._even(population)
         first, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert first.linear is not None
@@ -89,7 +89,7 @@ class ScheduledGenome(Genome):
         return first._replace(scheduled=difference._replace(width=first.linear.width))
 
     def record(self, individual: ScheduledHierarchies) -> Json:
-        """With what the root scales."""
+        """Return the record with the law that the root scales."""
         individual = self._even(individual)
         near, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
         one, other = (x["linear"] | x["pd"] for x in (near, far))
@@ -109,7 +109,7 @@ class ScheduledGenome(Genome):
         return near | {"scheduled": {**gains, "signals": signals, **forward}}
 
     def _even(self, population: ScheduledHierarchies) -> ScheduledHierarchies:
-        """With tables that give the same the other way, where every input has the other sign."""
+        """Return the population with even tables: the same output if all inputs change sign."""
         fuzzy, inputs = population.first.fuzzy, len(self.on_one.fuzzy.names)
         tables, places = fuzzy.consequents.copy(), np.arange(49).reshape(7, 7)
         for tree in np.unique(fuzzy.tree):
@@ -122,11 +122,11 @@ class ScheduledGenome(Genome):
         return population._replace(first=first)
 
     def notation(self, structure: int) -> str:
-        """The tree of the hierarchy."""
+        """Return the tree of the hierarchy as nested pairs."""
         return self.on_one.notation(structure)
 
     def stage(self, number: int, about: ScheduledHierarchies | None) -> Stage:
-        """Weights of two regulators and shares; two laws and shares; then all."""
+        """Return stage 0: weights of two regulators and shares, 1: two laws and shares, 2: all."""
         if number == 0 or about is None:
             return self._regulators()
         around, size = about, 2 + about.first.linear.shape[1]
@@ -152,7 +152,7 @@ class ScheduledGenome(Genome):
         return Stage(np.zeros(2 * size + further), EVERYTHING, all_of_it)
 
     def _regulators(self) -> Stage:
-        """Of two optimal regulators; there are no better gains to begin with."""
+        """Return the stage of two optimal regulators, which have the best initial gains."""
         places = self.on_one.regulator.empty().places[0]
         size = len(places)
 
@@ -170,7 +170,7 @@ class ScheduledGenome(Genome):
         return Stage(np.concatenate([places, places, np.zeros(len(SHARES) + 1)]), STEP, members)
 
     def _shares(self, first: LinearHierarchies) -> Floats:
-        """What the tables of the first of some individuals give, as ``_sharing`` has it."""
+        """Return the shares in the tables of the first individual, as ``_sharing`` takes them."""
         units, way = self.on_one.fuzzy.trees[first.tree[0]], self.leading[first.tree[0]]
         k = next(k for k, unit in enumerate(units) if way in (unit.column, unit.row))
         table = first.fuzzy.consequents[0, k]
@@ -180,7 +180,7 @@ class ScheduledGenome(Genome):
     def _sharing(
         self, first: LinearHierarchies, shares: Floats, points: Floats
     ) -> LinearHierarchies:
-        """With tables that give (n, 4) ``shares`` by the first input, whatever the others are."""
+        """Return individuals with tables that give ``shares`` (n, 4) by the first input alone."""
         fuzzy = first.fuzzy
         both = shares[:, [3, 2, 1, 0, 1, 2, 3]] / self.settings.output_scale
         tables = np.stack([self._tables(int(t), x) for t, x in zip(first.tree, both, strict=True)])
@@ -190,7 +190,10 @@ class ScheduledGenome(Genome):
         return first._replace(fuzzy=fuzzy._replace(scales=scales, consequents=tables))
 
     def _tables(self, tree: int, shares: Floats) -> Floats:
-        """(units, 7, 7) of a tree: the first unit on the way knows, the others pass it on."""
+        """Return a tree's tables (units, 7, 7): the first unit on the way has the shares.
+
+        The other units on the way pass them on.
+        """
         tables, inputs, first = [], len(self.on_one.fuzzy.names), self.leading[tree]
         way = first
         for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):
@@ -208,22 +211,22 @@ class ScheduledGenome(Genome):
 
 
 def _less(far: Any, near: Any) -> Any:
-    """What one law has more of a gain than another one; of none, None or (), neither has any."""
+    """Return the difference of two laws' gains; None or () if neither has the gain."""
     return near if near is None or isinstance(near, tuple) else far - near
 
 
 def _alike(first: LinearHierarchies) -> ScheduledHierarchies:
-    """Both laws the same."""
+    """Return individuals with the same law twice."""
     return ScheduledHierarchies(first.tree, first, _law(first))
 
 
 def _law(first: LinearHierarchies) -> Floats:
-    """(n, ...) kp, kd and the columns of its linear part."""
+    """Return kp, kd and the columns of the linear part (n, ...)."""
     return np.concatenate([first.fuzzy.gains, first.linear], axis=1)
 
 
 def _second(population: ScheduledHierarchies) -> LinearHierarchies:
-    """The hierarchy on the second law."""
+    """Return the hierarchy on the second law."""
     first, second = population.first, population.second
     return first._replace(linear=second[:, 2:], fuzzy=first.fuzzy._replace(gains=second[:, :2]))
 
@@ -233,7 +236,7 @@ def _scaled(second: Floats, logarithms: Floats) -> Floats:
 
 
 def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
-    """Of a hierarchy beside a PD alone, on a linear part, or between two."""
+    """Return the genome of a hierarchy on a PD alone, on a linear part, or between two."""
     if settings.linear is None:
         return HierarchicalGenome(settings, target)
     kind = ScheduledGenome if settings.schedules else LinearHierarchyGenome

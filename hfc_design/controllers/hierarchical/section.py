@@ -1,4 +1,4 @@
-"""What the page shows of a hierarchy: its gains, the tree, of each unit table and surface."""
+"""Report sections of a hierarchy: gains, tree, and table and surface of each unit."""
 
 from hfc_design.controllers import surfaces
 from hfc_design.controllers.hierarchical.drawn_tree import (
@@ -21,7 +21,7 @@ UNITS = (
 
 
 def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
-    """The gains, the tree, the units."""
+    """Return the sections: gains and tree, and the units."""
     tree = Drawing(
         drawn_tree(record, shown.machine.drives[0]),
         "The hierarchy drawn as a tree",
@@ -41,7 +41,7 @@ def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
 
 
 def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Drawing]:
-    """Table and surface of unit ``k`` of the list."""
+    """Return table and surface of unit ``k`` of the list."""
     unit, root = record.units[k], k == len(record.units) - 1
     name = f"unit {unit.id}{', the root' if root else ''}"
     begins = " before it adapts" if root and record.adaptation else ""
@@ -59,7 +59,7 @@ def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Draw
 
 
 def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listing:
-    """Name, value and unit of the PD gains and of the hierarchy's scales."""
+    """Return name, value and unit of the gains and of the hierarchy's scales."""
     command, error = units["command"], units["error"]
     rows = [
         ("proportional gain", controller.pd.kp, f"{command}/{error}"),

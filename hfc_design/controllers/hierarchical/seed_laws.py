@@ -1,9 +1,9 @@
-"""Laws of few numbers that a hierarchy can begin with, and how it makes them by its tables.
+"""Laws of few numbers to start a hierarchy from, and their translation to tables.
 
 A law is a PD, gains on the drive's signals, one on the change of velocities that are read twice
 (as if the machine were heavier), and a constant; all but the PD saturates where the root does.
-It is no kind of controller: its handful of numbers is searched in seconds, then it is laid down
-along trees as tables (``planes``), from which a search of those goes on.
+It is not a kind of controller: its few numbers are searched in seconds, then it is laid along
+trees as tables (``planes``), from which a search of tables continues.
 """
 
 from typing import Any, NamedTuple
@@ -22,21 +22,21 @@ from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 
 #: Sums of the slopes of an inner unit, in shares of its largest consequent: of first tables, and
-#: the ends. Its output is not clamped, but the terms of the unit that reads it end at 1: a large
-#: sum bends early. A small one leaves little to the units behind it, whose consequents have ends as
-#: well. Consequents of a plane go up to 1.41 times the sum.
+#: limits. The unit's output is not clamped, but the terms of the unit that reads it end at 1: a
+#: large sum saturates early. A small one leaves little to the following units, whose consequents
+#: are limited too. Consequents of a plane go up to 1.41 times the sum.
 REACH, ENDS = (0.2, 0.4, 0.7, 1.0), (0.02, 3.0)
-#: Constant command of first laws, in shares of where they saturate.
+#: Constant command of first laws, in shares of the command at which they saturate.
 OFFSET = (5e-4, 0.15)
-#: Gain on the change of a velocity from sample to sample, in shares of kd: of first laws, and how
-#: many of them have one; the largest, in shares of what lets a velocity saturate at the end of its
-#: universe.
+#: Gain on the change of a velocity from sample to sample: range for first laws, in shares of kd;
+#: share of them that have one; largest gain, in shares of that at which a velocity saturates at
+#: the end of its universe.
 INERTIA, WITH_INERTIA, MOST_INERTIA = (0.1, 30.0), 0.7, 20.0
 TINY = 1e-9
-#: Share of a signal that may differ from the error's rate, so that it counts as a velocity.
+#: Largest share of a velocity signal that differs from the error's rate.
 SAME = 1e-6
-#: First tables follow a law with one of these shares of all its gains, on universes so many times
-#: as large as the largest signals: what fits nobody knows before it is tried.
+#: Shares of all gains of a law that first tables follow, and range of their universes in shares of
+#: the largest signals: only a trial tells which suit.
 SHARES, UNIVERSE = (1.0, 1.0, 0.6, 0.3), (0.7, 3.0)
 
 
@@ -48,7 +48,7 @@ class Laws(NamedTuple):
 
 
 class LawGains(NamedTuple):
-    """The same as ``simulate`` wants them."""
+    """Gains of laws for ``simulate``."""
 
     kp: Scalar
     kd: Scalar
@@ -58,7 +58,7 @@ class LawGains(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """What of the law is code: signals, velocities with their factors, where it saturates."""
+    """Structure of a law: signals, velocities with their factors, command where it saturates."""
 
     signals: tuple[str, ...]
     velocities: tuple[tuple[str, float], ...]
@@ -66,7 +66,7 @@ class Structure(NamedTuple):
 
 
 class SeedLaws:
-    """What a search can do with ``Laws``.
+    """Operations of a search on ``Laws``.
 
     Raises:
         UserError: the drive cannot be linearised, or no regulator of it was found.
@@ -78,7 +78,7 @@ class SeedLaws:
         model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
         seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
         rate = model.outputs["error_rate"]
-        #: Velocities that are read twice -> how much of the error's rate they are.
+        #: Velocities that are read twice, with their factors on the error's rate.
         self.velocities: dict[str, float] = {}
         for name, row in seen.items():
             share = float(row @ rate / (rate @ rate))
@@ -90,22 +90,22 @@ class SeedLaws:
         self.search = LqGenome(LqrSettings(kind="lqr", signals=signals), target)
         self.largest = genome.bounds.root_limit * genome.settings.output_scale
         scale = dict(zip(self.search.states.names, self.search.scale, strict=True))
-        #: (size - 2,) about how large the numbers behind kp and kd are.
+        #: Approximate sizes (size - 2,) of the numbers after kp and kd.
         self.units = np.array(
             [*(scale[name] for name in signals), scale["error_rate"], 0.01 * self.largest]
         )
 
         twice = [genome.scales[genome.names.index(name)] for name in self.velocities]
-        #: Largest gain on the change: tables that make more have steps instead of slopes.
+        #: Largest gain on the change: tables of larger ones have steps instead of slopes.
         self.most = MOST_INERTIA * self.largest * max(twice, default=0.0)
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """Those with a gain."""
+        """Names of the signals with a gain."""
         return self.search.signals
 
     def fresh(self, count: int, rng: np.random.Generator) -> Laws:
-        """Regulators of random weights, with inertia and a constant drawn beside."""
+        """Return regulators of random weights, with random inertia and constant."""
         gains = self.search.gains(self.search.fresh(np.zeros(count, int), rng))
         with_it = rng.random(count) < WITH_INERTIA
         change = gains.kd * between(rng, INERTIA, count) * with_it
@@ -116,25 +116,25 @@ class SeedLaws:
         return Laws(np.zeros(count, int), np.nan_to_num(numbers))
 
     def points(self, laws: Laws) -> Floats:
-        """(n, size) coordinates in which a distribution can move: logarithms, signs free."""
+        """Return coordinates (n, size) for a distribution: logarithms, signs free."""
         gains = np.log(np.maximum(laws.numbers[:, :2], TINY))
         return np.concatenate([gains, np.arcsinh(laws.numbers[:, 2:] / self.units)], axis=1)
 
     def laws(self, points: Floats) -> Laws:
-        """Laws of such coordinates."""
+        """Return the laws of such coordinates."""
         gains, others = np.exp(np.clip(points[:, :2], -21.0, 21.0)), points[:, 2:]
         numbers = np.concatenate([gains, self.units * np.sinh(np.clip(others, -21, 21))], axis=1)
         numbers[:, -2] = np.clip(numbers[:, -2], -self.most, self.most)
         return Laws(np.zeros(len(points), int), numbers)
 
     def gains(self, laws: Laws) -> LawGains:
-        """The laws as ``simulate`` wants them."""
+        """Return the gains of the laws for ``simulate``."""
         kp, kd, *signals, change, constant = laws.numbers.T
         rows = np.array(signals).reshape(len(signals), len(kp))
         return LawGains(kp, kd, rows, change, constant)
 
     def controller(self) -> PerAxis:
-        """Any of them in the loop, with the limit of the first axis."""
+        """Return the controller of such laws, with the limit of the first axis."""
         velocities = tuple((name, 1.0 / share) for name, share in self.velocities.items())
         structure = Structure(self.signals, velocities, self.largest)
         target = self.genome.target
@@ -143,7 +143,7 @@ class SeedLaws:
         return PerAxis("linear law of few numbers", (law,) * len(target.machine.axes))
 
     def ways(self, laws: Laws, rng: np.random.Generator) -> Floats:
-        """(n, size + 2) points of ``laid``: these laws in ways that are drawn."""
+        """Return points (n, size + 2) for ``laid``: the laws with random shares and universes."""
         count = len(laws.tree)
         share = rng.choice(SHARES, (count, 1))
         points = self.points(laws._replace(numbers=share * laws.numbers))
@@ -151,11 +151,11 @@ class SeedLaws:
         return np.column_stack([points, np.log(wide), np.log(inner_range)])
 
     def laid(self, points: Floats, tree: Integers, sizes: Floats) -> Any:
-        """``Hierarchies``: laws along trees, by tables.
+        """Return ``Hierarchies`` that lay laws along trees as tables.
 
         The last two of the coordinates ``points`` (n, size + 2) are logarithms: of the universes in
-        shares of ``sizes`` (inputs,), the largest magnitudes of the inputs where such a law is at
-        work; and of the reach of inner units.
+        shares of ``sizes`` (inputs,), the largest magnitudes of the inputs under such a law; and of
+        the reach of inner units.
         """
         genome, count = self.genome, len(tree)
         names, inputs = genome.names, len(genome.names)
@@ -189,7 +189,7 @@ class SeedLaws:
 
 
 def laws_for(genome: Any) -> SeedLaws | None:
-    """Laws for the nominal drive; None where it has none."""
+    """Return laws for the nominal drive; None if it has none."""
     try:
         return SeedLaws(genome)
     except UserError:
@@ -197,14 +197,14 @@ def laws_for(genome: Any) -> SeedLaws | None:
 
 
 def _memory(law: AxisLaw, zero: Scalar) -> tuple[Memory, ...]:
-    """The velocities of the sample before."""
+    """Return the memory before the first sample: the velocities of the previous one."""
     return tuple(zero for _ in law.structure.velocities)
 
 
 def _sample(
     xp: Xp, law: AxisLaw, gains: LawGains, memory: tuple[Scalar, ...], signals: Signals
 ) -> tuple[Scalar, tuple[Scalar, ...], None]:
-    """The command, and the velocities to remember."""
+    """Return the command, and the velocities to remember."""
     structure: Structure = law.structure
     fed = [gain * signals[x] for x, gain in zip(structure.signals, gains.signals, strict=True)]
     now = tuple(signals[name] for name, _ in structure.velocities)
@@ -220,6 +220,6 @@ def _sample(
 def between(
     rng: np.random.Generator, ends: tuple[float, float], shape: int | tuple[int, ...]
 ) -> Floats:
-    """Numbers between two ends, evenly by their logarithms."""
+    """Return random numbers between two ends, uniform in their logarithms."""
     low, high = np.log(ends)
     return np.asarray(np.exp(rng.uniform(low, high, shape)))

@@ -20,7 +20,7 @@ MAX_INPUTS = 6
 
 
 class Unit(NamedTuple):
-    """One unit of a tree: its place in the heap and where its two inputs come from."""
+    """Unit of a tree: its place in the heap and the sources of its two inputs."""
 
     heap_id: int
     column: int
@@ -28,9 +28,9 @@ class Unit(NamedTuple):
 
 
 Tree = tuple[Unit, ...]
-#: (units,) column and row source of each unit.
+#: Column and row source of each unit (units,).
 Sources: TypeAlias = Sequence[tuple[Scalar, Scalar]] | NDArray[np.int32]
-#: (column, row) of each unit: the sources that it may have.
+#: Possible sources (column, row) of each unit.
 Reach: TypeAlias = Sequence[tuple[Sequence[int], Sequence[int]]]
 
 # While a tree is being built: a leaf is the number of an input, a node is (column, row).
@@ -38,7 +38,7 @@ Node = Any
 
 
 def unit_count(inputs: int) -> int:
-    """Units that the genes of ``inputs`` inputs can name: U = 2^(i-2) (LL section 3.2)."""
+    """Number of units that genes of ``inputs`` inputs can name: U = 2^(i-2) (LL section 3.2)."""
     if not 2 <= inputs <= MAX_INPUTS:
         raise ValueError(f"inputs must be 2 to {MAX_INPUTS} (got {inputs})")
     return int(2 ** (inputs - 2))
@@ -46,9 +46,9 @@ def unit_count(inputs: int) -> int:
 
 @cache
 def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
-    """Every distinct hierarchy of ``inputs`` inputs, or of ``used`` ones among them.
+    """Return every distinct hierarchy of ``inputs`` inputs, or of ``used`` ones among them.
 
-    Always in the same order. There are (2i - 3)!! of i inputs: 1, 3, 15, 105, 945 for 2 to 6.
+    The order is always the same. There are (2i - 3)!! of i inputs: 1, 3, 15, 105, 945 for 2 to 6.
     """
     unit_count(inputs)
     some = combinations(range(inputs), used or inputs)
@@ -56,7 +56,7 @@ def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
 
 
 def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
-    """All canonical nodes over ``leaves``; the first leaf always stays on the kept side."""
+    """Yield all canonical nodes over ``leaves``; the first leaf always stays on the kept side."""
     if len(leaves) == 1:
         yield leaves[0]
         return
@@ -70,7 +70,7 @@ def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
 
 
 def _joined(one: Node, other: Node) -> Node:
-    """A node with its inputs in canonical order: more leaves first, then the smaller leaf."""
+    """Return a node with inputs in canonical order: more leaves first, then the smaller leaf."""
 
     def key(node: Node) -> tuple[int, int]:
         leaves = _leaves(node)
@@ -84,7 +84,7 @@ def _leaves(node: Node) -> list[int]:
 
 
 def _flatten(root: Node, inputs: int) -> Tree:
-    """The units of ``root``, deepest heap place first, so that inputs precede their use."""
+    """Return the units of ``root``, deepest heap place first, so that inputs precede their use."""
     placed: list[tuple[int, Node]] = []
 
     def place(node: Node, heap_id: int) -> None:
@@ -103,7 +103,7 @@ def _flatten(root: Node, inputs: int) -> Tree:
 
 
 def decode(gene: Sequence[int]) -> Tree | None:
-    """The hierarchy that ``gene`` stands for, or None where it is invalid.
+    """Return the hierarchy encoded by ``gene``, or None if it is invalid.
 
     ``gene[s]`` names the heap unit that input s enters. From the highest unit down, a unit
     without inputs vanishes and one with a single input passes it on to its parent; afterwards
@@ -129,7 +129,7 @@ def decode(gene: Sequence[int]) -> Tree | None:
 
 
 def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
-    """A tree as nested pairs (column input, row input).
+    """Return a tree as nested pairs (column input, row input).
 
     ``names`` are those of the inputs, ``sources`` the column and row source of each unit.
     """
@@ -141,15 +141,16 @@ def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
 
 @cache
 def all_sources(inputs: int, used: int | None = None) -> NDArray[np.int32]:
-    """Every tree as data for the closed loop: (trees, units, 2) sources, column first."""
+    """Return every tree as data for the closed loop: sources (trees, units, 2), column first."""
     return np.array([[unit[1:] for unit in tree] for tree in trees(inputs, used)], dtype=np.int32)
 
 
 @cache
 def reachable(inputs: int, used: int | None = None) -> Reach:
-    """The sources that units have in any of the trees, in order.
+    """Return the sources that units have in any of the trees, in order.
 
-    Little more than half of those that are free: a column has no fewer leaves than its row.
+    They are little more than half of all earlier sources: a column has no fewer leaves than its
+    row.
     """
     sources = all_sources(inputs, used)
     columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in sources.T)

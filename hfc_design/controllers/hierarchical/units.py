@@ -1,4 +1,4 @@
-"""How many units of a hierarchy matter. Never imports JAX."""
+"""Number of units of a hierarchy that matter. Never imports JAX."""
 
 from collections.abc import Mapping
 from functools import cache, partial
@@ -11,19 +11,20 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layou
 from hfc_design.controllers.linear.law import AHEAD, LinearGains, Structure
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
-#: A unit matters where the command changes by more than this share once it says always the same:
-#: both as root mean squares over the universe of the inputs.
+#: Share of the command above which a unit's effect matters, once its output is replaced by a
+#: constant: both as root mean squares over the universe of the inputs.
 SHARE = 0.05
-#: Points of that universe, a power of two.
+#: Number of points of that universe, a power of two.
 POINTS = 128
 
 
 def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> Integers:
-    """(n,) of a population's ``gains``, whose inputs, terms and scales' order ``record`` has.
+    """Return the number (n,) of units that matter in each individual of a population's ``gains``.
 
-    A unit matters if the command changes by more than ``SHARE`` once its table is replaced by the
-    table's mean. The command is that of the whole controller, as far as it follows from the
-    inputs: without integral and resonators and what an adaptation learns.
+    ``record`` gives inputs, terms and the order of scales. A unit matters if the command changes by
+    more than ``SHARE`` once its table is replaced by the table's mean. The command is that of the
+    whole controller, as far as it follows from the inputs: without integral, resonators and
+    adaptation.
     """
     layout = layout_of(record)
     points = _universe(len(layout.inputs))
@@ -50,7 +51,7 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
 
 @cache
 def _universe(inputs: int) -> Floats:
-    """(inputs, POINTS, 1) in [-1, 1], the same in every search."""
+    """Return points (inputs, POINTS, 1) in [-1, 1], the same in every search."""
     from scipy.stats import qmc  # which takes a while to import
 
     points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS) - 1.0
@@ -58,7 +59,7 @@ def _universe(inputs: int) -> Floats:
 
 
 def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
-    """(POINTS, n) what the root says."""
+    """Return the output (POINTS, n) of the root."""
     count = np.asarray(gains.consequents).shape[-1]
 
     def picked(values: Mapping[int, Floats], index: Integers) -> Floats:
@@ -73,7 +74,7 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
 
 
 def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
-    """Gains of a linear law on signals."""
+    """Return the gains of a linear law by signal."""
     signals = () if gains.signals is None else gains.signals
     names = law.signals if law else ()
     by_signal = {
@@ -87,7 +88,7 @@ def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
 
 
 def _said(layout: Layout, gains: HierarchicalGains, known: dict[str, Any]) -> Floats:
-    """(POINTS, n) what gains on signals say, of those that are inputs too."""
+    """Return the command (POINTS, n) of gains on those signals that are inputs too."""
     points = _universe(len(layout.inputs))
     commands = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
     for name, u, scale in zip(layout.inputs, points, gains.scales, strict=True):

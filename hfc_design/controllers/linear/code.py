@@ -1,4 +1,4 @@
-"""What explanations and other programs need of a linear law, alone or as a part of another one.
+"""Data on a linear law for explanations and exports, alone or as a part of another law.
 
 Never imports JAX.
 """
@@ -11,7 +11,7 @@ from hfc_design.core.numbers import Json
 
 
 def resonators(record: LinearDesign) -> list[Json]:
-    """Of each resonator its frequency, its rotation in a sample and its gains."""
+    """Return each resonator's frequency, rotation in a sample and gains."""
     entries = []
     pairs = zip(record.resonators, record.form.rotations, strict=True)
     for one, (cosine, sine) in pairs:
@@ -20,7 +20,7 @@ def resonators(record: LinearDesign) -> list[Json]:
 
 
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
-    """The numbers of a law, and unit of every signal that they are of."""
+    """Return the gains of a law, and the units of the signals that it reads."""
     gains = record.law_gains()
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {
@@ -34,7 +34,7 @@ def about(record: LinearDesign, units: dict[str, str]) -> Json:
 
 
 def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
-    """What a command is made of, by its names for people."""
+    """Return the parts of a command, by their names for people."""
     contributions = {"proportional": parts.proportional, "integral": parts.integral}
     contributions["derivative"] = parts.derivative
     contributions |= dict(zip(record.signals, parts.signals, strict=True))

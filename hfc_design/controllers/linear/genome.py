@@ -1,7 +1,7 @@
-"""Genomes of the linear kinds: gains, or weights of which optimal gains follow.
+"""Genomes of the linear kinds: gains, or weights that optimal gains follow from.
 
 All are numbers between two ends, so that every strategy can search them. The ends come from the
-nominal drive, in its units; what is fed forward is a multiple of what that drive asks for.
+nominal drive, in its units; each feed-forward gain is a multiple of the nominal drive's need.
 """
 
 from abc import abstractmethod
@@ -19,22 +19,22 @@ from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 
-#: First individuals: this share anywhere in the ranges, the others around good ones.
+#: Share of first individuals anywhere in the ranges; the others are around good ones.
 ANYWHERE = 0.25
-#: Distances of those in shares of the ranges, the smallest and the largest.
+#: Smallest and largest distance of individuals around good ones, in shares of the ranges.
 AROUND = (0.003, 0.1)
-#: Largest multiple of what the nominal drive asks for.
+#: Largest multiple of the feed-forward that the nominal drive needs.
 MOST_OF_NOMINAL = 2.0
-#: Width of the sign of the speed, in shares of the speed at which the drive slides: the narrowest,
-#: where a search starts, the widest.
+#: Width of the smoothed sign of the speed, in shares of the speed at which the drive slides:
+#: narrowest, start of a search, widest.
 WIDTH = (0.001, 0.01, 0.1)
 
 
 class LinearGenome(GainsGenome):
-    """What both have in common; ``GainVectors`` hold the places of ``searched``, in its order.
+    """Common base of the linear genomes; ``GainVectors`` have the places of ``searched`` in order.
 
     Raises:
-        UserError: the drive of the first axis, which stands for all, cannot be linearised.
+        UserError: the drive of the first axis, which represents all, cannot be linearised.
     """
 
     def __init__(self, settings: LinearSettings, target: Target):
@@ -43,7 +43,7 @@ class LinearGenome(GainsGenome):
         self.model = nominal(self.drive, target.parameters[0], self.every, settings.speed)
         self._prepare()
         low, high = (share / self.every for share in regulator.BANDWIDTHS)
-        #: Bandwidth [1/s] where a search starts, and the largest.
+        #: Bandwidth [1/s] at the start of a search, and the largest.
         self.bandwidths = regulator.bandwidth(self.model, self.every), high
         three = (low, high, self.bandwidths[0])
         searched = self._searched(*(self._one(speed) for speed in three))
@@ -60,37 +60,37 @@ class LinearGenome(GainsGenome):
         self.ranges = tuple(searched)  # their names: as many as there are places
 
     def _prepare(self) -> None:
-        """What a genome needs besides, of the model."""
+        """Prepare further attributes of a subclass from the model."""
 
     @abstractmethod
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """What is varied beside the feed-forward, of good individuals with bandwidths (n,)."""
+        """Return the searched feedback numbers of good individuals with bandwidths (n,)."""
 
     @abstractmethod
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
-        """The same with ranges, which follow from good individuals."""
+        """Return the searched feedback numbers with ranges, which follow from good individuals."""
 
     @abstractmethod
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        """kp, ki, kd, filter_pole and the gains on signals, each (n,); both of each resonator.
+        """Return kp, ki, kd, filter_pole, gains on signals, and two per resonator, each (n,).
 
-        These are called as it and with ``BEHIND``.
+        The two gains have the name of the resonator, without and with ``BEHIND``.
         """
 
     @property
     @abstractmethod
     def signals(self) -> tuple[str, ...]:
-        """Those that are fed back."""
+        """Names of the signals that are fed back."""
 
     def empty(self) -> GainVectors:
-        """The start."""
+        """Return one individual, the start."""
         places = [float(one.place(one.start)) for one in self.searched.values()]
         return GainVectors(np.zeros(1, int), np.array([places]))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """The start, individuals around it and around others that are as good, some anywhere."""
+        """Return the start, individuals around it and around other good ones, and some anywhere."""
         count = len(tree)
         slow, fast = np.log(self.bandwidths)
         good = self.designed(np.exp(rng.uniform(slow, fast, count)))
@@ -110,12 +110,12 @@ class LinearGenome(GainsGenome):
         return {name: float(value[0]) for name, value in values.items()}
 
     def values(self, population: GainVectors) -> dict[str, Floats]:
-        """What is varied, each (n,)."""
+        """Return the searched numbers, each (n,)."""
         pairs = zip(self.searched.items(), population.places.T, strict=True)
         return {name: one.value(place) for (name, one), place in pairs}
 
     def gains(self, population: GainVectors) -> LinearGains:
-        """Gains of the law, each (n,)."""
+        """Return the gains of the law, each (n,)."""
         values = self.values(population)
         feedback = self._feedback(values)
         each = {name: feedback[name] for name in self.signals}
@@ -135,7 +135,7 @@ class LinearGenome(GainsGenome):
         )
 
     def record(self, individual: GainVectors) -> Json:
-        """The kind and its gains, without its sample time."""
+        """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)
         forward = {name: float(getattr(gains, name)[0]) for name in MULTIPLES[:3]}
         expected = self.settings.expected_load
@@ -151,37 +151,37 @@ class LinearGenome(GainsGenome):
         }
 
 
-#: Cut-off of the filter, in shares of the sampling frequency: lowest, highest, where it starts.
+#: Cut-off of the filter, in shares of the sampling frequency: lowest, highest, start.
 CUT_OFF = (0.005, 1.0, 0.5)
-#: The slowest integral that is searched, in shares of the one beside the slowest loop.
+#: Slowest searched integral, in shares of that of the slowest loop.
 SLOWEST = 1e-3
-#: The largest gains, in shares of those of the fastest PID.
+#: Largest gains, in shares of those of the fastest PID.
 FASTER = 10.0
-#: The largest gain on a signal, in shares of that of the fastest regulator.
+#: Largest gain on a signal, in shares of that of the fastest regulator.
 LARGEST = 3.0
-#: Gain of a resonator, in shares of kp x its frequency, as which it acts on slower errors: lowest,
-#: highest, where it starts.
+#: Gain of a resonator, in shares of kp x its frequency, its effect on slower errors: lowest,
+#: highest, start.
 RESONANT = (1e-3, 10.0, 0.3)
-#: What its command may lead or lag what the nominal loop asks for, at most [rad].
+#: Largest lead or lag of a resonator's command relative to the nominal loop's need [rad].
 ASIDE = 1.2
-#: Share of the half of a range that is finer than the gain where a search starts.
+#: Ratio of a signal's gain at the start to the gain up to which its range is divided linearly.
 FINE = 10.0
 
 
 class PidGenome(LinearGenome):
-    """Gains of a PID, of a filter, and on the signals of the settings.
+    """Genome of the gains of a PID, of a filter, and on the signals of the settings.
 
-    Of a resonator it is how large its gain is, and by what its command leads the one that makes an
-    error of its frequency fade fastest.
+    A resonator has the size of its gain, and the lead of its command relative to the one that
+    makes an error of its frequency fade fastest.
     """
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """Those of the settings."""
+        """Names of the signals in the settings."""
         return tuple(self.settings.signals)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """A PID; with signals, the regulator of all that is fed back, and an integral."""
+        """Return a PID; with signals, a regulator of all fed-back signals, and an integral."""
         kp, ki, kd = regulator.pid(self.model, bandwidths)
         if not self.signals:
             return {"kp": kp, "ki": ki, "kd": kd}
@@ -222,13 +222,13 @@ class PidGenome(LinearGenome):
         return feedback
 
     def record(self, individual: GainVectors) -> Json:
-        """With the filter's cut-off."""
+        """Return the record with the filter's cut-off."""
         cut_off = float(self.values(individual)["derivative_hz"][0])
         return super().record(individual) | {"derivative_hz": cut_off}
 
 
 def resonators_of(frequencies: tuple[float, ...], gains: Floats | tuple[()]) -> list[Json]:
-    """Resonators of a design file, of the gains (frequencies, 2, 1) of one individual."""
+    """Return resonators of a design file from one individual's gains (frequencies, 2, 1)."""
     return [
         {"frequency_rad_s": x, "in_phase": float(along[0]), "quadrature": float(ahead[0])}
         for x, (along, ahead) in zip(frequencies, gains, strict=True)

@@ -1,4 +1,4 @@
-"""The linear law with feed-forward: one text for ``pid+ff``, ``lqr`` and ``lqi``.
+"""Linear law with feed-forward, common to ``pid+ff``, ``lqr`` and ``lqi``.
 
 Never imports JAX.
 """
@@ -8,44 +8,44 @@ from typing import Any, NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.core.numbers import Scalar, Xp, clipped, total
 
-#: Signals that every one reads; those that it feeds back stand between.
+#: Signals that every linear law reads, before and after the signals that it feeds back.
 ERRORS = ("error", "error_rate")
 AHEAD = ("reference_rate", "reference_acceleration")
 
 
 class Structure(NamedTuple):
-    """What no search varies: ``AxisLaw.structure``."""
+    """Structure of the law, which no search varies: ``AxisLaw.structure``."""
 
     signals: tuple[str, ...] = ()  # that have a gain
-    #: By what each resonator turns in a sample: cosine and sine.
+    #: Rotation of each resonator in a sample: cosine and sine.
     rotations: tuple[tuple[float, float], ...] = ()
 
 
 class LinearGains(NamedTuple):
-    """One individual, or a population in the trailing axis; units of the command and the drive."""
+    """Gains in units of command and drive: one individual, or a population in the trailing axis."""
 
     kp: Scalar
     ki: Scalar = 0.0
     kd: Scalar = 0.0
     filter_pole: Scalar = 0.0  # share of the filtered rate that a sample keeps; 0: no filter
-    #: On the signals of ``Structure``, (signals, n) of a population; None: on none.
+    #: Gains on the signals of ``Structure``, (signals, n) of a population; None: no signals.
     signals: Any = None
     velocity: Scalar = 0.0
     acceleration: Scalar = 0.0
     coulomb: Scalar = 0.0
     width: Scalar = 1.0  # speed of the reference at which the Coulomb part is whole
     load: Scalar = 0.0  # command for the load that is expected
-    #: In phase and in quadrature, of each resonator of ``Structure``: (resonators, 2, n) of a
+    #: Gains in phase and in quadrature of each resonator of ``Structure``, (resonators, 2, n) of a
     #: population.
     resonators: Any = ()
 
 
-#: A resonator in units of the command: its share of that, and the same a quarter turn later.
+#: State of a resonator in units of the command: its share, and the share a quarter turn later.
 Turning: TypeAlias = tuple[Scalar, Scalar]
 
 
 class LinearMemory(NamedTuple):
-    """What the controller remembers; zero before the first sample."""
+    """Memory of the controller; zero before the first sample."""
 
     integral: Scalar  # of the error, in units of the command
     rate: Scalar  # filtered rate of the error
@@ -53,14 +53,14 @@ class LinearMemory(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """What an error adds in a sample to what is remembered."""
+    """Increments of the memory by the error of a sample."""
 
     integral: Scalar
     resonators: tuple[Turning, ...]
 
 
 class Parts(NamedTuple):
-    """What a command is made of."""
+    """Parts of a command."""
 
     proportional: Scalar
     integral: Scalar
@@ -74,14 +74,14 @@ class Parts(NamedTuple):
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> LinearMemory:
-    """Memory before the first sample: the axis stood on its reference."""
+    """Return the memory before the first sample: the axis at rest on its reference."""
     return LinearMemory(zero, zero, ((zero, zero),) * len(law.structure.rotations))
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: LinearGains, memory: LinearMemory, signals: Signals
 ) -> tuple[Scalar, LinearMemory, Parts]:
-    """The command of one sample, what to remember, and what the command is made of."""
+    """Return the command of one sample, the memory after it, and the command's parts."""
     command, rate, parts = commanded(xp, law, gains, memory, signals)
     steps = driven(law, gains, signals["error"])
     return command, remembered(xp, law, command, memory, rate, steps), parts
@@ -90,7 +90,7 @@ def sample(
 def commanded(
     xp: Xp, law: AxisLaw, gains: LinearGains, memory: LinearMemory, signals: Signals
 ) -> tuple[Scalar, Scalar, Parts]:
-    """PID on the error, resonators, gains on signals, feed-forward of the reference and of a load.
+    """Return the command: PID, resonators, gains on signals, feed-forward of reference and load.
 
     Integral and resonators are those of the samples before this one, so that the command does not
     depend on whether they are held. The sign of the speed is a saturation, so that a reversal of
@@ -98,7 +98,7 @@ def commanded(
     Slotine and Li, Applied Nonlinear Control, 1991, section 7.2).
 
     Returns:
-        The command, the filtered rate of the error, what the command is made of.
+        The command, the filtered rate of the error, the parts of the command.
     """
     speed = signals["reference_rate"]
     rate = gains.filter_pole * memory.rate + (1.0 - gains.filter_pole) * signals["error_rate"]
@@ -119,7 +119,7 @@ def commanded(
 
 
 def driven(law: AxisLaw, gains: LinearGains, error: Scalar, factor: Scalar = 1.0) -> Steps:
-    """What an error adds to integral and resonators by ``factor`` times these gains."""
+    """Return the increments of integral and resonators, by ``factor`` times the gains."""
 
     def step(gain: Scalar) -> Scalar:
         return factor * gain * law.sample_time * error
@@ -131,9 +131,9 @@ def driven(law: AxisLaw, gains: LinearGains, error: Scalar, factor: Scalar = 1.0
 def remembered(
     xp: Xp, law: AxisLaw, command: Scalar, memory: LinearMemory, rate: Scalar, *steps: Steps
 ) -> LinearMemory:
-    """What to remember of a sample whose whole ``command``, before its limit, is known.
+    """Return the memory after a sample with the whole ``command``, before its limit.
 
-    The integral stays where the command is beyond its limit and the error would push it further
+    The integral is held if the command is beyond its limit and the error would push it further
     (conditional integration; Astrom and Hagglund, PID Controllers, 1995, section 3.5); a resonator
     is not driven there, but turns on.
     """
@@ -155,7 +155,7 @@ def _turned(
     before: Turning,
     steps: list[Turning],
 ) -> Turning:
-    """A resonator a sample later: the internal model of a sine (Francis and Wonham, 1976).
+    """Return a resonator one sample later: the internal model of a sine (Francis and Wonham, 1976).
 
     ``r(k+1) = rotation r(k) + T error (in_phase, -quadrature)``; where the error is a sine of the
     frequency its share grows by T/2 times the in_phase gain with it, by the quadrature gain a

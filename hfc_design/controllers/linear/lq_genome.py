@@ -11,23 +11,23 @@ from hfc_design.core.numbers import Floats, Json
 
 #: Factor between the weights of a good individual and the ends of their ranges.
 WIDER = 100.0
-#: Weight of a signal in a good individual, in shares of the gain that it has without any.
+#: Weight of a signal in a good individual, in shares of its gain without a weight.
 LIGHT = 0.03
-#: Weight of a resonator as a share of another one: lowest, highest, where it starts.
+#: Weight of a resonator as a share of another weight: lowest, highest, start.
 RESONANT = (1e-3, 1e4, 1.0)
-#: States of ``plain`` that are no signal of the drive.
+#: States of ``plain`` that are not signals of the drive.
 ERRORS = ("error", "error_rate")
 
 
 class LqGenome(LinearGenome):
-    """Weights, in units of the command for a unit of each state; that of the command is 1."""
+    """Genome of weights, in units of the command per unit of each state; the command's is 1."""
 
     def _prepare(self) -> None:
         signals = self.settings.signals
         self.states = plain = regulator.measured(self.model, signals, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
-        #: What has a weight of its own; that of a resonator is a share of another one.
+        #: States with a weight of their own; a resonator's weight is a share of another one.
         self.weighted = self.states.names
         angles = [x * self.every for x in self.settings.load_frequencies_rad_s]
         self.states = self.states.with_resonators(angles, self.every)
@@ -38,14 +38,14 @@ class LqGenome(LinearGenome):
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """Those that are states of their own."""
+        """Names of the signals that are states of their own."""
         return tuple(name for name in self.plain.names if name not in ERRORS)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """The weights of a PID on error and integral, light ones on the rest.
+        """Return the weights of a PID on error and integral, and light ones on the rest.
 
-        What has a tolerance gets the weight of Bryson's rule instead: as bad as the largest
-        command.
+        A state with a tolerance gets the weight of Bryson's rule instead: its tolerance costs as
+        much as the largest command.
         """
         kp, ki, kd = regulator.pid(self.model, bandwidths)
         gains = regulator.first_regulators(self.plain, kp, kd)
@@ -70,10 +70,11 @@ class LqGenome(LinearGenome):
         return searched | dict.fromkeys(self.settings.resonators, Searched(*RESONANT))
 
     def weights(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        """Of every state that has one.
+        """Return the weight of every state that has one.
 
-        Of a resonator it is the first one, a share of the weight of the integral; without that, of
-        the error's times the frequency. Loops that hold well have much the same on all of them.
+        A resonator's weight is on its first state, as a share of the weight of the integral, or
+        without an integral of the error's weight times the frequency. Good loops have similar
+        shares on all resonators.
         """
         weights = {name: values[name] for name in self.weighted}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
@@ -91,7 +92,7 @@ class LqGenome(LinearGenome):
         return {**named, "ki": gains.pop("integral", 0.0), **gains}
 
     def record(self, individual: GainVectors) -> Json:
-        """With the weights."""
+        """Return the record with the weights."""
         weight_arrays = self.weights(self.values(individual))
         weights = {name: float(weight[0]) for name, weight in weight_arrays.items()}
         return super().record(individual) | {"weights": weights}

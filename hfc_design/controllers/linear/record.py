@@ -1,4 +1,4 @@
-"""Linear controllers in a design file and in a scenario. Never imports JAX."""
+"""Records of linear controllers in design files and scenarios. Never imports JAX."""
 
 import math
 from collections.abc import Sequence
@@ -30,39 +30,39 @@ from hfc_design.core.wording import one_of
 
 HERE = "hfc_design.controllers.linear"
 
-#: What is fed forward, each by a multiple of what the nominal drive asks for.
+#: Feed-forward gains, each searched as a multiple of the nominal drive's need.
 MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
-#: Names of these multiples among what a search varies.
+#: Names of these multiples among the searched numbers.
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
 Range = Annotated[tuple[Positive, Positive], ordered]
-#: By what the command of a resonator leads, behind its name among what is searched.
+#: Suffix of a resonator's name for the lead of its command among the searched numbers.
 LEAD = "_lead"
-#: Frequencies for which a control has resonators, at most.
+#: Largest number of frequencies with a resonator.
 MOST_FREQUENCIES = 8
-#: Two frequencies have to be so far apart, in shares of the higher one: else none of the gains
-#: that hold against both is moderate.
+#: Smallest distance of two frequencies, in shares of the higher one: closer ones would need
+#: extreme gains.
 APART = 1e-3
 
 
 def rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
-    """Validates frequencies: one after the other, and apart."""
+    """Validate that frequencies rise and are apart."""
     for low, high in pairwise(frequencies):
         if not low < (1.0 - APART) * high:
             raise ValueError("must rise, each by at least 0.1 %")
     return frequencies
 
 
-#: [rad/s]
+#: Rising frequencies [rad/s].
 Frequencies = Annotated[
     tuple[Positive, ...], Field(max_length=MOST_FREQUENCIES), AfterValidator(rising)
 ]
 
 
 class ResonatorRecord(Record):
-    """A resonator: holds against what comes with its frequency, as an integral against a constant.
+    """Resonator: rejects loads of its frequency, as an integral rejects a constant load.
 
-    Both gains in units of the command per unit of the error and s.
+    Both gains are in units of the command per unit of the error and s.
     """
 
     frequency_rad_s: Positive  # frequency at which its gain is unbounded [rad/s]
@@ -71,13 +71,13 @@ class ResonatorRecord(Record):
 
 
 def rising_resonators(resonators: tuple[ResonatorRecord, ...]) -> tuple[ResonatorRecord, ...]:
-    """Validates resonators by their frequencies."""
+    """Validate resonators by their frequencies."""
     rising(tuple(one.frequency_rad_s for one in resonators))
     return resonators
 
 
 def too_fast(frequencies: Sequence[float], sample_time: float) -> str | None:
-    """What is wrong with rising frequencies of which samples do not tell the highest."""
+    """Return a message if the highest frequency is too high for the sampling, or None."""
     half = math.pi / sample_time
     if not frequencies or frequencies[-1] < half:
         return None
@@ -92,7 +92,7 @@ Resonators = Annotated[
 
 
 class FeedForwardRecord(Record):
-    """Commands that need no error: for the motion that is asked for, and for a load."""
+    """Feed-forward commands for the motion of the reference and for a load."""
 
     velocity: Finite = 0.0  # gain on the velocity of the reference [command s/error]
     acceleration: Finite = 0.0  # gain on its acceleration [command s2/error]
@@ -113,7 +113,7 @@ class FeedForwardRecord(Record):
 
 
 def with_own_signals(described: Any) -> Any:
-    """Refuses gains on signals that have a key of their own."""
+    """Reject gains on signals that have a key of their own."""
     for name in (*ERRORS, *FOLLOWED):
         if name in described.signals:
             raise ValueError(f"signals.{name}: must be set as the gain of this name")
@@ -121,12 +121,12 @@ def with_own_signals(described: Any) -> Any:
 
 
 def resonator_name(k: int) -> str:
-    """Of resonator ``k``, the first one 0, among what is searched or weighted."""
+    """Name of resonator ``k``, counted from 0, among searched numbers and weights."""
     return f"resonator_{k + 1}"
 
 
 class LinearDesign(ControllerRecord):
-    """What the linear kinds have in common; every gain in units of the command."""
+    """Common base of the linear kinds; every gain in units of the command."""
 
     kp: Finite  # gain on the error [command/error]
     ki: Finite = 0.0  # gain on its integral [command/(error s)]
@@ -149,11 +149,11 @@ class LinearDesign(ControllerRecord):
         return self
 
     def reads(self) -> list[str]:
-        """Signals of a sample."""
+        """Signals that the controller reads in a sample."""
         return [*ERRORS, *self.signals, *AHEAD]
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Where each signal alone commands the limit, or 1."""
+        """Ranges of the signals: values that alone command the limit, or 1."""
         ahead = self.feed_forward
         gains = {"error": self.kp, "error_rate": self.kd, **self.signals}
         gains |= {"reference_rate": ahead.velocity, "reference_acceleration": ahead.acceleration}
@@ -161,7 +161,7 @@ class LinearDesign(ControllerRecord):
         return whole | input_ranges(gains, limit)
 
     def connecting(self) -> list[str]:
-        """What is filtered inside."""
+        """Return a note on the filter of the error's rate."""
         if not self.derivative_hz:
             return ["`error_rate` is not filtered inside."]
         cut = f"a low-pass of the first order at {self.derivative_hz!r} Hz before its gain"
@@ -169,13 +169,13 @@ class LinearDesign(ControllerRecord):
 
     @property
     def filter_pole(self) -> float:
-        """Share of the filtered rate that a sample keeps: a lag of the first order, sampled."""
+        """Share of the filtered rate that a sample keeps: a sampled first-order lag."""
         if not self.derivative_hz:
             return 0.0
         return math.exp(-2.0 * math.pi * self.derivative_hz * self.sample_time_s)
 
     def law_gains(self) -> LinearGains:
-        """The gains of one individual."""
+        """Return the gains of one individual."""
         ahead = self.feed_forward
         return LinearGains(
             self.kp,
@@ -192,12 +192,12 @@ class LinearDesign(ControllerRecord):
         )
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return AxisLaw(sample, initial_memory, self.sample_time_s, limit, self.form)
 
     @staticmethod
     def of_gains(gains: dict[str, float]) -> Json:
-        """By hand the filter may be given by its time constant, ``derivative_s`` [s]."""
+        """Return the record of gains; ``derivative_s`` [s] is the filter's time constant."""
         if not gains.get("derivative_s"):
             return gains
         hz = 1.0 / (2.0 * math.pi * gains["derivative_s"])
@@ -205,13 +205,13 @@ class LinearDesign(ControllerRecord):
 
     @property
     def form(self) -> Structure:
-        """What of the law is no number."""
+        """Structure of the law."""
         angles = [x.frequency_rad_s * self.sample_time_s for x in self.resonators]
         return Structure(tuple(self.signals), tuple((math.cos(x), math.sin(x)) for x in angles))
 
 
 class PidDesign(LinearDesign):
-    """A controller of kind ``pid+ff``."""
+    """Design of kind ``pid+ff``."""
 
     kind: Literal["pid+ff"] = "pid+ff"
     summary = "PID with filter and feed-forward"
@@ -220,7 +220,7 @@ class PidDesign(LinearDesign):
 
 
 class WeightedDesign(LinearDesign):
-    """Gains that minimise a sum of squares of weighted signals and of the command."""
+    """Design with gains that minimise a sum of squares of weighted signals and of the command."""
 
     #: command that costs as much as a unit of the signal [command/signal]; for information only
     weights: dict[Label, NotNegative] = {}
@@ -228,7 +228,7 @@ class WeightedDesign(LinearDesign):
 
 
 class LqrDesign(WeightedDesign):
-    """A controller of kind ``lqr``."""
+    """Design of kind ``lqr``."""
 
     kind: Literal["lqr"] = "lqr"
     summary = "optimal state feedback with feed-forward"
@@ -236,7 +236,7 @@ class LqrDesign(WeightedDesign):
 
 
 class LqiDesign(WeightedDesign):
-    """A controller of kind ``lqi``."""
+    """Design of kind ``lqi``."""
 
     kind: Literal["lqi"] = "lqi"
     summary = "optimal state feedback with integral and feed-forward"
@@ -244,7 +244,7 @@ class LqiDesign(WeightedDesign):
 
 
 class LinearSettings(ControllerSettings):
-    """What a search for a linear controller starts from and may vary."""
+    """Settings of a search for a linear controller: its start and what may vary."""
 
     #: signals of the drive fed back in addition to error and error_rate; left out: all
     signals: tuple[Label, ...] | None = None
@@ -260,20 +260,20 @@ class LinearSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """Yes: one stage, all that is searched."""
+        """True: one stage with all searched numbers."""
         return True
 
     def names(self, signals: list[str]) -> list[str]:
-        """Everything that may be varied on a drive that tells these signals."""
+        """Return names of all numbers that may be searched on a drive with these signals."""
         return [*signals, *FORWARD, "coulomb_width", *self.resonators]
 
     @property
     def resonators(self) -> tuple[str, ...]:
-        """Names of the resonators among what is searched."""
+        """Names of the resonators among the searched numbers."""
         return tuple(map(resonator_name, range(len(self.load_frequencies_rad_s))))
 
     def fault(self, target: Target) -> str | None:
-        """A signal or a range of what there is not, a frequency that a sample cannot tell."""
+        """Return a message on an unknown signal or range or too high a frequency, or None."""
         if fault := too_fast(self.load_frequencies_rad_s, target.sample_time):
             return f"controller.load_frequencies_rad_s: {fault}"
         for drive in target.machine.drives:
@@ -292,31 +292,31 @@ class LinearSettings(ControllerSettings):
 
 
 class PidSettings(LinearSettings):
-    """PID with feed-forward; its signals are none unless they are named."""
+    """Settings of a search for a PID with feed-forward; without signals unless they are named."""
 
     kind: Literal["pid+ff"]
     #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
 
     def names(self, signals: list[str]) -> list[str]:
-        """With its own gains."""
+        """Return the names with those of the PID's own gains."""
         leads = (f"{name}{LEAD}" for name in self.resonators)
         return ["kp", "ki", "kd", "derivative_hz", *super().names(signals), *leads]
 
 
 class WeightedSettings(LinearSettings):
-    """An optimal regulator; without ``signals`` it has all that the drive tells."""
+    """Settings of an optimal regulator; without ``signals`` it reads all signals of the drive."""
 
     #: value of each signal that weighs as much as the largest command (Bryson's rule), where the
     #: search starts [signal]
     tolerances: dict[Label, Positive] = {}
 
     def names(self, signals: list[str]) -> list[str]:
-        """With what is weighted."""
+        """Return the names with those of the weights."""
         return [*ERRORS, *super().names(signals)]
 
     def fault(self, target: Target) -> str | None:
-        """Also a tolerance of what there is not, or without a largest command."""
+        """Return also a message on an unknown tolerance, or one without a largest command."""
         if fault := super().fault(target):
             return fault
         drive = target.machine.drives[0]
@@ -334,16 +334,16 @@ class WeightedSettings(LinearSettings):
 
 
 class LqrSettings(WeightedSettings):
-    """An optimal regulator."""
+    """Settings of a search for an optimal regulator."""
 
     kind: Literal["lqr"]
 
 
 class LqiSettings(WeightedSettings):
-    """An optimal regulator with the integral of the error."""
+    """Settings of a search for an optimal regulator with the integral of the error."""
 
     kind: Literal["lqi"]
 
     def names(self, signals: list[str]) -> list[str]:
-        """With the integral."""
+        """Return the names with that of the integral."""
         return ["integral", *super().names(signals)]

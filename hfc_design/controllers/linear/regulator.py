@@ -1,4 +1,4 @@
-"""What is fed forward to a nominal drive, a first PID, optimal regulators for a population."""
+"""Feed-forward of a nominal drive, a first PID, and optimal regulators for a population."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,30 +11,30 @@ from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import Nominal
 
-#: Bandwidths that are tried, in shares of one over the sample time.
+#: Smallest and largest bandwidth tried, in shares of one over the sample time.
 BANDWIDTHS = (1e-3, 0.5)
-#: How much slower the integral of a first controller is than its loop.
+#: Speed of the integral of a first controller, as a share of its loop's.
 INTEGRAL = 0.1
-#: Factors on the loop gain at which the first controller is stable too.
+#: Factors on the loop gain at which the first controller must be stable.
 ROOM = (0.5, 1.0, 2.0)
-#: Doublings of the horizon; the slowest closed loop that is found settles within 2^DOUBLINGS.
+#: Doublings of the horizon; the slowest closed loop found settles within 2^DOUBLINGS samples.
 DOUBLINGS = 40
 #: Change [1] at which a Riccati equation is solved, and its largest residual.
 SOLVED, RESIDUAL = 1e-14, 1e-6
-#: Share of a signal that no other one tells, so that it counts as a state of its own.
+#: Independent share of a signal from which it counts as a state of its own.
 OWN_SHARE = 1e-6
-#: What a resonator's second state is called behind its name.
+#: Suffix of a resonator's name for its second state.
 BEHIND = "_behind"
-#: Weight of the error's rate of a first regulator, in shares of the gain kd of a PID.
+#: Weight of the error's rate in a first regulator, in shares of the gain kd of a PID.
 RATE = 0.1
-#: The smallest gain that is told of a regulator, in shares of its kp: a range needs a size.
+#: Smallest gain of a first regulator, in shares of its kp, because ranges need a size.
 SMALLEST = 1e-12
 
 
 class Measured(NamedTuple):
-    """The nominal drive by what its sensors tell: ``y(k+1) = a y + b u``.
+    """Nominal drive in the signals of its sensors: ``y(k+1) = a y + b u``.
 
-    What they do not tell (the bristles of friction) is taken for settled.
+    States that are not measured (the bristles of friction) are taken as settled.
     """
 
     names: tuple[str, ...]  # of the states: error, error_rate, signals
@@ -42,16 +42,16 @@ class Measured(NamedTuple):
     b: Floats
 
     def with_integral(self, sample_time: float) -> "Measured":
-        """The integral of the error in front, of the samples before this one."""
+        """Return the model with the integral of the previous samples' error as first state."""
         size = len(self.b)
         a = np.block([[np.ones((1, 1)), np.zeros((1, size))], [np.zeros((size, 1)), self.a]])
         a[0, 1] = sample_time
         return Measured(("integral", *self.names), a, np.append(0.0, self.b))
 
     def with_resonators(self, angles: Sequence[float], sample_time: float) -> "Measured":
-        """Resonators behind all, of frequencies [rad a sample], driven by the error.
+        """Return the model with added resonators of ``angles`` [rad a sample], driven by the error.
 
-        Two states each, of the first one ``resonator_1`` and the same with ``BEHIND``.
+        Each has two states, the first one ``resonator_1`` and the same with ``BEHIND``.
         """
         size, names = len(self.b), list(self.names)
         whole = size + 2 * len(angles)
@@ -67,10 +67,10 @@ class Measured(NamedTuple):
 
 
 def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Measured:
-    """The model in these signals, or in all that tell something that no other one does.
+    """Return the model in the signals ``names``, or in all independent signals.
 
     Raises:
-        UserError: one of ``names`` follows from the others; ``drive_name`` says whose they are.
+        UserError: one of ``names`` follows from the others; ``drive_name`` is for the message.
     """
     rows: list[Floats] = []
     independent: list[str] = []
@@ -102,11 +102,11 @@ def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Me
 
 
 def regulators(model: Measured, weights: Floats, scale: Floats | None = None) -> Floats:
-    """(n, states) gains ``u = k y`` that minimise sum u^2 + (w y)^2, for n rows of weights.
+    """Return gains (n, states), ``u = k y``, that minimise sum u^2 + (w y)^2 for n rows of weights.
 
-    A population of discrete Riccati equations at once, by the structure-preserving doubling
-    algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004); nan where there is no solution.
-    ``scale`` is about as large as the gains are.
+    A population of discrete Riccati equations is solved at once, by the structure-preserving
+    doubling algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004); nan without a solution.
+    ``scale`` is the approximate size of the gains.
     """
     size = len(model.b)
     unit = np.ones(size) if scale is None else scale
@@ -131,19 +131,19 @@ def regulators(model: Measured, weights: Floats, scale: Floats | None = None) ->
 
 
 def _solved(matrices: Floats, right: Floats) -> Floats:
-    """Solutions, nan where a matrix is singular."""
+    """Return the solutions of linear systems, nan where a matrix is singular."""
     singular = np.linalg.det(matrices) == 0.0
     whole = np.where(singular[:, None, None], np.nan, matrices)
     return np.asarray(np.linalg.solve(whole, right), float)
 
 
 def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Floats]:
-    """Gains (n,) of regulators that weight error and its rate as a PD does, and nothing else.
+    """Return gains (n,) of regulators that weight the error and its rate as a PD, nothing else.
 
-    None is 0: ranges follow from them.
+    No gain is 0, because ranges follow from them.
 
     Raises:
-        UserError: there is none.
+        UserError: no regulator was found.
     """
     weights = np.zeros((len(kp), len(model.b)))
     weights[:, 0], weights[:, 1] = kp, RATE * kd
@@ -156,7 +156,7 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
 
 
 def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
-    """What the nominal drive asks for, less what gains on ``signals`` give of it by themselves."""
+    """Return the feed-forward of the nominal drive, less the part of gains on ``signals``."""
     forward = {}
     for name in MULTIPLES:
         steady = getattr(model, name)
@@ -166,7 +166,7 @@ def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
 
 
 def bandwidth(model: Nominal, sample_time: float) -> float:
-    """The largest bandwidth [1/s] of a PID whose loop has room for other gains."""
+    """Return the largest bandwidth [1/s] of a PID that is stable at all factors of ``ROOM``."""
     best = 0.0
     for speed in np.geomspace(*BANDWIDTHS, 55) / sample_time:
         gains = LinearGains(*map(float, pid(model, speed)))
@@ -178,9 +178,9 @@ def bandwidth(model: Nominal, sample_time: float) -> float:
 
 
 def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """kp, ki, kd of a bandwidth [1/s].
+    """Return kp, ki, kd for a bandwidth [1/s].
 
-    They make the nominal drive, taken for ``acceleration s^2 + velocity s``, critically damped.
+    They make the nominal drive, taken as ``acceleration s^2 + velocity s``, critically damped.
     """
     mass, drag = abs(model.acceleration.command), abs(model.velocity.command)
     kp = mass * speed**2 + drag * speed
@@ -190,7 +190,7 @@ def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
 def answer(
     model: Nominal, gains: dict[str, Floats], signals: Sequence[str], z: complex, sample_time: float
 ) -> Floats:
-    """(n,) error that a command of 1 at ``z`` brings about, complex, in the loop of a PID.
+    """Return the complex error (n,) caused by a command of 1 at ``z`` in the loop of a PID.
 
     ``gains`` are kp, ki, kd, filter_pole and those on ``signals``, each (n,).
     """
@@ -204,7 +204,7 @@ def answer(
 
 
 def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:
-    """States: the drive, the filtered rate, the integral where there is one."""
+    """Return the closed loop with states of drive, filtered rate and, if used, integral."""
     size, rows = len(model.b), model.outputs
     rate = np.append((1.0 - gains.filter_pole) * rows["error_rate"], [gains.filter_pole, 0.0])
     command = np.append(gains.kp * rows["error"], [0.0, 1.0]) + gains.kd * rate

@@ -1,4 +1,4 @@
-"""What the page shows of a linear controller: its gains with units."""
+"""Report section of a linear controller: its gains with units."""
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import ReportContext
@@ -9,19 +9,19 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
-    """The gains."""
+    """Return the section of the gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
     gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
     return [Section("The controller", "", gains, [])]
 
 
 def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, str]]:
-    """Name, value and unit of every gain."""
+    """Return name, value and unit of every gain."""
     units = units_of(units)
     command, rate, ahead = units["command"], units["error_rate"], record.feed_forward
 
     def per(name: str) -> str:
-        """Unit of a gain on a signal."""
+        """Return the unit of a gain on a signal."""
         unit = units.get(name, "1")
         return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
 

@@ -1,4 +1,4 @@
-"""A neural network that learns in the loop (Huang et al.)."""
+"""Neural network controller that learns in the loop (Huang et al.)."""
 
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
 from hfc_design.controllers.neural.record import NeuralDesign
@@ -6,10 +6,10 @@ from hfc_design.core.numbers import Json
 
 
 class NeuralGenome(GainsGenome):
-    """What a search can do; every individual begins with the same weights."""
+    """Genome of the numbers besides the weights; every individual starts with the same weights."""
 
     def record(self, individual: GainVectors) -> Json:
-        """The weights and the numbers beside them."""
+        """Return the record of the weights and the numbers."""
         gains = self.gains(individual)._asdict()
         numbers = {name: float(value[0]) for name, value in gains.items()}
         weights = self.settings.weights().model_dump()

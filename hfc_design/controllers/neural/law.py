@@ -1,23 +1,23 @@
 """Neural control of an axis (Huang et al., section 3). Never imports JAX.
 
-A network of two layers commands the axis by its error and the change of that, and learns on line,
+A network of two layers commands the axis by the error and its change, and learns on line,
 sample by sample, by back-propagation with momentum (eq. 10-14). Hidden units are tanh, outputs
 linear; each has a threshold, which is a weight of 1. Written for one axis in scalars; ``xp`` as in
 ``core.numbers``.
 
-How the paper is read where it leaves a choice:
+Interpretation of the paper where it leaves a choice:
 
 - Its two outputs are the commands of two axes, and its two inputs are those of the controller that
-  it learns from, the error and its change: so each axis has a network of two inputs and one output.
+  it learns from, the error and its change: each axis has a network of two inputs and one output.
   One network from the errors of both axes to both commands has no damping, and on the simulated
   table leaves more than twice the error at a reversal.
-- No command is known that would have been right. As in the paper's self-organising controller the
+- The right command is not known. As in the paper's self-organising controller the
   error of an output is ``(1 - xi) e + xi ce``, both as the network reads them, with xi = 0.5.
-- Of lambda = 0.001 only its name is left, beside a momentum alpha = 0.005 (eq. 12). It is read as
-  the slope of the hidden units, ``tanh(lambda net)``: the equation of tanh is the one that is lost,
-  and with a slope of 1 the printed rate of 0.5 diverges off line.
-- Thresholds are weights of a 1, and move like them (eq. 13).
-- Where a command is at its limit and its error asks for more, it learns nothing.
+- Only the name of lambda = 0.001 is legible, next to a momentum alpha = 0.005 (eq. 12). It is read
+  as the slope of the hidden units, ``tanh(lambda net)``: the equation of tanh is the lost one, and
+  with a slope of 1 the printed rate of 0.5 diverges off line.
+- Thresholds are weights on a constant 1, and move like other weights (eq. 13).
+- If a command is at its limit and its error asks for more, the network does not learn.
 """
 
 from collections.abc import Sequence
@@ -27,19 +27,19 @@ from typing import NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.core.numbers import Scalar, Xp, total
 
-#: Weights of the units of a layer, a row each: of what comes in, last the threshold.
+#: Weights of a layer, a row for each unit: on its inputs, then the threshold.
 Layer: TypeAlias = Sequence[Sequence[Scalar]]
 
 
 class Weights(NamedTuple):
-    """Both layers."""
+    """Weights of both layers."""
 
     hidden: Layer  # (units, inputs + 1)
     output: Layer  # (outputs, units + 1)
 
 
 class Passed(NamedTuple):
-    """What a network makes of its inputs."""
+    """Inputs of a network and their activations."""
 
     inputs: Sequence[Scalar]
     hidden: Sequence[Scalar]  # of each hidden unit, -1 to 1
@@ -47,7 +47,7 @@ class Passed(NamedTuple):
 
 
 def passed(xp: Xp, weights: Weights, slope: Scalar, inputs: Sequence[Scalar]) -> Passed:
-    """Forwards (eq. 10 and 11): ``tanh(slope * net)`` in the hidden layer."""
+    """Forward pass (eq. 10 and 11): ``tanh(slope * net)`` in the hidden layer."""
 
     def net(row: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
         return xp.total(xp.along(mul, row[:-1], values)) + row[-1]
@@ -69,9 +69,9 @@ def changes(
     momentum: Scalar,
     slope: Scalar,
 ) -> Weights:
-    """By what the weights move (eq. 12 to 14): down the squares of the output ``errors``.
+    """Steps of the weights (eq. 12 to 14): descent on the squares of the output ``errors``.
 
-    ``before`` is what they moved by before.
+    ``before`` are the previous steps.
     """
     deltas = [xp.once(rate * error) for error in errors]
 
@@ -98,12 +98,12 @@ def changes(
 
 
 def added(xp: Xp, weights: Weights, steps: Weights) -> Weights:
-    """Weights that have moved."""
+    """Return the weights moved by ``steps``."""
     return Weights(*(xp.each(add, *layers) for layers in zip(weights, steps, strict=True)))
 
 
 class NeuralGains(NamedTuple):
-    """What is searched: one individual, or a population in the trailing axis."""
+    """Searched numbers: one individual, or a population in the trailing axis."""
 
     error_unit: Scalar  # error of an input of 1 [error]
     change_unit: Scalar  # change in a sample of an input of 1 [error]
@@ -115,7 +115,7 @@ class NeuralGains(NamedTuple):
 
 
 class NeuralMemory(NamedTuple):
-    """What the controller remembers."""
+    """Memory of the controller."""
 
     error: Scalar  # e(k-1)
     weights: Weights
@@ -123,12 +123,12 @@ class NeuralMemory(NamedTuple):
 
 
 def neural(start: Weights, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law that begins with the weights ``start``."""
+    """Return the law with the initial weights ``start``."""
     return AxisLaw(sample, initial_memory, sample_time, limit, start, tells=True, prime=stood)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> NeuralMemory:
-    """Memory before the first sample: the axis stood on its reference."""
+    """Return the memory before the first sample: the axis at rest on its reference."""
     start = ([[zero + weight for weight in row] for row in layer] for layer in law.structure)
     still = ([[zero] * len(row) for row in layer] for layer in law.structure)
     return NeuralMemory(zero, Weights(*start), Weights(*still))
@@ -137,7 +137,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> NeuralMemory:
 def sample(
     xp: Xp, law: AxisLaw, gains: NeuralGains, memory: NeuralMemory, signals: Signals
 ) -> tuple[Scalar, NeuralMemory, None]:
-    """The command of the network as it is, and what it learns from the error."""
+    """Return the network's command, and the memory after learning from the error."""
     error = signals["error"]
     e = xp.once(xp.ratio(error, gains.error_unit))
     ce = xp.once(xp.ratio(error - memory.error, gains.change_unit))

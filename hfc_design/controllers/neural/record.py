@@ -1,4 +1,4 @@
-"""The neural controller in a design file and in a scenario. Never imports JAX."""
+"""Records of the neural controller in design files and scenarios. Never imports JAX."""
 
 from operator import not_
 from pathlib import Path
@@ -33,16 +33,16 @@ from hfc_design.core.records import Finite, Positive, Record, UserError, checked
 HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
-#: Units of the hidden layer: the loop is unrolled, more of them take minutes to compile.
+#: Largest number of hidden units: the loop is unrolled, and more take minutes to compile.
 MOST = 100
-#: Largest rate of learning: one of 1e12 is a slip, and leaves nothing of what was known.
+#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learnt.
 FASTEST = 1e6
 Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
 Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
 
 
 class WeightsRecord(Record):
-    """Weights of both layers, the threshold of a unit behind those of what it reads."""
+    """Weights of both layers; the threshold of a unit follows the weights on its inputs."""
 
     #: weights of each hidden unit: on error, on its change, threshold [1]
     hidden: Annotated[tuple[Hidden, ...], Field(min_length=1, max_length=MOST)]
@@ -60,7 +60,7 @@ class WeightsRecord(Record):
 
 
 class NeuralDesign(ControllerRecord):
-    """A controller of kind ``neural``; see ``NeuralGains``."""
+    """Design of kind ``neural``; see ``NeuralGains``."""
 
     kind: Literal["neural"] = "neural"
     summary = "a network trained off line on another controller, then on line (Huang et al.)"
@@ -79,23 +79,23 @@ class NeuralDesign(ControllerRecord):
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
     def law_gains(self) -> NeuralGains:
-        """The numbers beside the weights."""
+        """Return the numbers besides the weights."""
         return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return neural(self.network(), self.sample_time_s, limit)
 
     def reads(self) -> list[str]:
-        """The change of the error is formed inside."""
+        """Signals that the controller reads; it forms the change of the error itself."""
         return ["error"]
 
     def connecting(self) -> list[str]:
-        """What is formed inside."""
+        """Return a note on signals formed inside the controller."""
         return [CHANGES]
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Where the network to begin with, were all its weights of one sign, commands the limit."""
+        """Ranges at which the initial network, with weights of one sign, commands the limit."""
         hidden = list(zip(self.weights.hidden, self.weights.output, strict=False))
         first = self.command_unit * self.slope
         error, change = (first * sum(abs(row[k] * out) for row, out in hidden) for k in (0, 1))
@@ -103,15 +103,15 @@ class NeuralDesign(ControllerRecord):
         return input_ranges(gains, limit)
 
     def network(self) -> Weights:
-        """What it begins with."""
+        """Return the initial weights."""
         return Weights(self.weights.hidden, (self.weights.output,))
 
     def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
-        """With the weights as they have become; None: they stay."""
+        """Return the design with the learnt weights; None if it does not learn."""
         return self.with_weights(memory.weights) if self.rate else None
 
     def with_weights(self, weights: Weights) -> "NeuralDesign":
-        """The same with other weights."""
+        """Return the design with other weights."""
         hidden, (output,) = weights
         record = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
         return self.model_copy(update={"weights": record})
@@ -122,7 +122,7 @@ def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
 
 
 def drawn(hidden: int, seed: int) -> WeightsRecord:
-    """Weights of a network that knows nothing, uniform between -1 and 1."""
+    """Return random weights of an untrained network, uniform between -1 and 1."""
     random = np.random.default_rng(seed)
     layers = random.uniform(-1.0, 1.0, (hidden, INPUTS + 1)), random.uniform(-1.0, 1.0, hidden + 1)
     return WeightsRecord.model_validate(
@@ -130,14 +130,14 @@ def drawn(hidden: int, seed: int) -> WeightsRecord:
     )
 
 
-#: What is searched, on a milling table: errors in mm and commands in V.
+#: Search ranges on a milling table: errors in mm and commands in V.
 RANGES = NeuralGains(
     (1e-3, 0.1), (1e-3, 0.1), (0.1, 20.0), (1e-6, 0.1), (1e-3, 0.9), (1e-4, 0.1), (0.0, 1.0)
 )
 
 
 class NeuralSettings(GainsSettings):
-    """Ranges of the numbers beside the weights, and the network to begin with."""
+    """Settings of a search: ranges of the numbers besides the weights, and the initial network."""
 
     own_ranges = RANGES
     own_plants = FEEDS
@@ -151,7 +151,7 @@ class NeuralSettings(GainsSettings):
     _controller_of = field_validator("start", mode="before")(controller_named)
 
     def fault(self, target: Target) -> str | None:
-        """A start that runs at another sample time, or ranges that are for other plants."""
+        """Return why the search is impossible (sample time or ranges), or None."""
         if self.start is not None and self.start.sample_time_s != target.sample_time:
             return (
                 "controller.start: must have the sample time simulation.sample_time_s = "
@@ -160,17 +160,17 @@ class NeuralSettings(GainsSettings):
         return super().fault(target)
 
     def weights(self) -> WeightsRecord:
-        """What every individual begins with."""
+        """Return the initial weights of every individual."""
         return self.start.weights if self.start is not None else drawn(self.hidden, self.seed)
 
 
-#: Without units of its own a network counts errors in their root mean square, changes in twice
-#: that, and commands in a tenth of theirs: about what goes well with the numbers of the paper.
+#: Default units of changes and commands: errors are counted in their root mean square, changes in
+#: twice that, commands in a tenth of theirs, which suits the numbers of the paper.
 CHANGE, COMMAND = 2.0, 0.1
 
 
 class Lesson(NamedTuple):
-    """How a network is taught."""
+    """Settings of the training of a network."""
 
     hidden: int = 25  # units of a network that knows nothing
     seed: int = 0  # of its weights
@@ -179,7 +179,7 @@ class Lesson(NamedTuple):
 
 
 class Trained(NamedTuple):
-    """A network, and how far it is from what it was taught."""
+    """Trained network and its distance from the training commands."""
 
     design: NeuralDesign
     before: float  # root mean square of its command less what is taught [unit of the command]
@@ -190,7 +190,7 @@ class Trained(NamedTuple):
 def begun(
     start: ControllerRecord | None, numbers: Json, lesson: Lesson, errors: Floats, commands: Floats
 ) -> NeuralDesign:
-    """The network before its ``lesson``: that of ``start``, or one that knows nothing.
+    """Return the network before its ``lesson``: that of ``start``, or an untrained one.
 
     ``numbers`` are keys of a ``NeuralDesign``.
 
@@ -215,16 +215,16 @@ def begun(
 
 
 def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesson) -> Trained:
-    """The ``start`` after a ``lesson``: every sample moves the weights, those of the axes in turn.
+    """Train the network ``start`` by a ``lesson``: every sample moves the weights, axes in turn.
 
     Args:
         start: the network, its units, its slope and its momentum.
-        errors: (samples, axes) what the controller that it learns from has read.
-        commands: (samples, axes) what that has commanded then.
+        errors: (samples, axes) read by the controller that the network learns from.
+        commands: (samples, axes) given by that controller.
         lesson: its rate and its passes.
 
     Raises:
-        UserError: it diverges.
+        UserError: the network diverges.
     """
     inputs = inputs_of(start, errors).reshape(-1, INPUTS)
     targets = (commands / start.command_unit).ravel()
@@ -247,13 +247,13 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
 
 
 def inputs_of(design: NeuralDesign, errors: Floats) -> Floats:
-    """(samples, ..., 2) what the network reads of errors (samples, ...)."""
+    """Return the inputs (samples, ..., 2) of the network from errors (samples, ...)."""
     change = np.diff(errors, axis=0, prepend=0.0 * errors[:1])
     return np.stack([errors / design.error_unit, change / design.change_unit], axis=-1)
 
 
 def command(design: NeuralDesign, inputs: Floats) -> Floats:
-    """(...) what the network commands for inputs (..., 2)."""
+    """Return the commands (...) of the network for inputs (..., 2)."""
     hidden, output = map(np.array, (design.weights.hidden, design.weights.output))
     with np.errstate(all="ignore"):
         active = np.tanh(design.slope * (inputs @ hidden[:, :-1].T + hidden[:, -1]))

@@ -1,4 +1,4 @@
-"""What the page shows of a neural controller: its numbers, its map, what it has learnt on line."""
+"""Report section of a neural controller: its numbers, its map, and on-line learning."""
 
 from functools import partial
 
@@ -20,12 +20,12 @@ ABOUT = (
     "A network reads the error of its axis and the change of that since the last sample, and gives "
     "the command. On line it learns from every sample by back-propagation."
 )
-#: Points of a picture on either side; inputs that are shown where no motion tells how far they go.
+#: Points of a picture along each side; range of the inputs if no motion gives one.
 POINTS, REACH = 61, 10.0
 
 
 def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
-    """The numbers; what the network commands; the same of each axis after the motion."""
+    """Return numbers and commands of the network, and each axis' commands after the motion."""
     position, volts = shown.units["error"], shown.units["command"]
     rows = [
         ["hidden units", f"{len(record.weights.hidden)}", ""],
@@ -47,7 +47,7 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
 
 
 def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDesign]:
-    """The network of each axis at the end of the motion, stepped over what the axis measured."""
+    """Return each axis' network after the motion, stepped over the measured signals."""
     designs = {}
     law, gains = neural(record.network(), record.sample_time_s), record.law_gains()
     for axis, signals in (shown.signals or {}).items():
@@ -60,7 +60,7 @@ def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDe
 
 
 def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``: what the network of the design commands."""
+    """Return pictures for ``hfc plot``: the commands of the design's network."""
     inputs = np.linspace(-REACH, REACH, units.POINTS)
     values = command(record, np.stack(np.meshgrid(inputs, inputs), axis=-1))
     sizes = {"error": record.error_unit, "change of the error in a sample": record.change_unit}
@@ -77,7 +77,7 @@ def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
 
 
 def _ranges(record: NeuralDesign, shown: ReportContext) -> Floats:
-    """(2,) how large the inputs get."""
+    """Return the largest inputs (2,)."""
     if not shown.signals:
         return np.array([REACH, REACH])
     errors = np.stack([signals["error"] for signals in shown.signals.values()], axis=1)

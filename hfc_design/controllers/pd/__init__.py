@@ -1,6 +1,6 @@
-"""The proportional-derivative controller that every fuzzy one is measured against.
+"""Proportional-derivative controller, the reference that every fuzzy one is compared with.
 
-Its law and its gains; never imports JAX.
+Law and gains; never imports JAX.
 """
 
 from typing import NamedTuple
@@ -19,18 +19,18 @@ class PdGains(NamedTuple):
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
-    """Nothing."""
+    """Return an empty memory."""
     return ()
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
 ) -> tuple[Scalar, tuple[()], None]:
-    """``kp e + kd de/dt`` [V] (LL eq. 6)."""
+    """Return the command ``kp e + kd de/dt`` [V] (LL eq. 6), the memory, and no parts."""
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
-#: On the C-axis; the ranges are those of the hierarchy beside it.
+#: Ranges on the C-axis, the same as those of the hierarchy.
 RANGES = PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))
 KIND = kind_of_gains(
     "pd",

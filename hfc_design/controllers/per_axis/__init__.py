@@ -1,6 +1,6 @@
-"""A controller of its own for every axis, of any kinds, with gains of its own.
+"""Separate controllers of any kinds for the axes of a machine, each with its own gains.
 
-Its record, its settings and what it makes of them; never imports JAX.
+Record, settings and genome; never imports JAX.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -23,14 +23,14 @@ from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
-#: Why there are no rule tables.
+#: Message on why there are no rule tables.
 INSIDE = "it has rule tables only in its axis controllers; c and fmu contain all of it"
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 
 
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
-    """ValueError: a controller inside another one runs at another sample time."""
+    """Raise ValueError if an inner controller runs at another sample time."""
     if part.sample_time_s != sample_time:
         setting = f"{key}.sample_time_s = {part.sample_time_s}"
         raise ValueError(
@@ -39,7 +39,7 @@ def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
 
 
 class PerAxisDesign(ControllerRecord):
-    """Controllers of any kinds, by the names of the machine's axes and in their order."""
+    """Design of kind ``per-axis``: controllers of any kinds by axis, in the machine's order."""
 
     kind: Literal["per-axis"] = "per-axis"
     summary = "a separate controller for every axis of a machine"
@@ -51,7 +51,7 @@ class PerAxisDesign(ControllerRecord):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Of each axis what its own kind says."""
+        """Update the data of each axis by the rules of its own kind."""
         axes = data.get("axes")
         for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
@@ -69,7 +69,7 @@ class PerAxisDesign(ControllerRecord):
     @model_validator(mode="before")
     @classmethod
     def _sampled_alike(cls, data: Plain) -> Plain:
-        """Axes take the sample time of the whole where they say none."""
+        """Give the common sample time to axes without one."""
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
@@ -86,15 +86,15 @@ class PerAxisDesign(ControllerRecord):
         return self
 
     def law_gains(self) -> tuple[Gains, ...]:
-        """The gains of each axis."""
+        """Return the gains of each axis."""
         return tuple(design.law_gains() for design in self.axes.values())
 
     def axis_records(self) -> dict[str, ControllerRecord]:
-        """The record of each axis by its name."""
+        """Return the record of each axis by its name."""
         return self.axes
 
     def controller(self, limits: Limits) -> PerAxis:
-        """On axes with these limits.
+        """Return the controller on axes with these limits.
 
         Raises:
             UserError: the machine has other axes.
@@ -107,7 +107,7 @@ class PerAxisDesign(ControllerRecord):
         return PerAxis("per-axis", tuple(laws), own_gains=True)
 
     def learnt(self, axes: tuple[str, ...], memory: tuple[Memory, ...]) -> Self | None:
-        """With what each axis has learnt that can."""
+        """Return the design with the adapted controllers of learning axes; None if none learns."""
         learned = {}
         for (axis, design), remembered in zip(self.axes.items(), memory, strict=True):
             if design.adapted and (after := design.adapted(remembered)):
@@ -115,7 +115,7 @@ class PerAxisDesign(ControllerRecord):
         return self.model_copy(update={"axes": self.axes | learned}) if learned else None
 
     def sections(self, shown: ReportContext) -> list[Any]:
-        """Those of each axis, with its name before their titles."""
+        """Return the sections of each axis, with its name before their titles."""
         sections = []
         for axis, design in self.axes.items():
             axis_sections = design.sections(shown.of(axis))
@@ -125,7 +125,7 @@ class PerAxisDesign(ControllerRecord):
         return sections
 
     def structure(self) -> str:
-        """That of each axis, its kind where it has but one; "" where all have."""
+        """Return each axis' structure, or its kind if that has one only; "" if all have one."""
         structures = {axis: design.structure() for axis, design in self.axes.items()}
         each = (f"{axis}: {structures[axis] or design.kind}" for axis, design in self.axes.items())
         return ", ".join(each) if any(structures.values()) else ""
@@ -134,9 +134,9 @@ class PerAxisDesign(ControllerRecord):
 def learnt(
     record: ControllerRecord, axes: tuple[str, ...], memory: Memory
 ) -> ControllerRecord | None:
-    """A controller of a machine with ``axes`` as its ``memory`` has made it; None: it learns not.
+    """Return a controller as learnt in ``memory``, on a machine with ``axes``; None if it cannot.
 
-    Where axes that had the same have learnt other things, each has its own.
+    If axes with the same controller have learnt differently, each gets its own.
     """
     if record.learnt is not None:
         learned: ControllerRecord | None = record.learnt(axes, memory)
@@ -149,7 +149,7 @@ def learnt(
 
 
 class OuterDesign(ControllerRecord):
-    """``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine."""
+    """Base of designs that wrap ``inner``: one for every axis, ``per-axis``, or of a machine."""
 
     no_rules = INSIDE
     #: the wrapped controller: one for every axis, or per-axis, or any of a whole machine
@@ -158,7 +158,7 @@ class OuterDesign(ControllerRecord):
     @model_validator(mode="before")
     @classmethod
     def _sampled_alike(cls, data: Plain) -> Plain:
-        """What is inside takes the sample time of the whole where it says none."""
+        """Give the common sample time to an inner controller without one."""
         if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
@@ -170,22 +170,22 @@ class OuterDesign(ControllerRecord):
         return self
 
     def inside(self, axes: tuple[str, ...]) -> dict[str, ControllerRecord]:
-        """The controller of each of these axes by its name, or "" and that of all of them."""
+        """Return the inner controller of each axis by its name, or that of all axes by ""."""
         if self.inner.axis_records is not None:
             return dict(self.inner.axis_records())
         return dict.fromkeys(axes if self.inner.law else ("",), self.inner)
 
     def structure(self) -> str:
-        """That of what is inside."""
+        """Return the structure of the inner controller."""
         return self.inner.structure()
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """With what is inside as its ``memory`` has made it; None: it learns not."""
+        """Return the design with the inner controller as learnt; None if it cannot learn."""
         inner = learnt(self.inner, axes, memory)
         return self.model_copy(update={"inner": inner}) if inner else None
 
     def inner_reads(self) -> list[str]:
-        """What is read of any axis by what is inside; nothing where that is not known."""
+        """Return the signals that inner controllers read of any axis; empty if unknown."""
         axes = self.inner.axis_records
         signals: dict[str, None] = {}
         for record in axes().values() if axes else [self.inner]:
@@ -196,7 +196,7 @@ class OuterDesign(ControllerRecord):
 
 
 class PerAxisSettings(ControllerSettings):
-    """What a search varies on every axis."""
+    """Settings of a search on every axis."""
 
     kind: Literal["per-axis"]
     #: controller to search for on each axis, by its name
@@ -204,11 +204,11 @@ class PerAxisSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """Where the controllers of all axes are."""
+        """True if the searches of all axes have stages."""
         return all(settings.staged for settings in self.axes.values())
 
     def fault(self, target: Target) -> str | None:
-        """Other axes than the machine's, or one that its kind cannot be searched for."""
+        """Return why the search is impossible (other axes, or a fault of one axis), or None."""
         if tuple(self.axes) != target.machine.axes:
             return f"controller.axes: must be {', '.join(target.machine.axes)}, in this order"
         for k, (axis, settings) in enumerate(self.axes.items()):
@@ -218,7 +218,7 @@ class PerAxisSettings(ControllerSettings):
 
 
 class PerAxisGenome(ProductGenome):
-    """Its parts are the axes.
+    """Genome with one part for each axis.
 
     Raises:
         UserError: the axes have too many structures together.
@@ -230,13 +230,13 @@ class PerAxisGenome(ProductGenome):
         super().__init__(settings, target, axes, "axes")
 
     def notation(self, structure: int) -> str:
-        """The structure of each axis."""
+        """Return the structure of each axis."""
         trees = map(int, np.unravel_index(structure, self.counts))
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
         return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
     def record(self, individual: ProductPopulation) -> Json:
-        """The record of each axis."""
+        """Return the record of each axis."""
         each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
         return {"kind": "per-axis", "axes": dict(each)}
 

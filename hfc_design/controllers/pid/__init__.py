@@ -1,6 +1,6 @@
-"""The proportional-integral-derivative controller of a feed drive.
+"""Proportional-integral-derivative controller of a feed drive.
 
-Its law and its gains; never imports JAX.
+Law and gains; never imports JAX.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Own, Scalar, Xp
 
 
 class PidRecord(ControllerRecord):
-    """What a design may say beside its gains."""
+    """Fields of a design besides its gains."""
 
     dead_zone: kind.DeadZone = 0.0  # errors up to this count as 0 [BLU]
 
@@ -27,26 +27,26 @@ class PidGains(NamedTuple):
 
 
 class PidMemory(NamedTuple):
-    """What the controller remembers; zero before the first sample."""
+    """Memory of the controller; zero before the first sample."""
 
     error: Scalar  # e(k-1) [BLU]
     sum: Scalar  # of all errors so far [BLU]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
-    """Memory before the first sample: the axis stood on its reference."""
+    """Return the memory before the first sample: the axis at rest on its reference."""
     return PidMemory(zero, zero)
 
 
 def primed(xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals) -> PidMemory:
-    """The error of the sample before was that of this one, so that its rate is 0."""
+    """Return the memory with this sample's error as the previous one, so that its rate is 0."""
     return memory._replace(error=outside(xp, law.structure, signals["error"]))
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
 ) -> tuple[Scalar, PidMemory, None]:
-    """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU].
+    """Return ``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units] of ``error`` [BLU].
 
     An error within the dead zone counts as 0.
     """
@@ -65,7 +65,7 @@ def _ranges(record: Own, limit: float | None) -> dict[str, float]:
     return kind.input_ranges({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
-#: On a feed drive.
+#: Ranges on a feed drive.
 RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
 KIND = kind_of_gains(
     "pid",

@@ -1,4 +1,4 @@
-"""The fuzzy controller that begins without rules and learns them in the loop (Huang & Shy)."""
+"""Self-organising fuzzy controller, which learns its rules in the loop (Huang & Shy)."""
 
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.neighbours import spread
@@ -9,7 +9,7 @@ from hfc_design.core.numbers import Json
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
-    """What a sample's command is made of."""
+    """Return the parts of a sample's command as plain data."""
     column = side("error_change", parts.change, LABELS, spread(parts.in_change, SETS))
     row = side("error", parts.error, LABELS, spread(parts.in_error, SETS))
     unit = fired("rules", column, row, parts.rules, parts.inferred)

@@ -1,17 +1,17 @@
-"""The self-organising fuzzy controller of Huang & Shy (``milling-table``). Never imports JAX.
+"""Self-organising fuzzy controller of Huang & Shy (``milling-table``). Never imports JAX.
 
-A table of 11 x 11 commands over error and change of error, which the error itself corrects: there
-is no table of how good a sample was, and no model but a direction. Written for one axis in scalars,
-over the whole table: a gather would cost more. ``xp`` as in ``core.numbers``.
+A table of 11 x 11 commands over error and change of error is corrected by the error itself: there
+is no performance table, and no model but a direction. Written for one axis in scalars, over the
+whole table: a gather would cost more. ``xp`` as in ``core.numbers``.
 
-How the paper is read where it leaves a choice:
+Interpretation of the paper where it leaves a choice:
 
-- The command is what the table gives, not its sum over the samples.
-- Beyond its outermost set an error, or its change, counts as there: 5 after its gain. The same
-  numbers correct the rules, so that a large error moves them by no more than that.
+- The command is the output of the table, not its sum over the samples.
+- An error, or its change, beyond the outermost set is limited to it: 5 after its gain. The same
+  numbers correct the rules, which limits the correction by a large error.
 - The rules that fire at a sample are corrected with its own error, for the next time they fire.
-- A rule goes no further than the command's limit: else it would wind up where that stops.
-- Its M, the gain of the machine, is 1 there: another one is another ``gamma``.
+- A rule is limited to the command's limit: it would wind up otherwise.
+- The paper's M, the gain of the machine, is 1: another M is another ``gamma``.
 """
 
 from collections.abc import Sequence
@@ -21,16 +21,16 @@ from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.controllers.neighbours import Degrees, changed, evenly, weighted
 from hfc_design.core.numbers import Scalar, Xp, clipped
 
-#: The sets of an input are -HIGHEST to HIGHEST.
+#: Highest set of an input; the sets are -HIGHEST to HIGHEST.
 HIGHEST = 5
 SETS = 2 * HIGHEST + 1
 LABELS = [f"{place:+d}" if place else "0" for place in range(-HIGHEST, HIGHEST + 1)]
-#: (11, 11) commands before ``gu``, rows by the error and columns by its change, from -5 to 5.
+#: Commands (11, 11) before ``gu``, rows by the error and columns by its change, from -5 to 5.
 Rules: TypeAlias = Sequence[Sequence[Scalar]]
 
 
 class SocGains(NamedTuple):
-    """What is searched, on errors and commands in the units of the drive."""
+    """Searched gains, on errors and commands in the units of the drive."""
 
     ge: Scalar  # sets per unit of the error [1/error]
     gc: Scalar  # sets per unit of its change in a sample [1/error]
@@ -40,14 +40,14 @@ class SocGains(NamedTuple):
 
 
 class SocMemory(NamedTuple):
-    """What the controller remembers."""
+    """Memory of the controller."""
 
     error: Scalar  # e(k-1)
     rules: Rules
 
 
 class Parts(NamedTuple):
-    """What a command is made of."""
+    """Parts of a command."""
 
     error: Scalar  # in sets
     change: Scalar  # in sets
@@ -58,19 +58,19 @@ class Parts(NamedTuple):
 
 
 def soc(rules: Rules, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law that begins with ``rules``."""
+    """Return the law with the initial ``rules``."""
     return AxisLaw(sample, initial_memory, sample_time, limit, rules, tells=True, prime=stood)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SocMemory:
-    """Memory before the first sample: the axis stood on its reference."""
+    """Return the memory before the first sample: the axis at rest on its reference."""
     return SocMemory(zero, [[zero + rule for rule in row] for row in law.structure])
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: SocGains, memory: SocMemory, signals: Signals
 ) -> tuple[Scalar, SocMemory, Parts]:
-    """The command of one sample: ``u = gu sum(w_i U_i)`` over the four rules that fire.
+    """Return the command of one sample: ``u = gu sum(w_i U_i)`` over the four rules that fire.
 
     Each then moves by ``w_i gamma ((1 - xi) e + xi ce)`` (eq. 8 and 9), e and ce in sets.
     """
@@ -95,5 +95,5 @@ def sample(
 
 
 def degrees(xp: Xp, value: Scalar) -> Degrees:
-    """(11,) degrees of a value in the sets: linear between two neighbours, which add up to 1."""
+    """Return the degrees (11,) of a value in the sets: linear between two neighbours, sum 1."""
     return evenly(xp, value, HIGHEST)

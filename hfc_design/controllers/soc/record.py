@@ -1,4 +1,4 @@
-"""The self-organising fuzzy controller in a design file. Never imports JAX."""
+"""Records of the self-organising fuzzy controller in a design file. Never imports JAX."""
 
 from typing import Annotated, Literal, Self
 
@@ -13,16 +13,16 @@ from hfc_design.core.records import Finite, NotNegative, Positive, Record
 
 Row = Annotated[tuple[Finite, ...], Field(min_length=SETS, max_length=SETS)]
 Table = Annotated[tuple[Row, ...], Field(min_length=SETS, max_length=SETS)]
-#: The table of a controller that has learnt nothing.
+#: Table of an untrained controller.
 EMPTY: Table = ((0.0,) * SETS,) * SETS
 
 HERE = "hfc_design.controllers.soc"
-#: On a milling table, errors in mm and commands in V.
+#: Search ranges on a milling table, errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
 
 
 class AdaptationRecord(Record):
-    """How the rules are corrected, see ``SocGains``."""
+    """Correction of the rules, see ``SocGains``."""
 
     gamma: NotNegative  # share of the error that a correction removes [1]
     #: weight of the change in it, that of the error is 1 - xi [1]
@@ -30,10 +30,10 @@ class AdaptationRecord(Record):
 
 
 class SocDesign(ControllerRecord):
-    """A controller of kind ``soc``.
+    """Design of kind ``soc``.
 
-    Its gains are of an error counted in ``error_unit`` and a command in ``command_unit``: those of
-    the scale and the converter that they are printed for, say.
+    Gains are for an error counted in ``error_unit`` and a command in ``command_unit``, for example
+    those of the scale and the converter that published gains are for.
     """
 
     kind: Literal["soc"] = "soc"
@@ -57,38 +57,38 @@ class SocDesign(ControllerRecord):
     table: Table = EMPTY
 
     def law_gains(self) -> SocGains:
-        """On errors and commands in the drive's units."""
+        """Return the gains on errors and commands in the drive's units."""
         ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Up to the outermost sets."""
+        """Ranges of the inputs: the outermost sets."""
         gains = self.law_gains()
         return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
 
     def law(self, limit: float | None) -> AxisLaw:
-        """The law of one axis."""
+        """Return the law of one axis."""
         return soc(self.table, self.sample_time_s, limit)
 
     def reads(self) -> list[str]:
-        """The change of the error is formed inside."""
+        """Signals that the controller reads; it forms the change of the error itself."""
         return ["error"]
 
     def connecting(self) -> list[str]:
-        """What is formed inside."""
+        """Return a note on signals formed inside the controller."""
         return [CHANGES]
 
     @staticmethod
     def of_gains(gains: dict[str, float]) -> Json:
-        """The record of searched gains, which begins with an empty table."""
+        """Return the record of searched gains, with an empty initial table."""
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
 
     def without_adaptation(self) -> Self:
-        """The same without adaptation."""
+        """Return the design without adaptation."""
         still = self.adaptation.model_copy(update={"gamma": 0.0})
         return self.model_copy(update={"adaptation": still})
 
     def adapted(self, memory: SocMemory) -> Self:
-        """The same with the table that it has learnt."""
+        """Return the design with the learnt table."""
         return self.model_copy(update={"table": tuple(map(tuple, memory.rules))})

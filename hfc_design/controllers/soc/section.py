@@ -1,4 +1,4 @@
-"""What the page shows of a self-organising controller: its rules as it learns them."""
+"""Report sections of a self-organising controller: its rules during learning."""
 
 from math import inf
 
@@ -19,12 +19,12 @@ from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
 from hfc_design.pictures.terms import Panel, terms
 from plants import Drive
 
-#: The rules are drawn after these shares of the motion.
+#: Shares of the motion after which the rules are drawn.
 SHARES = (0.02, 0.25, 1.0)
 
 
 def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
-    """Gains, the rules at the start, and what each axis has learnt by several moments."""
+    """Return gains, initial rules, and the rules of each axis at several moments."""
     units = shown.units
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
@@ -59,7 +59,7 @@ def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
 def _learning(
     record: SocDesign, shown: ReportContext, axis: str, rules: dict[float, Floats]
 ) -> list[Drawing]:
-    """The rules of an axis by several moments, and the last of them with a cursor."""
+    """Return the rules of an axis at several moments, and the last ones with a cursor."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
     caption = f"Control surface of {axis} with the rules at the end of the motion."
     return [
@@ -77,7 +77,7 @@ def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) 
 
 
 def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
-    """What each axis measured, by the axis' name for people."""
+    """Return the measured signals of each axis by the axis' name for people."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}
     return {
@@ -89,9 +89,9 @@ def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
 def learnt(
     record: SocDesign, signals: dict[str, Floats], limit: float | None
 ) -> dict[float, Floats]:
-    """Time [s] -> the rules (11, 11) by then: of some moments, and of the end.
+    """Return the rules (11, 11) by time [s], at some moments and at the end.
 
-    Stepped over what the axis measured, some 0.1 ms a sample.
+    The law is stepped over the measured signals of the axis, which takes some 0.1 ms a sample.
     """
     law, gains = soc(record.table, record.sample_time_s, limit), record.law_gains()
     memory: SocMemory = law.initial_memory(0.0)
@@ -109,7 +109,7 @@ EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
 
 
 def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surface:
-    """What the rules of a record say by now."""
+    """Return the output of the current rules of a record."""
     table, gains = np.array(record.table), record.law_gains()
 
     def law(change: Floats, error: Floats) -> Floats:
@@ -125,7 +125,7 @@ def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surfa
 
 
 def _side(name: str, unit: str, gain: float) -> Side:
-    """Up to the outermost sets: what is beyond counts as there."""
+    """Return an input up to the outermost sets, which also count for values beyond."""
     factor, unit = in_unit(unit, HIGHEST / gain)
     end = factor * HIGHEST / gain
     return Side(name, unit, (-end, end), gain / factor)
@@ -137,7 +137,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``: the rules that the design has learnt, or begins with."""
+    """Return pictures for ``hfc plot``: the learnt or initial rules of the design."""
     empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),
@@ -165,7 +165,7 @@ def _table(record: SocDesign, title: str) -> Figure:
 
 
 def tables(by_time: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
-    """The rules side by side, as commands [unit]."""
+    """Draw the rules at several times side by side, as commands [unit]."""
     figure = framed(2.3, top=0.35, right=STRIP)
     panels = figure.subplots(1, len(by_time), sharey=True, squeeze=False)[0]
     limit = gu * max(float(np.abs(rules).max()) for rules in by_time.values()) or 1.0

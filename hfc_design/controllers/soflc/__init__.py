@@ -1,4 +1,4 @@
-"""The fuzzy controller that organises itself (Jee & Koren 1995)."""
+"""Self-organising fuzzy controller (Jee & Koren 1995)."""
 
 from typing import Literal
 
@@ -8,13 +8,13 @@ from hfc_design.controllers.aflc.record import AdaptiveDesign
 
 
 class SoflcDesign(AdaptiveDesign):
-    """A controller of kind ``soflc`` in a design file."""
+    """Design of kind ``soflc``."""
 
     kind: Literal["soflc"] = "soflc"
     summary = "flc that organises its terms and rules itself (Jee & Koren 1995)"
 
     def judge(self) -> Judge:
-        """As JK95 prints it."""
+        """Return the judgement of the rules that JK95 prints."""
         return super().judge()._replace(blamed=blamed_soflc)
 
 
