@@ -210,14 +210,16 @@ def again_told(numbers: Json | None, seed: int) -> str:
 def _below(numbers: Json) -> Iterator[str]:
     """What stands below the table, a line each."""
     low, high = numbers["interval"]
+    limited = any(one.get("constraints") for one in numbers["motions"].values())
+    met = ", all constraints met" if limited else "; there are no constraints to meet"
     yield (
         f"{100 * numbers['share']:.4g} % ({100 * low:.4g} to {100 * high:.4g} % with 95 % "
-        "confidence) pass: stable, all constraints met"
+        f"confidence) pass: stable{met}"
     )
     yield from ABOUT
     gain = numbers["gain"]
     passes = gain and f"the nominal machine still passes {acceptance.gain_text(gain)}"
-    yield f"gain margin: {passes or 'none, the nominal machine does not pass'}"
+    yield f"command scaling: {passes or 'none, the nominal machine does not pass'}"
     if worst := (numbers.get("margins") or {}).get("worst"):
         sizes = {
             name: "without limit" if one["value"] is None else three_digits(one["value"])

@@ -82,6 +82,9 @@ def test_a_delay_breaks_the_loop_where_its_poles_do():
     assert not row.holds
     assert row.why.startswith(("oscillates", "diverges", "stays at a limit"))
     assert own.verdict == "on this model only"
+    untried = own._replace(stress=())
+    assert untried.verdict == "yes"
+    assert untried.answer.endswith("not tested under stress, add [robust] or [stress] for that")
     assert own.answer.startswith("on this model only: 100 % of 3 unseen machines")
     assert f"a delay {row.part * 16:g} samples longer" in own.answer
     assert not own.numbers()["usable"]

@@ -52,7 +52,11 @@ def test_the_table_by_hand(capsys):
     text = " ".join(told.out.split())
     assert "settled rms error | chatter | peak | at limit" in text
     assert "[urad]" in text
-    assert "98 % (89.35 to 99.95 % with 95 % confidence) pass: stable" in text
+    share = "98 % (89.35 to 99.95 % with 95 % confidence) pass: stable"
+    assert f"{share}; there are no constraints to meet" in text
+    one = of_motion(0.98, 1.0, 0.0) | {"constraints": {"chatter": {"allowed": 5.0}}}
+    show_usable(ANSWER | {"motions": {"a": one}})
+    assert f"{share}, all constraints met" in " ".join(capsys.readouterr().out.split())
     assert "still passes with the command multiplied by 0.5 to 1.26" in text
     assert "numerics: merit changes by 1.2 % in float64, 0.34 % with finer time steps" in text
     assert told.err == WARNING + "\n"
