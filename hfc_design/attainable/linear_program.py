@@ -81,9 +81,9 @@ class LinearProgram(NamedTuple):
 
 
 def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:
-    """The programme for ``errors`` (steps,) without inputs, bounded by ``low`` and ``high``.
+    """The programme for ``errors`` (steps,) without inputs, and inputs within bounds.
 
-    The bounds are those of the inputs, (steps, inputs).
+    The bounds are ``low`` and ``high`` (steps, inputs).
     """
     steps, states, inputs = system.b.shape
     input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
