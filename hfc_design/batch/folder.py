@@ -114,7 +114,7 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
     """Wait until this process alone may do ``what`` with the batch.
 
     Raises:
-        UserError: the notes belong to another user, or another folder's would be overwritten.
+        UserError: the folder of the notes is a link, through which another folder would change.
     """
     if (out / NOTES).is_symlink():
         raise UserError(f"{out / NOTES}: must be a folder, not a link")
