@@ -1,1 +1,1 @@
-"""How good any controller could be: a certified lower bound of sum |e|, and a voltage near it."""
+"""Best attainable control: a certified lower bound of sum |e|, and a voltage close to it."""

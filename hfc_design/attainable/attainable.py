@@ -1,4 +1,4 @@
-"""How good any controller of a C-axis could be: a certified bound of sum |e|, a voltage near it."""
+"""Best attainable control of a C-axis: a certified bound of sum |e|, a voltage close to it."""
 
 from typing import NamedTuple
 
@@ -26,19 +26,19 @@ from hfc_design.files.scenario import Scenario
 from plants import C_AXIS
 from plants.c_axis import CAxisState
 
-#: Samples that count after the first in which anything happens, and at most.
+#: Samples after the first event of a motion that are evaluated, and their largest number.
 SAMPLES, MOST_SAMPLES = 256, 1024
-#: Of an error in the last quarter of them that is a larger share of the sum they are doubled.
+#: If the last quarter of them has more than this share of the sum of errors, they are doubled.
 LATE = 0.005
-#: Rounds in which the speed is asked for, at so many samples each, until they raise the bound by
-#: less than a share; and where the errors of the known motion have added up to such a share.
+#: Rounds of bounds on the speed, at so many samples each, until they raise the bound by less than
+#: a share; the samples are where the errors of the known motion have added up to such a share.
 ROUNDS, ASKED, RISE, MOSTLY = 3, 16, 0.01, 0.99
-#: Samples after that whose errors count in these rounds.
+#: Samples after the last of these whose errors count in these rounds.
 AFTER = 24
 
 
 class Attainable(NamedTuple):
-    """Of one motion; sums of ``|e|`` over all its samples [rad]."""
+    """Results for one motion; sums of ``|e|`` over all its samples [rad]."""
 
     name: str
     bound: float  # no controller is below
@@ -55,10 +55,10 @@ class Attainable(NamedTuple):
 
 
 def check(scenario: Scenario) -> None:
-    """Whether there is a bound for a scenario.
+    """Check that a bound exists for a scenario.
 
     Raises:
-        UserError: there is none, and why.
+        UserError: there is no bound, with the reason.
     """
     machine = scenario.plant.machine
     if len(machine.drives) != 1 or machine.drives[0] is not C_AXIS or machine.forces:
@@ -76,13 +76,13 @@ def check(scenario: Scenario) -> None:
 def attainable(scenario: AnyScenario) -> dict[str, Attainable]:
     """Bound and best known voltage of every motion of a scenario, by its name.
 
-    It is of the nominal machine with ideal sensors; of a controller that may know everything
-    beforehand, load and friction too, and is bound by the limit of the voltage alone, and by the
-    delay of a sample where the scenario has one.
+    They hold for the nominal machine with ideal sensors, and for a controller that may know
+    everything beforehand, load and friction too; it is limited only by the voltage, and by the
+    delay of a sample if the scenario has one.
 
     Raises:
         UserError: the scenario has no bound.
-        RunError: the solver of linear programmes found nothing.
+        RunError: the solver of linear programmes found no solution.
     """
     scenario = load_scenario(scenario)
     check(scenario)
@@ -146,7 +146,7 @@ def _window(
     start: CAxisState,
     count: int,
 ) -> _Window:
-    """The first ``count`` samples."""
+    """The window of the first ``count`` samples."""
     target = np.asarray(played.samples.axes[0].target)[1:count]
     loads = np.asarray(played.samples.axes[0].loads)[:, :count]
     z = start.bristle_deflection
@@ -155,7 +155,7 @@ def _window(
 
 
 def _first(window: _Window, bounds: Bounds, steps: int) -> tuple[_Window, Bounds]:
-    """The same of fewer samples."""
+    """The window and bounds of fewer samples."""
     reached = Reachable(*(x[:steps] for x in window.reached))
     moved, errors = window.moved[: steps + 1], window.errors[:steps]
     first = window._replace(moved=moved, errors=errors, reached=reached)
@@ -173,7 +173,7 @@ def _programme(window: _Window, bounds: Bounds) -> LinearProgram:
 
 
 def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
-    """What the solver found, what it proves, and the share of the last quarter in its errors."""
+    """The solution, its certified bound, and the share of the last quarter in its errors."""
     solution = _programme(window, bounds).least_sum()
     if solution is None:
         raise RunError("the linear programme of the bound has no solution that HiGHS finds")
@@ -187,9 +187,9 @@ def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
 def _tightened(
     window: _Window, bounds: Bounds, proof: Certified, known: RolledOut, budget: float
 ) -> Certified:
-    """The bound of motions that are better than the ``known`` one, whose friction is better known.
+    """Bound for motions that are better than the ``known`` one, with closer bounds of friction.
 
-    The solver may fail in any round; what the rounds before it prove stays.
+    The solver may fail in any round; the bounds of the previous rounds remain valid.
     """
     added = np.abs(known.error[1 : len(window.errors) + 1]).cumsum()
     end = min(int(np.searchsorted(added, MOSTLY * budget)) + 1, len(window.errors))

@@ -1,8 +1,8 @@
-"""What any multipliers prove: a number that sum |e| is never below, rounding counted.
+"""Proof by multipliers: a lower bound of sum |e|, with rounding included.
 
 With multipliers ``l(k)`` within +-1, ``sum |e(k)| >= sum l(k) e(k)``, and this is linear in voltage
-and bristles. Its least value is found one sample after the other: the voltage stands at a limit,
-the bristles at a bound of theirs at every moment. Who found the multipliers need not be trusted.
+and bristles. Its least value is found sample by sample: the voltage is at a limit, and the bristles
+are at one of their bounds at every moment. The source of the multipliers need not be trusted.
 """
 
 from typing import NamedTuple
@@ -13,15 +13,15 @@ from scipy.linalg import expm
 from hfc_design.attainable.linear_model import ANGLE, MOMENTUM, STATES, LinearModel, Sampled
 from hfc_design.core.numbers import Floats
 
-#: Of one operation on float64.
+#: Rounding error of one operation on float64.
 ROUNDING = float(np.finfo(np.float64).eps)
 
-#: A state counts for no less than this share of the one that counts most.
+#: Least weight of a state as a share of the largest weight.
 LEAST_SIZE = 1e-9
 
 
 class Bounds(NamedTuple):
-    """What holds in each sample, all (steps,)."""
+    """Bounds in each sample, all (steps,)."""
 
     voltage: Floats  # largest magnitude [V]
     low: Floats  # of the bristles' deflection, anywhere within the sample [rad]
@@ -29,7 +29,7 @@ class Bounds(NamedTuple):
 
 
 class Certified(NamedTuple):
-    """A lower bound and what it is made of [rad]."""
+    """A lower bound and its parts [rad]."""
 
     bound: float  # all is taken off already
     rounding: float  # allowance for float64
@@ -48,7 +48,7 @@ def certified(
 
     With the ``multipliers`` l (steps,) within +-1 and without m it is a bound of ``sum |e(k)|``.
     ``errors`` (steps,) are those without voltage and bristles at the end of each sample; m (steps,)
-    [rad / (N m s)] is by the ``momentum``, as far as voltage and bristles make it.
+    [rad / (N m s)] multiplies the part of the ``momentum`` p that voltage and bristles cause.
     """
     duals = np.nan_to_num(multipliers)
     back = _adjoint(one, duals, momentum)
@@ -65,7 +65,7 @@ def certified(
 
 
 def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floats:
-    """(steps, 5) by the state at the end of a sample: what is to come less by a unit of it."""
+    """(steps, 5) reduction of the remaining sum by a unit of each state at the end of a sample."""
     back = np.empty((len(multipliers), STATES))
     x = np.zeros(STATES)
     for k in range(len(multipliers) - 1, -1, -1):
@@ -78,9 +78,9 @@ def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floa
 
 
 def _between(machine: LinearModel, one: Sampled, back: Floats, bounds: Bounds) -> float:
-    """How far the trapezoidal rule may be off the integral of what bristles take away.
+    """Bound of the error of the trapezoidal rule for the integral of the bristles' contribution.
 
-    What they take away is a convex function of their density, and the density is off the line
+    The contribution is a convex function of their density, and the density is off the line
     through its ends by ``h^2/8`` times its largest second derivative at most, its mean by two
     thirds of that.
     """
@@ -93,10 +93,10 @@ def _between(machine: LinearModel, one: Sampled, back: Floats, bounds: Bounds) -
 def _rounding(
     machine: LinearModel, one: Sampled, back: Floats, given: float, bounds: Bounds
 ) -> float:
-    """A bound of what float64 may have changed, with the exponentials to a few units each.
+    """A bound of the rounding errors of float64, with the exponentials to a few units each.
 
-    In coordinates in which the machine hardly grows anything, a step's own rounding is passed on
-    by the largest of the powers of its matrix.
+    In coordinates in which the machine hardly amplifies anything, a step's own rounding is passed
+    on by the largest of the powers of its matrix.
     """
     size = np.abs(back).max(axis=0)
     if not size.any():

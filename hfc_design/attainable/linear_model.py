@@ -1,10 +1,11 @@
-"""The C-axis with its bristles set free: everything but friction is linear (LL eq. 2).
+"""The C-axis with free bristles: everything but friction is linear (LL eq. 2).
 
 Friction is ``sigma_0 z + sigma_1 dz/dt + sigma_2 omega``. With the momentum ``p = J_c omega_c +
-sigma_1 z`` in place of the velocity, its derivative of ``z`` is gone and ``z`` is an input like the
-voltage. LuGre's own ``z`` never leaves ``+-T_s / sigma_0``: there ``|omega| sigma_0 |z| / T_s`` is
-no less than ``|omega|``, so that it does not grow (Canudas de Wit et al. 1995, property 1).
-Whatever a controller does, it is one of the motions of this machine under some ``z`` within bounds.
+sigma_1 z`` in place of the velocity, the derivative of ``z`` is eliminated and ``z`` is an input
+like the voltage. LuGre's own ``z`` never leaves ``+-T_s / sigma_0``: there ``|omega| sigma_0 |z| /
+T_s`` is no less than ``|omega|``, so that it does not grow (Canudas de Wit et al. 1995, property
+1). The motion under any controller is one of the motions of this machine with some ``z`` within
+bounds.
 """
 
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.motion.samples import Samples
 from plants.c_axis import CAxisParameters, CAxisState, coefficients
 
-#: Numbers of the state: current, rotor angle, rotor velocity, spindle angle, momentum.
+#: Indices of the state: current, rotor angle, rotor velocity, spindle angle, momentum.
 STATES, ANGLE, MOMENTUM = 5, 3, 4
 
 
@@ -40,7 +41,7 @@ class LinearModel(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """The same from sample to sample, under a held voltage and held bristles."""
+    """The linear model from sample to sample, under a held voltage and held bristles."""
 
     a: Floats  # (5, 5)
     voltage: Floats  # (5,)
@@ -80,7 +81,7 @@ def linear_model(parameters: CAxisParameters) -> LinearModel:
 
 
 def sampled(machine: LinearModel, time: float) -> Sampled:
-    """Exact over ``time`` [s]: one matrix exponential of state and held inputs."""
+    """Exact discretisation over ``time`` [s]: one matrix exponential of state and held inputs."""
     whole = np.zeros((STATES + 2, STATES + 2))
     whole[:STATES] = np.column_stack([machine.a, machine.voltage, machine.bristle])
     transition = expm(whole * time)[:STATES]

@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from hfc_design.core.numbers import Floats
 
-#: Of HiGHS: interior points, and where they break off the dual simplex.
+#: Methods of HiGHS: interior points, and the dual simplex if they break off.
 METHODS = "highs-ipm", "highs-ds"
 
 
@@ -21,7 +21,7 @@ class Linear(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """What the solver found."""
+    """Solution of a linear programme."""
 
     inputs: Floats  # (steps, inputs)
     errors: Floats  # (steps,) that they leave
@@ -30,7 +30,7 @@ class Solved(NamedTuple):
 
 
 class LinearProgram(NamedTuple):
-    """``errors(k) - x(k)``, k = 1 ... steps, by inputs between bounds; everything near 1."""
+    """``errors(k) - x(k)``, k = 1 ... steps, by inputs between bounds; all scaled to about 1."""
 
     shape: tuple[int, int, int]  # steps, states, inputs
     equal: sparse.csc_matrix  # states, inputs, errors above zero, errors below
@@ -42,16 +42,16 @@ class LinearProgram(NamedTuple):
 
     @property
     def magnitudes(self) -> Floats:
-        """(columns,) the row that adds up the errors' magnitudes."""
+        """(columns,) the row that sums the errors' magnitudes."""
         steps, states, inputs = self.shape
         return np.concatenate([np.zeros(steps * (states + inputs)), np.ones(2 * steps)])
 
     def least_sum(self) -> Solved | None:
-        """The least sum of magnitudes; None: the solver has found nothing."""
+        """The least sum of magnitudes; None: the solver found no solution."""
         return self._solved(self.magnitudes, self.scale)
 
     def least_state(self, state: int, step: int, sign: float, budget: float) -> Solved | None:
-        """The least ``sign x(step)`` of a state, the sum of magnitudes a budget at most."""
+        """The least ``sign x(step)`` of a state, with the sum of magnitudes limited by a budget."""
         cost = np.zeros(self.equal.shape[1])
         cost[(step - 1) * self.shape[1] + state] = sign
         return self._solved(cost, self.size[state], budget)
@@ -81,7 +81,10 @@ class LinearProgram(NamedTuple):
 
 
 def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:
-    """Of ``errors`` (steps,) without inputs, which ``low`` and ``high`` (steps, inputs) bound."""
+    """The programme for ``errors`` (steps,) without inputs, and inputs within bounds.
+
+    The bounds are ``low`` and ``high`` (steps, inputs).
+    """
     steps, states, inputs = system.b.shape
     input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
     unit = np.where(input_range > 0.0, input_range, 1.0)
@@ -102,7 +105,7 @@ def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) ->
 
 
 def _sizes(system: Linear, unit: Floats) -> Floats:
-    """(states,) a hundredth of what the inputs can make of each state: the solver's unit."""
+    """(states,) a hundredth of the inputs' largest effect on each state: the solver's unit."""
     moved = system.b[0] * unit
     total = np.zeros(len(moved))
     for a in system.a:
@@ -112,7 +115,7 @@ def _sizes(system: Linear, unit: Floats) -> Floats:
 
 
 def _blocks(each: Floats, row: int, shape: tuple[int, int]) -> sparse.coo_matrix:
-    """Blocks (count, rows, columns) down the diagonal that begins at a row and the first column."""
+    """Blocks (count, rows, columns) along the diagonal from a row and the first column on."""
     count, rows, columns = each.shape
     step, down, right = np.ogrid[:count, :rows, :columns]
     i, j = np.broadcast_arrays(row + step * rows + down, step * columns + right)

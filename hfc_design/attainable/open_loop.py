@@ -1,10 +1,10 @@
-"""The best voltage that is found with everything known beforehand: what surely can be reached.
+"""The best voltage that is found with everything known beforehand: an error that can be reached.
 
-The head of the motion, where the voltage is at its limit, by linear programmes along the motion
-itself, friction and all: each makes the sum of errors least for small changes, and is kept where
-the simulator says so too. The rest, where errors can be next to nothing, by Gauss-Newton steps:
-linear regulators along the motion (Li & Todorov 2004), which also hold it to its place on the steps
-of a converter.
+The head of the motion, where the voltage is at its limit, is solved by linear programmes along the
+motion itself, with friction: each minimises the sum of errors for small changes, and is accepted
+if the simulator confirms it. The rest, where errors can be close to zero, is solved by Gauss-Newton
+steps: linear regulators along the motion (Li & Todorov 2004), which also hold the motion to its
+places on the steps of a converter.
 """
 
 import numpy as np
@@ -14,24 +14,24 @@ from hfc_design.attainable.rollout import RolledOut, Rollout, answers, rolled_ou
 from hfc_design.core.numbers import Floats
 from plants.c_axis import CAxisState
 
-#: Programmes along the head, and at which trust [share of the limit] they begin and end.
+#: Programmes along the head, and their first and last trust region [share of the limit].
 ROUNDS, TRUST, LEAST_TRUST = 24, 0.5, 1e-3
 #: A round or step that lowers the sum by a smaller share is the last.
 GAIN = 1e-3
-#: Sums below are nothing.
+#: Sums below this count as zero.
 TINY = float(np.finfo(np.float64).tiny)
-#: Samples of the head that the rest begins with: a programme ends as it likes.
+#: Samples of the head that are left to the rest, since the end of a programme is arbitrary.
 OVERLAP = 32
-#: Gauss-Newton steps, and what a change of a volt costs in them beside an error of a radian.
+#: Gauss-Newton steps, and their cost of a change of a volt relative to an error of a radian.
 SWEEPS, COST, LEAST_COST = 16, 1e-9, 1e-13
-#: The same of regulators that hold a motion on the steps of a converter.
+#: The same cost for the regulators that hold a motion on the steps of a converter.
 COSTS = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 
 
 def best_voltage(one: Rollout, first: Floats, largest: Floats) -> RolledOut:
     """A motion with a small ``sum |e|``, from a ``first`` voltage (samples,) of its head [V].
 
-    ``largest`` (steps,) is what the voltage may be in each sample of the whole motion.
+    ``largest`` (steps,) is the limit of the voltage in each sample of the whole motion.
     """
     smooth = one._replace(resolution=None)
     motion = _head(smooth, first, largest)
@@ -97,7 +97,7 @@ def _head(one: Rollout, voltage: Floats, largest: Floats) -> RolledOut:
 
 
 def _quasi_static(one: Rollout) -> tuple[Floats, Floats]:
-    """(steps,) voltages and (steps, 6) states that would do if nothing ever changed (LL eq. 2)."""
+    """Quasi-static voltages (steps,) and states (steps, 6) of the motion (LL eq. 2)."""
     happens, (c,) = one.samples.axes[0], one.fixed
     place, speed = np.asarray(happens.target), np.asarray(happens.reference_rate)
     stribeck = np.exp(-((speed * c.friction.inverse_stribeck_velocity) ** 2))
@@ -118,7 +118,7 @@ def _quasi_static(one: Rollout) -> tuple[Floats, Floats]:
 
 
 def _regulator(system: Linear, error: Floats, cost: float, begin: int) -> tuple[Floats, Floats]:
-    """(steps, states) gains and (steps,) changes that make ``sum e^2 + cost sum dv^2`` least."""
+    """(steps, states) gains and (steps,) changes that minimise ``sum e^2 + cost sum dv^2``."""
     steps, states = system.b.shape[:2]
     gain, change = np.zeros((steps, states)), np.zeros(steps)
     weight, slope = np.zeros((states, states)), np.zeros(states)

@@ -1,7 +1,7 @@
-"""How far anything can get, whatever the voltage: the bristles no further than the spindle moves.
+"""Largest reachable states for any voltage: bristles bend no further than the spindle moves.
 
-``d|z|/dt <= |omega|``, so that ``|z|`` is at most the way so far; in the first samples that is less
-than what the material allows.
+``d|z|/dt <= |omega|``, so that ``|z|`` is at most the distance travelled; in the first samples that
+is less than the limit of the material.
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from hfc_design.attainable.linear_model import MOMENTUM, STATES, LinearModel, Sampled
 from hfc_design.core.numbers import Floats
 
-#: A parabola through three values stays within so many times the largest of them.
+#: Bound of a parabola through three values, relative to the largest of them.
 PARABOLA = 1.25
 
 
@@ -33,7 +33,7 @@ def reachable(
     voltage: Floats,
     bent: float = 0.0,
 ) -> Reachable:
-    """Of motions under ``voltage`` (steps,), its largest magnitudes, which do not fall.
+    """Largest magnitudes in motions with magnitudes up to ``voltage`` (steps,), nondecreasing.
 
     ``moved`` (steps + 1, 5) are the states without voltage and bristles, ``loads`` (2 substeps + 1,
     steps + 1) as in ``Samples``, ``bent`` is ``|z|`` at the start. Every speed counts as the
@@ -64,7 +64,7 @@ def reachable(
 
 
 def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> Floats:
-    """(steps, 5) bounds of the integral, over each sample, of the magnitude of an impulse's answer.
+    """(steps, 5) bounds of the integral, over each sample, of the impulse response's magnitude.
 
     The trapezoidal rule, and the error of a line through both ends (see ``certificate``).
     """
@@ -78,7 +78,7 @@ def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> F
 
 
 def _convolved(answers: Floats, given: Floats) -> Floats:
-    """(steps, 5) sums of answers (steps, 5) to what was given (steps,) up to each sample."""
+    """(steps, 5) convolution of responses (steps, 5) with the input (steps,) up to each sample."""
     columns = [np.convolve(column, given)[: len(given)] for column in answers.T]
     return np.column_stack(columns)
 

@@ -1,4 +1,4 @@
-"""The scenario's machine under voltages that are known beforehand, and how it answers to them."""
+"""Simulation of the scenario's machine under given voltages, and its linearisation."""
 
 from functools import partial
 from typing import NamedTuple
@@ -18,12 +18,12 @@ from hfc_design.simulation.sensors import converted, largest_command
 from plants import Machine
 from plants.c_axis import CAxisState
 
-#: Number of the spindle's angle in the state of the drive.
+#: Index of the spindle's angle in the state of the drive.
 ANGLE = CAxisState._fields.index("spindle_angle")
 
 
 class Rollout(NamedTuple):
-    """What happens to the machine beside the voltage."""
+    """The machine, its settings and its samples, without the voltage."""
 
     machine: Machine
     substeps: int
@@ -42,7 +42,7 @@ class RolledOut(NamedTuple):
 
 
 def rollout_of(scenario: Scenario) -> Rollout:
-    """That of the nominal machine of a ``scenario`` of one motion."""
+    """The rollout of the nominal machine of a ``scenario`` with one motion."""
     plant, axis = scenario.plant, scenario.plant.machine.axes[0]
     limits = scenario.limits.of(axis)
     return Rollout(
@@ -60,8 +60,8 @@ def rolled_out(
 ) -> RolledOut:
     """The first samples of the motion, under ``voltage`` (samples,) [V].
 
-    It may be held by ``feedback`` to places (samples, 6) by gains (samples, 6): less the gain times
-    how far the state is off its place. Limit and converter act on the whole.
+    ``feedback`` can hold it to places (samples, 6) by gains (samples, 6): the voltage is reduced by
+    the gain times the deviation of the state from its place. Limit and converter act on the sum.
     """
     devices.configure()
     steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)
@@ -77,7 +77,7 @@ def rolled_out(
 
 
 def answers(one: Rollout, voltage: Floats, states: Floats) -> Linear:
-    """What small changes of voltage (samples,) and states (samples, 6) make of the next state."""
+    """Effect of small changes of voltage (samples,) and states (samples, 6) on the next state."""
     devices.configure()
     loads = np.asarray(one.samples.axes[0].loads).T[: len(voltage)]
     how, clock = (one.machine, one.substeps), float(one.samples.sample_time)

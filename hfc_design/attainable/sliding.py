@@ -1,9 +1,9 @@
-"""Where the spindle surely moves forwards, or backwards, its friction cannot push it on.
+"""Bounds of friction from the speed: a spindle that moves one way is not pushed on by its friction.
 
-A motion is either no better than one that is known, or its errors add up to less. Of the latter a
-linear programme finds the least momentum at a sample, its multipliers prove it. Where the speed is
-proven to have one sign, the bristles follow: ``dz/dt >= omega (1 - sigma_0 z / T_c)`` where it is
-positive (LL eq. 1f, 1g), so that they no longer push, and soon hold back.
+A motion is either no better than the known one, or its errors have a smaller sum. For the latter a
+linear programme finds the least momentum at a sample, and its multipliers prove it. Where the speed
+is proven to have one sign, the bristles follow: ``dz/dt >= omega (1 - sigma_0 z / T_c)`` where it
+is positive (LL eq. 1f, 1g), so that they stop pushing, and soon hold back.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from hfc_design.core.numbers import Floats
 
 
 class Case(NamedTuple):
-    """Motions whose errors add up to less than a budget."""
+    """Motions whose sum of errors is less than a budget."""
 
     machine: LinearModel
     one: Sampled
@@ -30,7 +30,7 @@ class Case(NamedTuple):
 
 
 def slowest(case: Case, solver: LinearProgram, step: int, sign: float) -> float:
-    """The least of ``sign`` times the momentum after so many samples; -inf: nothing is known."""
+    """The least of ``sign`` times the momentum after so many samples; -inf: no bound is known."""
     solution = solver.least_state(MOMENTUM, step, sign, case.budget)
     if solution is None or not solution.budget > 0.0:
         return -np.inf
@@ -46,8 +46,9 @@ def speeds(
 ) -> tuple[Floats, Floats]:
     """(samples,) each: the lowest and the highest speed of the spindle in each sample [rad/s].
 
-    Asked for at ``steps``, of the lowest where the sign is positive, else of the highest. Between
-    two of them the momentum is below the line through both by what its second derivative allows.
+    Computed at ``steps``: the lowest where the sign is positive, otherwise the highest. Between two
+    of them the deviation of the momentum from the line through both is bounded by its second
+    derivative.
     """
     machine, reached = case.machine, case.reachable.speed
     low, high = -reached, reached.copy()
@@ -68,9 +69,9 @@ def speeds(
 
 
 def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
-    """Where the bristles are in each sample, if the speed is between ``low`` and ``high``.
+    """Bounds of the bristles in each sample, for speeds between ``low`` and ``high``.
 
-    ``start`` is where they are at first [rad].
+    ``start`` is their initial deflection [rad].
     """
     below = _lowest(case, low, high, start)
     above = -_lowest(case, -high, -low, -start)
@@ -79,7 +80,7 @@ def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
 
 
 def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
-    """(samples,) the lowest deflection in each sample, by the lowest and the highest speed."""
+    """(samples,) the lowest deflection in each sample, from the lowest and the highest speed."""
     machine, z, time = case.machine, start, case.one.time
     lowest = np.empty(len(low))
     for k in range(len(low)):
@@ -99,5 +100,5 @@ def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
 
 
 def _relaxed(z: float, steady: float, way: float) -> float:
-    """Where bristles at ``z`` are after a ``way`` that bends them to ``steady``."""
+    """Deflection from ``z`` of the bristles after a ``way`` that bends them towards ``steady``."""
     return steady + (z - steady) * float(np.exp(-way / abs(steady)))

@@ -1,1 +1,1 @@
-"""Many runs from one file: what to run, running it here or on workers, what came out."""
+"""Batches of runs from one file: planning, running here or on workers, and results."""

@@ -1,7 +1,7 @@
-"""Running the cells of a batch on worker processes, here or on other machines, through Dask.
+"""Runs the cells of a batch on worker processes, here or on other machines, through Dask.
 
-A cell goes to a worker as data: the files of its run folder, or the folder that both see, and the
-references to own plug-ins that the command line gave.
+A cell is sent to a worker as data: the files of its run folder, or the folder that both can
+access, and the references to own plug-ins from the command line.
 """
 
 import logging
@@ -31,37 +31,37 @@ except ImportError:
     ) from None
 
 
-#: How long a scheduler is waited for.
+#: Timeout of the connection to a scheduler.
 ANSWER_WITHIN = "10s"
-#: What a result may be: it is parsed and never unpickled.
+#: Type of a result: it is parsed and never unpickled.
 PLAIN = ["dask", "msgpack"]
-#: Servers of pages that are open to everybody on this machine.
+#: Settings of Dask's web servers, which would be open to every user of this machine.
 PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
-#: Certificate of who signs, certificate and key of our own; or none of the three.
+#: Certificate of the authority, our own certificate and key; or three times None.
 Tls = tuple[Path | None, Path | None, Path | None]
-#: A cell's run on a worker.
+#: The run of a cell on a worker.
 Task = Future[Json]
 
 
 class Workers(Place):
-    """Worker processes, each with one cell at a time; ``on_count`` is told how many there are.
+    """Worker processes, each with one cell at a time; ``on_count`` is called with their number.
 
     Raises:
-        Lost: by every method, if the scheduler is.
+        Lost: by every method, if the connection to the scheduler is lost.
     """
 
     def __init__(self, client: Client, sees_folder: bool, on_count: Callable[[int], None]):
         self._client, self.claims, self._on_count = client, sees_folder, on_count
 
     def room(self) -> int:
-        """As many as there are workers."""
+        """Number of workers."""
         with self._reached():
             workers = len(self._client.nthreads())
         self._on_count(workers)
         return workers
 
     def start(self, cell: Cell, path: Path) -> Task:
-        """Send the cell: the folder of the batch, or what is in its own."""
+        """Send the cell to a worker: the folder of the batch, or the contents of the cell's own."""
         where, files = (str(path.parent.resolve()), {}) if self.claims else ("", contents(path))
         sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
@@ -69,7 +69,7 @@ class Workers(Place):
             return self._client.submit(answer, *sent, key=key, pure=False)
 
     def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
-        """Wait for the first one; what leaves no worker alive to tell of it has failed."""
+        """Wait for the first task to end; a task whose workers have all died has failed."""
         if not tasks:
             return
         with self._reached():
@@ -104,10 +104,10 @@ def connected(
     tls: Tls,
     on_count: Callable[[int], None],
 ) -> Iterator[Workers]:
-    """``workers`` processes of our own, or those of a scheduler, which may share our disk.
+    """Start ``workers`` processes, or connect to those of a scheduler, which may share our disk.
 
     Raises:
-        UserError: so many workers, or such an address or certificates, cannot be.
+        UserError: the number of workers, the address or the certificates are not valid.
         RunError: no scheduler answers.
     """
     for name in ("distributed", "distributed.client", "distributed.nanny"):
@@ -151,7 +151,7 @@ def _security(scheduler: str, tls: Tls) -> Security:
 
 
 def _local(workers: int) -> LocalCluster:
-    """Workers that hear only who has a key that was made for them, and is kept in memory."""
+    """Workers that accept only holders of a key that is made for them and kept in memory."""
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
         there = f"{cards} GPUs" if cards else f"{cores} cores"

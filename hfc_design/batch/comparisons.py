@@ -1,4 +1,4 @@
-"""Whether groups of runs differ by more than chance."""
+"""Statistical comparison of groups of runs."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -14,16 +14,16 @@ from hfc_design.core.numbers import digits
 from hfc_design.core.reprs import line
 from hfc_design.core.statistics import holm
 
-#: A difference counts as shown where the corrected p is not above this.
+#: A difference counts as significant if the corrected p is not above this level.
 ALPHA = 0.05
-#: So many groups of a task are compared with each other: those with the highest medians.
+#: Largest number of groups of a task that are compared: those with the highest medians.
 COMPARED = 20
-#: Up to so many pairs of runs, and without ties, p is exact: it takes milliseconds.
+#: p is exact up to this many pairs of runs, and without ties: it takes milliseconds.
 EXACT = 1000
 
 
 class Comparison(NamedTuple):
-    """Two groups of the same task; the first one's median is not the lower one."""
+    """Two groups of the same task; the median of the first is not the lower one."""
 
     first: Group
     second: Group
@@ -38,22 +38,22 @@ class Comparison(NamedTuple):
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Runs of each group."""
+        """Number of runs of each group."""
         return len(self.first.scores), len(self.second.scores)
 
     @property
     def testable(self) -> bool:
-        """Whether so few runs could show any difference, however large it is."""
+        """True if so few runs could show any difference, however large it is."""
         return smallest_p(*self.sizes) <= ALPHA
 
     @property
     def shown(self) -> bool:
-        """Whether the difference is more than chance."""
+        """True if the difference is significant."""
         return self.holm <= ALPHA
 
 
 def compared(groups: Sequence[Group]) -> list[Comparison]:
-    """Every two groups of a task that have at least two finished runs each."""
+    """Comparisons of all pairs of groups of a task that have at least two finished runs each."""
     tasks: dict[str, list[Group]] = defaultdict(list)
     for group in groups:
         if len(group.scores) >= 2:
@@ -75,17 +75,17 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
 
 
 def smallest_p(first: int, second: int) -> float:
-    """The p of two groups of that many runs where every run of one beats every run of the other."""
+    """p of two groups of these sizes if every run of one is better than every run of the other."""
     return min(2 / comb(first + second, first), 1.0)
 
 
 def runs_needed(comparisons: int) -> int:
-    """Runs in each group with which a difference can be shown among so many comparisons."""
+    """Number of runs in each group needed to show a difference among so many comparisons."""
     return next(n for n in count(2) if comparisons * smallest_p(n, n) <= ALPHA)
 
 
 def too_few(comparisons: Sequence[Comparison]) -> int:
-    """Runs needed in each group to show a difference; 0 if there are enough."""
+    """Number of runs needed in each group to show a difference; 0 if there are enough."""
     size = len(comparisons)
     sizes = {item.sizes for item in comparisons}
     enough = not sizes or size * min(smallest_p(*pair) for pair in sizes) <= ALPHA

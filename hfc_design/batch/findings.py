@@ -1,4 +1,4 @@
-"""What the runs below a folder give: groups, comparisons, structures, and how searches converge."""
+"""Results of the runs below a folder: groups, comparisons, structures and convergence."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,16 +19,16 @@ from hfc_design.files.labels import run_label
 from hfc_design.report import searches
 from hfc_design.runs.run import opened_run
 
-#: Of so many groups a notebook has the median.
+#: Largest number of groups whose median a notebook shows.
 SHOWN = 12
-#: So many curves can be told apart.
+#: Largest number of curves that can be distinguished in a figure.
 MOST = 10
-#: A group, its runs with a history, and what they were ranked by.
+#: A group, its runs with a history, and the name of the number that ranked them.
 Curves = tuple[Group, list[Run], str]
 
 
 class Findings(NamedTuple):
-    """What pages and tables tell of the runs below a folder."""
+    """Summary of the runs below a folder, from which pages and tables are made."""
 
     runs: list[Run]
     groups: list[Group]  # runs that differ in nothing but the seed, the highest median first
@@ -52,11 +52,11 @@ class Findings(NamedTuple):
 
     @property
     def tasks(self) -> list[str]:
-        """What scores are of that compare, each once."""
+        """Tasks, within which scores are comparable, each once."""
         return list(dict.fromkeys(group.task for group in self.groups))
 
     def of_task(self, task: str) -> list[Group]:
-        """Its groups."""
+        """Groups of a task."""
         return [group for group in self.groups if group.task == task]
 
     def number_of(self) -> dict[str, int]:
@@ -65,18 +65,18 @@ class Findings(NamedTuple):
 
 
 def findings(path: Path, runs: list[Run]) -> Findings:
-    """What the runs below ``path`` give."""
+    """Findings of the runs below ``path``."""
     groups = grouped(runs)
     return Findings(runs, groups, compared(groups), reproduced(path, runs), winners(groups))
 
 
 def convergence(folders: Sequence[Path]) -> Figure:
-    """Best merit so far against generation: a curve of each run folder, or of the groups below one.
+    """Best merit so far against generation: a curve of each run folder, or of the groups below it.
 
-    That of a group is the median of its finished runs over a band between their quartiles.
+    The curve of a group is the median of its finished runs over a band between their quartiles.
 
     Raises:
-        UserError: a folder has no run or no history, stands there twice, or there are too many
+        UserError: a folder has no run or no history, is given twice, or there are too many
             curves.
     """
     for k, path in enumerate(folders):
@@ -94,10 +94,10 @@ def convergence(folders: Sequence[Path]) -> Figure:
 
 
 def of_findings(findings_of: Mapping[str, Findings]) -> Figure:
-    """The same of what runs gave, by the names that they are to have.
+    """Convergence figure of several findings, labelled by their names.
 
     Raises:
-        UserError: nothing was searched, or there are too many curves.
+        UserError: the findings contain no search, or there are too many curves.
     """
     curves = {name: _histories(x.groups) for name, x in findings_of.items()}
     for name, groups in curves.items():
@@ -107,7 +107,7 @@ def of_findings(findings_of: Mapping[str, Findings]) -> Figure:
 
 
 def _histories(groups: Sequence[Group], path: Path | None = None) -> list[Curves]:
-    """The groups that have any histories; a run below ``path`` that goes on says what ranks it."""
+    """Groups with histories; the ranking number is read from an unfinished run below ``path``."""
     curves = []
     for group in groups:
         if runs := group.with_history:

@@ -1,7 +1,7 @@
-"""A batch on disk: which cells it has, what became of each, and who is at it.
+"""A batch on disk: its cells, the state of each, and the lock of the process that runs it.
 
-The cells are ordinary run folders, and nothing else is written into them. What belongs to the
-batch lies in ``batch.json`` and in ``.batch/``.
+The cells are ordinary run folders, and nothing else is written into them. The files of the batch
+itself are ``batch.json`` and those in ``.batch/``.
 """
 
 import math
@@ -33,14 +33,14 @@ def _inside(name: str, info: ValidationInfo) -> str:
 
 
 class PlanFile(Record):
-    """What ``batch.json`` holds."""
+    """Content of ``batch.json``."""
 
     cells: dict[Annotated[Name, AfterValidator(_inside)], Json] = {}  # name of a folder -> settings
     files: dict[str, BatchNotes] = {}  # by the batch's name
 
 
 class Entry(NamedTuple):
-    """A cell as the folder knows it."""
+    """A cell with its state in the folder."""
 
     name: str
     settings: Json
@@ -50,7 +50,7 @@ class Entry(NamedTuple):
 
 
 def note_plan(out: Path, plan: Plan) -> None:
-    """Add the cells to the folder's plan; others that are in it stay.
+    """Add the cells to the folder's plan; other cells in it are kept.
 
     Raises:
         RunError: the folder cannot be written.
@@ -64,7 +64,7 @@ def note_plan(out: Path, plan: Plan) -> None:
 
 
 def entries(out: Path) -> list[Entry]:
-    """What became of every cell of a batch; UserError: the folder holds no batch."""
+    """State of every cell of a batch; UserError: the folder contains no batch."""
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     listed = []
@@ -78,12 +78,12 @@ def entries(out: Path) -> list[Entry]:
 
 
 def batch_notes(out: Path) -> list[BatchNotes]:
-    """What the files of the batches in a folder say beside their cells."""
+    """Notes of the files of the batches in a folder, without their cells."""
     return list(_plan_file(out).files.values())
 
 
 def state(out: Path, name: str) -> State:
-    """What became of a cell."""
+    """State of a cell."""
     if (out / name / DESIGN).exists():
         return "finished"
     if (out / NOTES / f"{name}.failed").exists():
@@ -98,12 +98,12 @@ def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) ->
 
 
 def forget_failure(out: Path, name: str) -> None:
-    """A cell is tried again."""
+    """Delete the note of a failure, because the cell is tried again."""
     _cleared(out, name, "failed").unlink(missing_ok=True)
 
 
 def _cleared(out: Path, name: str, kind: str) -> Path:
-    """Where a note lies, with no folder in its way."""
+    """Path of a note, after removal of any folder in its place."""
     path = out / NOTES / f"{name}.{kind}"
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
@@ -111,10 +111,10 @@ def _cleared(out: Path, name: str, kind: str) -> Path:
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:
-    """Wait until this process alone does ``what`` with the batch.
+    """Wait until this process alone may do ``what`` with the batch.
 
     Raises:
-        UserError: the notes are somebody else's; another folder's would be overwritten.
+        UserError: the folder of the notes is a link, through which another folder would change.
     """
     if (out / NOTES).is_symlink():
         raise UserError(f"{out / NOTES}: must be a folder, not a link")
@@ -128,7 +128,7 @@ def _plan_file(out: Path) -> PlanFile:
 
 
 def _text(out: Path, name: str, kind: str) -> str:
-    """A note, "" where it cannot be read: it is worth no more than that."""
+    """Text of a note; "" if it cannot be read, since a note is not essential."""
     with suppress(ValueError):
         return in_a_line(decoded(content(out / NOTES / f"{name}.{kind}"), errors="replace"))
     return ""

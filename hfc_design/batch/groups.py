@@ -1,4 +1,4 @@
-"""Runs that differ in nothing but the seed belong together: their scores and metrics."""
+"""Groups of runs that differ only in the seed, with their scores and metrics."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -14,11 +14,11 @@ from hfc_design.files.labels import LABEL, SEED
 from hfc_design.pictures.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
 
-#: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
+#: Number that is compared: the merit, or the fitness if the runs of a task were judged differently.
 MERIT, FITNESS = "merit", "fitness"
-#: What keys begin with that the fitness depends on.
+#: Prefix of the keys on which the fitness depends.
 OF_FITNESS = "fitness."
-#: What tables call ``Group.answers``.
+#: Column heads of ``Group.answers`` in tables.
 ANSWERS = ["usable", "pass [%]"]
 Quartiles = tuple[float, float, float]
 
@@ -41,7 +41,7 @@ class Group(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Which of the numbers of a run is compared."""
+        """Name of the number of a run that is compared."""
         return FITNESS if self.measure == FITNESS else MERIT
 
     @property
@@ -51,35 +51,35 @@ class Group(NamedTuple):
 
     @property
     def broken(self) -> int:
-        """How many finished runs found no design that keeps every constraint."""
+        """Number of finished runs that found no design that keeps every constraint."""
         return sum(bool(run.score.get(LEAST_VIOLATED)) for run in self.finished)
 
     @property
     def with_history(self) -> list[Run]:
-        """Runs whose convergence can be drawn: finished ones, or all where none has finished."""
+        """Runs whose convergence can be drawn: finished ones, or all if none has finished."""
         return [run for run in self.finished or self.runs if np.isfinite(run.best).any()]
 
     @property
     def answers(self) -> list[str]:
-        """How many seeds have a usable design, and the median share that passes [%]; or nothing."""
+        """Number of seeds with a usable design, median share of passes [%]; empty if unknown."""
         yes, _, share = self._usable
         count = sum(bool(run.use.verdict) for run in self.finished)
         return [f"{round(yes * count)} of {count}", f"{100 * share:.4g}"] if count else []
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Among groups of its task, the best first: by verdicts, share, median score."""
+        """Sort key among the groups of a task, the best first: verdicts, share, median score."""
         return *(-x for x in self._usable), np.isnan(self.median), -self.median
 
     @property
     def _usable(self) -> tuple[float, ...]:
-        """Shares of the two best verdicts, and the median share of machines; 0 if nobody asked."""
+        """Shares of the two best verdicts, and the median share of machines; 0 if not evaluated."""
         uses = [run.use for run in self.finished if run.use.verdict]
         best = (sum(use.verdict == x for use in uses) / max(len(uses), 1) for x in VERDICTS[:2])
         return *best, float(np.median([use.share or 0.0 for use in uses] or [0.0]))
 
     def row(self, keys: Iterable[str] = ()) -> list[str]:
-        """As tables have it: number, settings, runs, median, quartiles, best, how usable."""
+        """Row of a table: number, settings, runs, median, quartiles, best, usability."""
         count, total = len(self.finished), len(self.runs)
         runs = str(total) if count == total else f"{count} of {total}"
         row = [str(self.number), *(self.settings[key] for key in keys), runs]
@@ -99,7 +99,7 @@ class Group(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Its number and what sets it apart from the other groups of its task."""
+        """Number and the settings that distinguish the group from the others of its task."""
         keys = (k for k in self.settings if k != SCENARIO and not k.startswith(OF_FITNESS))
         words = [f"{key.rpartition('.')[2]} {self.settings[key]}" for key in keys]
         if LABEL in self.settings:
@@ -108,7 +108,7 @@ class Group(NamedTuple):
 
 
 def grouped(runs: Sequence[Run]) -> list[Group]:
-    """The groups, task by task, the best first: see ``Group.place``."""
+    """Groups of the runs, task by task, the best first: see ``Group.place``."""
     known = [run for run in runs if run.settings]
     keys = dict.fromkeys(key for run in known for key in run.settings if key != SEED)
     differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
@@ -144,7 +144,7 @@ def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -
 
 
 def quartiles(values: Floats) -> Quartiles:
-    """Lower quartile, median and upper quartile, which may be -inf; nan of nothing."""
+    """Lower quartile, median and upper quartile, which may be -inf; nan without values."""
     if not len(values):
         return np.nan, np.nan, np.nan
     with np.errstate(invalid="ignore"):  # between -inf and what is finite

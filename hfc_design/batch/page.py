@@ -1,4 +1,4 @@
-"""The page of many runs: what came out first, every single run last."""
+"""The page of several runs: the results first, the single runs last."""
 
 import sys
 from collections import Counter
@@ -31,11 +31,11 @@ from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.repeats import TOLD, range_text
 
-#: So many tasks, and groups of each, are drawn: those with the highest medians.
+#: Largest numbers of tasks, and of groups of each, that are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
-#: So many rows of each table stand on the page; the CSV files have all of them.
+#: Largest numbers of rows of the tables on the page; the CSV files have all rows.
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
-#: Up to this many runs are shown at once, more only when asked for.
+#: Up to this many runs are shown unfolded; more are folded.
 UNFOLDED = 60
 CAPTION = (
     "Median of each metric over the finished runs of a group that have it. The runs of a "
@@ -108,7 +108,7 @@ def page(
 
 
 def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
-    """What the page says and draws of groups that can be compared."""
+    """Texts and figures on the page for a task, whose groups are comparable."""
     groups = findings.of_task(task)
     drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
     bests = ([run.best for run in group.with_history] for group in drawn)
@@ -132,7 +132,7 @@ def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
 
 
 def _best_groups(groups: Sequence[Group], keys: int) -> list[list[int]]:
-    """Of each group the places of its median and of its best run, where they are a task's best."""
+    """Columns of each group's median and best run that are the best of a task."""
     places: list[list[int]] = [[] for _ in groups]
     finished = [(k, group) for k, group in enumerate(groups) if group.finished]
     for place, value in ((keys + 2, lambda x: x.median), (keys + 4, lambda x: x.scores.max())):
@@ -164,7 +164,7 @@ def _comparison_row(item: Comparison) -> list[str]:
 
 
 def _run_table(findings: Findings, keys: Sequence[str], judged: bool) -> dict[str, Any]:
-    """What the page shows of every run: with the address of its own page, if it has one."""
+    """Table of every run on the page, with the address of the run's own page, if it exists."""
     runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
@@ -180,7 +180,7 @@ def _run_table(findings: Findings, keys: Sequence[str], judged: bool) -> dict[st
 
 
 def _score(run: Run, key: str) -> str:
-    """Fitness or merit of a run, a range where it is chaotic."""
+    """Fitness or merit of a run, as a range if the loop is chaotic."""
     if key in run.ranges:
         return range_text(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged
@@ -188,7 +188,7 @@ def _score(run: Run, key: str) -> str:
 
 
 class Metrics(NamedTuple):
-    """What a page shows of the metrics."""
+    """Table of the metrics on a page."""
 
     head: list[str]
     rows: Rows
@@ -226,7 +226,7 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
 
 
 def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:
-    """By the tasks, as far as a run still says; where ``keys`` stay without units it is told."""
+    """Scenarios of the tasks that a run still has; warns if ``keys`` remain without units."""
     scenarios: dict[str, Scenario] = {}
     for group in {group.task: group for group in groups if group.finished}.values():
         place = path / group.finished[0].path
@@ -242,7 +242,7 @@ def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict
 
 
 def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:
-    """What the fitness is that groups are compared by; "" if not the same for all, or unknown."""
+    """Description of the fitness that compares the groups; "" if it differs or is unknown."""
     tasks = {group.task for group in groups if group.finished and group.key == FITNESS}
     texts = {fitness_told(scenarios[task]) if task in scenarios else "" for task in tasks}
     return f"{texts.pop()}." if len(texts) == 1 and texts != {""} else ""

@@ -1,4 +1,4 @@
-"""The batch file: what a user writes, and the cells that it asks for."""
+"""The batch file as a user writes it, and the cells that it describes."""
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,25 +23,26 @@ from hfc_design.files.named_scenario import load_scenario, renamed, scenario_tom
 from hfc_design.files.scenario import RunSettings, Scenario
 from hfc_design.simulation.evaluating import meanings
 
-#: More cells than this are a mistake of a factor of ten somewhere.
+#: Largest number of cells; more are most likely a mistake.
 MAX_CELLS = 100_000
-#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
+#: Keys of a cell beside those of its scenario: name of the scenario; a design to be scored instead
+#: of a search; a label of the cell for ``published`` and for readers.
 #: a search; a word that ``published`` and a reader know the cell by.
 SCENARIO, DESIGN = "scenario", "design"
 OWN_KEYS = SCENARIO, DESIGN, LABEL
-#: Letters in a label.
+#: Largest length of a label.
 LONGEST = 120
-#: What dotted keys of a design begin with.
+#: Prefix of the dotted keys of a design.
 CHANGE = "change."
-#: Settings of cells; a word is their label.
+#: Settings of cells; a string is their label.
 Settings = Annotated[Json, BeforeValidator(lambda x: {LABEL: x} if isinstance(x, str) else x)]
 
 
 class Published(Record):
-    """A published figure, and which metric of which runs stands beside it.
+    """A published figure, and the metric of the runs that it is compared with.
 
-    ``of`` and ``over`` are settings of cells, or a label; with ``over`` it is the ratio of both
-    runs' metrics.
+    ``of`` and ``over`` are settings of cells, or a label; with ``over``, the compared number is the
+    ratio of the metrics of both runs.
     """
 
     figure: str = ""  # of the paper
@@ -55,7 +56,7 @@ class Published(Record):
 
     @property
     def sides(self) -> list[tuple[Json, str]]:
-        """Settings and metric of the runs, and of those that they are put over in a ratio."""
+        """Settings and metric of the runs, and those of the denominator of a ratio."""
         pairs = [(self.of, self.metric)]
         if self.over or self.over_metric:
             pairs.append((self.over or self.of, self.over_metric or self.metric))
@@ -63,14 +64,14 @@ class Published(Record):
 
 
 class BatchNotes(Record):
-    """What a batch file says beside its cells."""
+    """Entries of a batch file beside its cells."""
 
     description: str = ""
     published: tuple[Published, ...] = ()
 
 
 class BatchFile(BatchNotes):
-    """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
+    """Batch file of ``hfc batch``: keys are those in ``OWN_KEYS`` and a scenario's dotted keys."""
 
     name: Name | None = None  # of the folder in runs/; None: that of the file
     set: Json = {}  # the same in every cell
@@ -88,24 +89,24 @@ class Cell(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A batch file, read."""
+    """Cells and notes of a batch file."""
 
     name: str  # of its folder
     cells: list[Cell]
     notes: BatchNotes
 
     def folder(self, out: Path | None) -> Path:
-        """Where its cells lie, unless another place ``out`` is given."""
+        """Folder of the cells: ``out``, or the default."""
         return out or Path("runs") / self.name
 
 
 def read_batch(path: Path, changes: Changes = ()) -> Plan:
-    """The cells of a batch file, in its order; cells that are the same run are one.
+    """Cells of a batch file, in its order; identical cells are merged.
 
-    ``changes`` of dotted keys are laid over every cell.
+    ``changes`` of dotted keys are applied to every cell.
 
     Raises:
-        UserError: the file is none, or a run that it makes is not allowed.
+        UserError: the file is not a valid batch file, or one of its runs is not valid.
     """
     file = checked(BatchFile, read_toml(path), path, path.parent)
     if not (file.set or file.grid or file.cells):
@@ -135,12 +136,12 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
 
 
 def matches(wanted: Json, settings: Json) -> bool:
-    """Whether a run has all of the wanted settings."""
+    """True if a run has all of the wanted settings."""
     return all(key in settings and settings[key] == value for key, value in flat(wanted).items())
 
 
 def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
-    """Refuse a metric that no cell with the wanted settings has."""
+    """Raise an error for a metric that no cell with the wanted settings has."""
     some = [cell for cell in cells if matches(wanted, cell.settings)]
     if not some:
         raise UserError(f"no cell has {_listed(flat(wanted))}")
@@ -151,7 +152,7 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
-    """The settings of each cell."""
+    """Settings of each cell."""
     common, grid = flat(file.set), flat(file.grid)
     for key, values in grid.items():
         if not isinstance(values, list) or not values:
@@ -170,7 +171,7 @@ def _listed(settings: Json) -> str:
 
 
 def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
-    """The scenario of a cell, and the design that it scores if it searches none."""
+    """Scenario of a cell, and the design that it scores if it has no search."""
     label = settings.get(LABEL, "a")
     if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
         raise UserError(f"label: must be a string of 1 to {LONGEST} printable characters")
@@ -179,7 +180,7 @@ def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     keys = {key: value for key, value in keys.items() if not key.startswith(CHANGE)}
 
     def place(name: object) -> str:
-        """What a batch file names: beside it, from where the user is, or built in."""
+        """Resolve a name in a batch file: beside the file, in the working folder, or built in."""
         return str(folder / str(name) if exists(folder / str(name)) else name)
 
     name = settings.get(SCENARIO)
@@ -198,7 +199,7 @@ def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
 
 
 def _name(scenario: Scenario, design: Design | None) -> str:
-    """The hash of the configuration, with the contents of the files that it names."""
+    """Hash of the configuration, with the contents of the files that it names."""
 
     def by_content(key: str, file: AnyFile) -> Path:
         return Path(hashlib.sha256(file.read_bytes()).hexdigest())

@@ -1,4 +1,4 @@
-"""``hfc report``: pages of single runs; page and tables of many, these in full precision."""
+"""``hfc report``: pages of single runs; page and full-precision tables of several runs."""
 
 import io
 import sys
@@ -45,8 +45,8 @@ def report(
     run; ``paper`` selects the parts of the page that are written for a paper.
 
     Raises:
-        UserError: there is no run, or none that has finished where one is needed; or Parquet is
-            asked for and pyarrow is not installed.
+        UserError: there is no run, or no finished run where one is needed; or Parquet is requested
+            and pyarrow is not installed.
         RunError: a page could not be written.
     """
     if is_run(path):
@@ -76,7 +76,7 @@ def report(
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:
-    """Write the pages that finished runs lack; returns how many could not be."""
+    """Write the missing pages of finished runs; return the number of failures."""
     missing = [run for run in runs if run.state == "finished" and not run.page]
     failed = 0
     for k, run in enumerate(missing, 1):
@@ -110,7 +110,7 @@ def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
 
 
 def _run_columns(findings: Findings) -> dict[str, Column]:
-    """Name -> values of all runs; None where a run has no such value."""
+    """Name -> values of all runs; None for runs without such a value."""
     runs, number = findings.runs, findings.number_of()
     columns: dict[str, Column] = {
         "run": [run.path for run in runs],
@@ -140,7 +140,7 @@ def _run_columns(findings: Findings) -> dict[str, Column]:
 
 
 def _of_one_type(values: list[Any]) -> Column:
-    """Numbers where all of a setting's values are, else what a reader sees of each."""
+    """Numbers if all values of a setting are numbers, otherwise their texts."""
     if all(value is None or type(value) in (int, float) for value in values):
         return values
     return [None if value is None else results.text(value) for value in values]

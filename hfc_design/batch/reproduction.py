@@ -1,4 +1,4 @@
-"""Published figures beside what the runs of a batch give."""
+"""Comparison of published figures with the results of the runs of a batch."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from hfc_design.batch.results import Run, batches_below
 from hfc_design.pictures.figure import LARGEST
 from hfc_design.report import batch_plots
 
-#: So many ratios of published figures are drawn.
+#: Largest number of ratios of published figures that are drawn.
 RATIOS = 60
 
 
@@ -30,7 +30,7 @@ class Reproduced(NamedTuple):
 
 
 def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
-    """Every published figure of the batches below ``path`` beside the median of its runs."""
+    """Every published figure of the batches below ``path`` with the median of its runs."""
     rows = []
     for batch in batches_below(path):
         inside = (run for run in runs if (path / run.path).parent == batch)
@@ -53,13 +53,13 @@ def _figure(item: Published, finished: list[Run]) -> Reproduced:
 
 
 def _ratio(value: float | None, over: float | None) -> float | None:
-    """None where there is no number."""
+    """Ratio of two numbers; None if one is missing."""
     ratio = np.inf if value is None or not over else value / over
     return ratio if np.isfinite(ratio) else None
 
 
 def ratios(figures: Sequence[Reproduced]) -> Figure | None:
-    """The ratios that there are and that a logarithm can show."""
+    """Figure of the ratios that exist and have a logarithm."""
     shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
     names = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
     labels = [", ".join(filter(None, parts)) for parts in names]
@@ -67,14 +67,14 @@ def ratios(figures: Sequence[Reproduced]) -> Figure | None:
 
 
 def figure_row(item: Reproduced) -> list[str]:
-    """What a reader sees of a published figure."""
+    """Row of the table of published figures."""
     ratio = "–" if item.ratio is None else f"{item.ratio:.2f}"
     numbers = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
     return [item.figure, item.quantity, *numbers, item.remark]
 
 
 def _number(value: float | None) -> str:
-    """Three digits, or all that stand before the point."""
+    """Text of a number with three digits, or with all digits before the point."""
     if value is None:
         return "–"
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"

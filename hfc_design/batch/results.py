@@ -1,7 +1,7 @@
-"""Results of the runs below a folder, as far as they have come: settings, scores, histories.
+"""Results of the runs below a folder, finished or not: settings, scores, histories.
 
-Only what a summary needs is read; whatever is damaged is told with the run and stops nothing.
-Designs are read as plain JSON, so that runs made with another version count as well.
+Only the content of a summary is read; a damaged file is reported with its run and does not stop
+the others. Designs are read as plain JSON, so that runs of another version count as well.
 """
 
 import json
@@ -28,17 +28,17 @@ from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY, USAB
 from hfc_design.simulation.acceptance import NO, ON_THIS_MODEL, YES
 
 JUDGED_BY = "judged_by"
-#: Answers to whether a design can be used, the best first.
+#: Verdicts on the usability of a design, the best first.
 VERDICTS = (YES, ON_THIS_MODEL, NO)
 #: Margins of a loop, of each of which ``usable.json`` has the worst.
 MARGINS = ("sensitivity", "gain_margin", "phase_margin_deg", "delay_margin_samples")
-#: What ``config.toml`` says beside the settings.
+#: Keys of ``config.toml`` beside the settings.
 SAID = ("name", "description")
 State = folder.State | Literal["unreadable"]
 
 
 class Use(NamedTuple):
-    """What a run says of whether its design can be used; empty where nobody has asked."""
+    """Usability of a run's design; empty if it was not evaluated."""
 
     verdict: str = ""  # one of ``VERDICTS``
     share: float | None = None  # of unseen machines that pass
@@ -46,13 +46,13 @@ class Use(NamedTuple):
     answer: str = ""
 
     def row(self, margins: Iterable[str]) -> list[str]:
-        """Verdict, share [%] and these margins as tables show them."""
+        """Verdict, share [%] and these margins as cells of a table."""
         numbers = [self.share and 100 * self.share, *map(self.margins.get, margins)]
         return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
 
 
 class Run(NamedTuple):
-    """A run as its folder tells it."""
+    """A run as described by its folder."""
 
     path: str  # below the folder that was asked for
     settings: Json  # dotted key -> value; also scenario and run.seed
@@ -70,27 +70,27 @@ class Run(NamedTuple):
 
     @property
     def title(self) -> str:
-        """What people call it: what differs in the cells of its batch, or its path."""
+        """Title of the run: its settings that differ between the batch's cells, or its path."""
         return text((Path(self.path).parent / self.called).as_posix()) if self.called else self.path
 
     def place(self) -> tuple[float, ...]:
-        """Among runs, the best first: by whether its design can be used, the share, the merit."""
+        """Sort key among runs, the best first: usability of the design, share, merit."""
         numbers = (-(x or 0.0) for x in (self.use.share, self.score.get("merit")))
         return [*VERDICTS, ""].index(self.use.verdict), *numbers
 
     def setting(self, key: str) -> str:
-        """A setting as a reader sees it, a dash where there is none."""
+        """Text of a setting; a dash if it is missing."""
         return text(self.settings[key]) if key in self.settings else "–"
 
 
 def is_run(path: Path) -> bool:
-    """Whether a folder is that of a run, and not of many."""
+    """True if a folder is that of a single run."""
     files = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
     return files and not (path / PLAN).exists()
 
 
 def batches_below(path: Path) -> list[Path]:
-    """The folders of batches below a folder, or itself."""
+    """Folders of batches: the folder itself, or those below it."""
     return [place for place in _folders(path) if (place / PLAN).exists()]
 
 
@@ -98,7 +98,7 @@ def runs_below(path: Path) -> list[Run]:
     """Every run of the batches and every other run folder below a folder.
 
     Raises:
-        UserError: there is none, or a batch's plan is damaged.
+        UserError: there is no run, or a batch's plan is damaged.
     """
     if not path.is_dir():
         raise UserError(f"{path}: must be a folder")
@@ -121,10 +121,10 @@ def runs_below(path: Path) -> list[Run]:
 
 
 def best_usable(path: Path) -> Run:
-    """The run below a folder whose design is the best one that can be used.
+    """The run below a folder with the best usable design.
 
     Raises:
-        UserError: there is none, or no run says whether its design can be used.
+        UserError: there is no such run, or no run states whether its design is usable.
     """
     first = runs_below(path)[0]
     if first.use.verdict == YES:
@@ -136,7 +136,7 @@ def best_usable(path: Path) -> Run:
 
 
 def _folders(path: Path) -> Iterator[Path]:
-    """Folders of batches and of runs, in the order of their names; nothing inside one of them."""
+    """Folders of batches and of runs, sorted by name; folders inside these are skipped."""
     if (path / PLAN).exists() or is_run(path):
         yield path
         return
@@ -151,7 +151,7 @@ def _folders(path: Path) -> Iterator[Path]:
 
 
 def _alone(path: Path, top: Path) -> Run:
-    """A run outside of every batch; its settings are all that its configuration says."""
+    """A run outside every batch, with all settings of its configuration."""
     try:
         config = toml_of(decoded(content(path / CONFIG)))
     except ValueError as error:
@@ -162,9 +162,9 @@ def _alone(path: Path, top: Path) -> Run:
 
 
 def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
-    """The runs with those settings only that differ between runs of the same scenario.
+    """The runs with only those settings that differ between runs of the same scenario.
 
-    Two scenarios differ in dozens of keys that say no more than their names do.
+    Two scenarios differ in dozens of keys, which add nothing to the scenarios' names.
     """
     values: dict[tuple[str, str], set[str]] = defaultdict(set)
     for run in runs:
@@ -192,7 +192,7 @@ def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "")
 
 
 def _with(run: Run, file: Path, fields: Callable[[Path], Json]) -> Run:
-    """With the fields that a file in its folder has, or what is wrong with that."""
+    """The run with the fields from a file in its folder, or with the error in that file."""
     try:
         return run._replace(**fields(file))
     except ValueError as error:
@@ -203,7 +203,7 @@ def _with(run: Run, file: Path, fields: Callable[[Path], Json]) -> Run:
 
 
 def _ended(file: Path) -> Json:
-    """How a run ended, by its design; ValueError: the file is no design with a score."""
+    """Final state of a run from its design; ValueError: the file is not a design with a score."""
     design = json_of(decoded(content(file)))
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
@@ -220,7 +220,7 @@ def _ended(file: Path) -> Json:
 
 
 def _ranges(repeats: object) -> dict[str, Json]:
-    """The ends of the range of a fitness or merit that is chaotic."""
+    """Ends of the range of a chaotic fitness or merit."""
     return {
         key: {end: _number(ends.get(end)) for end in ("lowest", "highest")}
         for key, ends in (repeats.items() if isinstance(repeats, dict) else ())
@@ -239,7 +239,7 @@ def _structure(controller: object) -> str:
 
 
 def _use(file: Path) -> Json:
-    """Whether its design can be used, if the file is there; ValueError: it is damaged."""
+    """Usability of the design, if the file exists; ValueError: it is damaged."""
     if not file.exists():
         return {}
     record = json_of(decoded(content(file)))
@@ -281,11 +281,11 @@ def _below(path: Path, top: Path) -> str:
 
 
 def listed(counts: Mapping[Any, int]) -> str:
-    """How many there are of each state."""
+    """Text with the count of each state."""
     return ", ".join(f"{count} {state}" for state, count in counts.items())
 
 
 def text(value: object) -> str:
-    """A setting as a reader sees it."""
+    """Text of a setting."""
     said = value if isinstance(value, str) else json.dumps(value, default=str)
     return said.encode(errors="replace").decode()

@@ -1,4 +1,4 @@
-"""Running the cells of a batch: one loop for this process and for workers elsewhere."""
+"""Runs the cells of a batch: one loop for this process and for workers elsewhere."""
 
 import time
 from collections import deque
@@ -19,56 +19,56 @@ from hfc_design.runs import run as design
 from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
-#: Seconds between looks at cells that other batches are at.
+#: Seconds between checks of cells that other batches are running.
 PATIENCE = 0.5
 #: Names of the files that a run writes.
 WRITTEN = r"^((checkpoint(-\d{1,3})?|polish)\.npz|(history|front)\.csv|(design|usable)\.json)$"
 
 
 class Outcome(Record):
-    """What became of a cell just now; "again" is one that somebody else is at, or had to leave."""
+    """Outcome of an attempt at a cell; "again" if another process runs it, or it had to stop."""
 
     state: Literal["finished", "failed", "again"]
     reason: Annotated[str, Field(max_length=LONGEST)] = ""  # why it is not finished
     seconds: NotNegative = 0.0  # that it took; 0 if another batch has finished it
-    #: Files of its run folder that came from afar.
+    #: Files of its run folder that a remote worker has returned.
     files: dict[
         Annotated[str, Field(pattern=WRITTEN)], Annotated[bytes, Field(max_length=2**30)]
     ] = {}
 
 
 class Left(Exception):
-    """Nobody waits for the cell any more, or the worker has to stop."""
+    """The result of the cell is no longer awaited, or the worker has to stop."""
 
 
 class Lost(RunError):
-    """The place can no longer be reached, and what its cells do is not known."""
+    """The connection to the place is lost, and the state of its cells is unknown."""
 
 
 class Place:
-    """Where cells run: this process, one cell after the other, each on every core."""
+    """Place where cells run: this process, one cell after the other, each on every core."""
 
-    #: Whether who runs a cell sees the folder of the batch and claims the cell himself.
+    #: True if the process that runs a cell has access to the batch's folder and claims the cell.
     claims = False
-    #: Whether a cell goes on that other versions began.
+    #: True if cells that other versions began are continued.
     anyway = False
 
     def __init__(self, on_generation: Callable[[Cell, Search], None] = lambda cell, search: None):
         self._on_generation = on_generation
 
     def room(self) -> int:
-        """How many cells can run at once."""
+        """Number of cells that can run at once."""
         return 1
 
     def start(self, cell: Cell, path: Path) -> Any:
-        """A task that runs the cell in its folder; here it does when its outcome is asked for."""
+        """A task that runs the cell in its folder; here it runs when its outcome is requested."""
         on_generation = partial(self._on_generation, cell)
         return partial(
             attempt, partial(design.run, cell.scenario, path, on_generation, self.anyway)
         )
 
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
-        """Tasks that are done and what became of their cells; waits a little for the first."""
+        """Finished tasks and the outcomes of their cells; waits a little for the first."""
         return [(task, task()) for task in tasks]
 
 
@@ -80,10 +80,10 @@ def run_batch(
     anyway: bool,
     on_outcome: Callable[[Cell, Outcome], None],
 ) -> dict[str, str]:
-    """Run every cell of a plan that is not finished; returns why cells failed, by their names.
+    """Run every unfinished cell of a plan; return the names of failed cells -> reasons.
 
-    ``at_once`` of them run on this machine, 0: none; ``anyway`` resumes cells that other versions
-    began.
+    ``at_once`` cells run on this machine at a time (0: none); ``anyway`` resumes cells that other
+    versions began.
 
     Raises:
         UserError: a cell needs more memory than there is.
@@ -108,7 +108,7 @@ def run_batch(
 def run_cells(
     out: Path, cells: Iterable[Cell], place: Place, on_outcome: Callable[[Cell, Outcome], None]
 ) -> None:
-    """Finish every cell that is not, those that another batch is at last of all.
+    """Finish every unfinished cell; those that another batch is running come last.
 
     A cell that fails does not stop the others.
 
@@ -146,7 +146,7 @@ def run_cells(
 
 
 def attempt(work: Callable[[], object]) -> Outcome:
-    """Do the work on a cell."""
+    """Do the work of a cell and return its outcome."""
     start = time.monotonic()
     try:
         work()
@@ -156,7 +156,7 @@ def attempt(work: Callable[[], object]) -> Outcome:
 
 
 def unfinished(error: Exception, where: str = "") -> Outcome:
-    """The outcome of a cell that an error ended."""
+    """Outcome of a cell that ended with an error."""
     state = "again" if isinstance(error, Left | lock.Overtaken) else "failed"
     fault = error.typed if isinstance(error, UserError) else error
     reason = in_a_line(f"{type(error).__name__}: {fault}")
@@ -164,7 +164,7 @@ def unfinished(error: Exception, where: str = "") -> Outcome:
 
 
 def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:
-    """The task of a cell and our claim of it, or what became of the cell without one."""
+    """Task of a cell and our claim of it, or the outcome of the cell if it cannot start."""
     path = out / cell.name
     with ExitStack() as claim:
         if not claim.enter_context(lock.try_lock(path)):
@@ -188,7 +188,7 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
 
 
 def _noted(out: Path, cell: Cell, outcome: Outcome) -> Outcome:
-    """Keep what has come from afar, and note why a cell failed or how long it took."""
+    """Store returned files, and note why a cell failed or how long it took."""
     try:
         for name in sorted(outcome.files, key=lambda name: name == design.DESIGN):  # finishes it
             write_whole(out / cell.name / name, outcome.files[name])

@@ -1,4 +1,4 @@
-"""What ``hfc batch`` says: the plan, the progress, the outcome."""
+"""Terminal output of ``hfc batch``: the plan, the progress, the outcome."""
 
 import json
 import statistics
@@ -20,16 +20,16 @@ from hfc_design.core.records import RunError, harmless
 from hfc_design.files.labels import PLAN, run_labels, shared
 from hfc_design.search.loop import Search
 
-#: Individual-steps a second that a plan is estimated with before any cell has run.
+#: Individual-steps per second for the estimate of a plan before any cell has run.
 USUAL_SPEED = 2e7
-#: Seconds that it takes to score a given design, once compiled.
+#: Seconds to score a given design, after compilation.
 SCORING = 0.3
-#: Seconds to compile what cells of one scenario, kind and size have in common.
+#: Seconds to compile the common program of cells of one scenario, kind and size.
 COMPILING = 5.0
-#: So many cells are listed one by one.
+#: Largest number of cells that are listed one by one.
 LISTED = 40
 
-#: Of what is told how many workers there are: the place where they run cells, while it is there.
+#: Function of a callback for the number of workers: a context with the place where they run cells.
 Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
 
@@ -42,13 +42,13 @@ def batch(
     at_once: int,
     anyway: bool,
 ) -> None:
-    """``hfc batch FILE``: run every cell that is not finished, here or on workers, and report.
+    """``hfc batch FILE``: run every unfinished cell, here or on workers, and report.
 
-    ``changes`` of dotted keys are laid over every cell; ``at_once`` of them run on this machine;
-    ``anyway`` resumes cells that other versions began.
+    ``changes`` of dotted keys are applied to every cell; ``at_once`` cells run on this machine at a
+    time; ``anyway`` resumes cells that other versions began.
 
     Raises:
-        UserError: the batch file is not one, or a cell needs more memory than there is.
+        UserError: the file is not a valid batch file, or a cell needs more memory than there is.
         RunError: cells failed, or the batch was interrupted.
     """
     plan = read_batch(path, changes)
@@ -74,7 +74,7 @@ def batch(
 
 
 def show_status(out: Path) -> None:
-    """``hfc batch --status DIR``: what became of every cell."""
+    """``hfc batch --status DIR``: state of every cell."""
     cells = folder.entries(out)
     seconds = [entry.seconds for entry in cells if entry.seconds is not None]
     print(f"{len(cells)} cells in {out}: {listed(Counter(entry.state for entry in cells))}")
@@ -114,7 +114,7 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
 
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
-    """Individual-steps a second, and where that number comes from."""
+    """Individual-steps per second, and the origin of this number."""
     if (out / PLAN).exists():
         seconds = {e.name: e.seconds for e in folder.entries(out) if e.seconds}
         searched = [cell for cell in cells if cell.name in seconds and not cell.design]
@@ -130,14 +130,14 @@ def _work(cell: Cell) -> float:
 
 
 def _program(cell: Cell) -> str:
-    """What is compiled once for all cells that have it in common: all but seeds and budgets."""
+    """Key of the compiled program of a cell: its settings except seeds and budgets."""
     settings = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
     settings["search"].pop("generations", None)
     return json.dumps([settings, cell.design is None], default=str)
 
 
 class Watch(ProgressBar):
-    """The cells that are done, and the one that runs or how many workers there are."""
+    """Progress display: the finished cells, and the running one or the number of workers."""
 
     def __init__(self, cells: list[Cell]):
         super().__init__("cells", len(cells))
@@ -145,21 +145,21 @@ class Watch(ProgressBar):
         self._done, self._waited = 0, False
 
     def generation(self, cell: Cell, search: Search) -> None:
-        """Show where the running cell is."""
+        """Show the progress of the running cell."""
         self.show(
             line=f"generation {search.generation}/{cell.scenario.search.generations}  "
             f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {self.names[cell.name]}"
         )
 
     def workers(self, count: int) -> None:
-        """Show how many workers there are; without any a batch waits."""
+        """Show the number of workers; without any the batch waits."""
         self.show(line=f"{count} workers")
         if not (count or self._waited):
             self._waited = True
             self.console.print("waiting for workers")
 
     def outcome(self, cell: Cell, outcome: Outcome) -> None:
-        """Count a cell that is done."""
+        """Count a finished cell."""
         self._done += 1
         self.show(completed=self._done)
         if outcome.seconds or outcome.reason:

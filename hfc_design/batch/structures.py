@@ -1,4 +1,4 @@
-"""Which structures the searches of each group ended with, as rows, as text and drawn."""
+"""Structures that the searches of each group ended with, as rows, as text and drawn."""
 
 import sys
 from collections import defaultdict
@@ -25,11 +25,11 @@ from hfc_design.pictures.section import Drawing
 from hfc_design.report.designs import picture
 
 STRUCTURES = "structures.csv"
-#: Of the page; at a terminal each group has a table of its own.
+#: Heads of the table on the page; at a terminal each group has a table of its own.
 WINNER_HEAD = ["structure", "group", "runs", "share [%]", "best", "median"]
-#: At a terminal so many structures of a group are told, and of so many groups.
+#: Largest numbers of structures of a group, and of groups, that are shown at a terminal.
 LISTED, TABLES = 3, 6
-#: Of so many groups the most frequent structure is drawn: of those that come first.
+#: Largest number of groups, the first ones, whose most frequent structure is drawn.
 DRAWN = 6
 
 
@@ -48,27 +48,27 @@ class Winner(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Of the searches."""
+        """Share of the searches that ended with the structure."""
         return len(self.runs) / self.searches
 
     @property
     def interval(self) -> Interval:
-        """Where the share of all seeds lies, of which these are a sample."""
+        """Confidence interval of the share over all seeds, of which these are a sample."""
         return share_interval(len(self.runs), self.searches)
 
     @property
     def best(self) -> float:
-        """The highest of the scores."""
+        """Highest of the scores."""
         return float(self.scores[0])
 
     @property
     def median(self) -> float:
-        """Of the scores."""
+        """Median of the scores."""
         return quartiles(self.scores)[1]
 
     @property
     def row(self) -> list[str]:
-        """What a reader sees of it, as in ``WINNER_HEAD``."""
+        """Row of a table with the columns ``WINNER_HEAD``."""
         low, high = (100 * end for end in self.interval)
         share = f"{100 * self.share:.0f} ({low:.0f} to {high:.0f})"
         which = [self.structure, str(self.group.number), f"{len(self.runs)} of {self.searches}"]
@@ -76,9 +76,10 @@ class Winner(NamedTuple):
 
 
 def winners(groups: Sequence[Group]) -> list[Winner]:
-    """The structures of each group, the most frequent first, of equally frequent ones the best.
+    """Structures of each group, the most frequent first, among equally frequent ones the best.
 
-    A design that was given is no search's; a group whose kind has but one structure has none.
+    Given designs have no search and do not count; groups of kinds with a single structure have
+    no structures here.
     """
     best: list[Winner] = []
     for group in groups:
@@ -96,7 +97,7 @@ def winners(groups: Sequence[Group]) -> list[Winner]:
 
 
 def structure_rows(winners: Iterable[Winner]) -> Iterable[list[object]]:
-    """All of it in full precision."""
+    """Rows of the table of structures in full precision."""
     counted = ["runs", "searches", "share", "share_low", "share_high"]
     yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
     for x in winners:
@@ -124,10 +125,10 @@ def show_structures(winners: Sequence[Winner]) -> None:
 
 
 def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
-    """The most frequent structure of each of the first groups below ``path``.
+    """Drawings of the most frequent structure of each of the first groups below ``path``.
 
-    Drawn as its best run has it; not of a kind without such a picture, nor, which is said, where
-    the design cannot be read here.
+    The structure is drawn as its best run has it; kinds without such a picture are skipped, and
+    designs that cannot be read here are replaced by a note.
     """
     first = {x.group.number: x for x in reversed(winners)}
     drawings = []
@@ -145,7 +146,7 @@ def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
 
 
 def _trees(winner: Winner, design: Design) -> Iterator[Drawing]:
-    """The tree of each axis that has one of its own."""
+    """Tree of each axis that has one of its own."""
     runs, searches = winner.runs, winner.searches
     parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
     for axis in (axis for structure, axis in parts.items() if structure):

@@ -1,4 +1,4 @@
-"""What came out of many runs, in words: sentences for pages, tables and sentences at a terminal."""
+"""Summary of several runs in words: sentences for pages, tables and sentences at a terminal."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,17 +14,17 @@ from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.records import harmless
 from hfc_design.pictures.numbers import score
 
-#: Of so many tasks, and groups of each, the medians are told.
+#: Largest numbers of tasks, and of groups of each, whose medians are printed.
 TASKS, GROUPS = 6, 10
 HEAD = ["group", "runs", "median", "quartiles", "best"]
-#: So many groups are named in a caption; of more the table of the groups says what they are.
+#: Largest number of groups named in a caption; otherwise see the table of the groups.
 NAMED = 12
-#: What keys begin with that make a task harder or easier, whoever controls.
+#: Prefixes of keys that make a task harder or easier for every controller.
 OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
 
 
 def show_findings(page: Path, findings: Findings | None) -> None:
-    """Print what the runs gave, if it is more than one, and where the page is."""
+    """Print the findings of several runs, and the path of the page."""
     if findings is not None:
         for task in findings.tasks[:TASKS]:
             groups = findings.of_task(task)
@@ -40,7 +40,7 @@ def show_findings(page: Path, findings: Findings | None) -> None:
 
 
 def _show_medians(groups: Sequence[Group]) -> None:
-    """The medians of a task over the seeds, the highest first."""
+    """Print the medians of a task over the seeds, the highest first."""
     title = Text(harmless(f"{groups[0].task}: {groups[0].measure}"))
     heads = [*HEAD, *(ANSWERS if groups[0].answers else [])]
     cells = ([harmless(group.label), *group.row()[1:]] for group in groups[:GROUPS])
@@ -53,8 +53,8 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     """Result of a task in words, without groups that have too few runs to show a difference.
 
     Args:
-        groups: of the task, the best first.
-        comparisons: of all tasks, which p is corrected for.
+        groups: groups of the task, the best first.
+        comparisons: comparisons of all tasks, for which p is corrected.
     """
     highest = max(groups, key=lambda group: np.nan_to_num(group.median, nan=-np.inf))
     if not highest.finished:
@@ -92,7 +92,7 @@ def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comp
 
 
 def _unlike(groups: Sequence[Group]) -> str:
-    """That groups of a task differ in more than controller and search, and in what they rank by."""
+    """Note on groups that differ in more than controller and search, or in their ranking."""
     keys = {key for group in groups for key in group.settings if key.startswith(OF_MACHINE)}
     values = {key: {group.settings.get(key) for group in groups} for key in keys}
     differ = ", ".join(sorted(key for key, some in values.items() if len(some) > 1))
@@ -103,7 +103,7 @@ def _unlike(groups: Sequence[Group]) -> str:
 
 
 def broken(groups: Sequence[Group]) -> str:
-    """Which groups have runs that end with a design which breaks constraints; "" without any."""
+    """Sentence on groups with runs whose final design violates constraints; "" without any."""
     with_broken = [group for group in groups if group.broken]
     if not with_broken:
         return ""
@@ -116,7 +116,7 @@ def broken(groups: Sequence[Group]) -> str:
 
 
 def key_of(groups: Sequence[Group]) -> str:
-    """What the numbers of groups mean, for a caption that stands alone."""
+    """Explanation of the numbers of groups, for a self-contained caption."""
     if len(groups) > NAMED:
         return "The table of groups says what the group numbers mean."
     several = len({group.task for group in groups}) > 1

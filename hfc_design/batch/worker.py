@@ -1,7 +1,7 @@
-"""What a worker process does: take its share of the machine, then run one cell at a time.
+"""A worker process: it takes its share of the machine, then runs one cell at a time.
 
-JAX counts the cores when it is imported; so nothing that needs it is imported before that share
-has been taken.
+JAX counts the cores when it is imported; therefore modules that need it are imported only after
+that share has been taken.
 """
 
 import os
@@ -27,9 +27,9 @@ from hfc_design.core.records import UserError, in_a_line
 if TYPE_CHECKING:
     from hfc_design.batch.runner import Outcome
 
-#: Contents of the files of a run folder, by their names.
+#: Name of each file of a run folder -> its content.
 Files = dict[str, bytes]
-#: What claims of cores and GPUs begin with.
+#: Prefix of the claims of cores and GPUs.
 CLAIM = "hfc-design"
 
 _alone = threading.Lock()  # a worker with many threads is given many cells
@@ -37,12 +37,12 @@ _taken: list[socket.socket] = []
 
 
 def dask_setup(worker: Worker) -> None:
-    """Leave Ctrl-C, which a terminal sends to every process, to the batch that began this one."""
+    """Ignore Ctrl-C, which a terminal sends to every process; the batch handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def answer(*cell: Any) -> Json:
-    """What became of a cell, of ``run_cell``, as plain data that is read without pickle."""
+    """Outcome of ``run_cell`` as plain data that is read without pickle."""
     return run_cell(*cell).model_dump()
 
 
@@ -51,8 +51,8 @@ def run_cell(
 ) -> "Outcome":
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
-    ``plugins`` is what the command line of the batch named; no others of earlier cells are known.
-    ``anyway`` goes on where other versions began.
+    ``plugins`` are those named on the command line of the batch; those of earlier cells are
+    forgotten. ``anyway`` continues runs that other versions began.
     """
     worker = get_worker()
     key = worker.get_current_task()
@@ -89,7 +89,7 @@ def run_cell(
 
 @contextmanager
 def _of_this_worker(hint: str = "") -> Iterator[None]:
-    """What goes wrong is not so in the batch: the message says which worker it is."""
+    """Add this worker's name to error messages, since the batch may not have the problem."""
     try:
         yield
     except UserError as error:
@@ -100,7 +100,7 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
 
 
 def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
-    """Finish a cell in the folder of its batch, unless somebody else is at it."""
+    """Finish a cell in the folder of its batch, unless another process is running it."""
     from hfc_design.batch import folder
     from hfc_design.batch.runner import Outcome, attempt
     from hfc_design.files.labels import PLAN
@@ -134,14 +134,14 @@ def _failed(reason: str) -> "Outcome":
 
 
 def contents(path: Path) -> Files:
-    """The files of a run, without its lock and what a killed process left half written."""
+    """Files of a run, without its lock and half-written files of a killed process."""
     files = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
     return {file.name: file.read_bytes() for file in files if file.name[0] != "."}
 
 
 @cache
 def take_share(cores: int) -> None:
-    """Bind this process to cores, and to a GPU where there are any, that no other worker has."""
+    """Bind this process to cores, and to a GPU if there are any, that no other worker has."""
     if indices := gpus():
         if card := _free("gpu", indices, 1):
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
@@ -158,7 +158,7 @@ def take_share(cores: int) -> None:
 
 
 def gpus() -> list[str]:
-    """The GPUs that JAX may use, as CUDA_VISIBLE_DEVICES names them."""
+    """GPUs that JAX may use, as named in CUDA_VISIBLE_DEVICES."""
     if not entry_points(group="jax_plugins") or os.environ.get("JAX_PLATFORMS", "cuda") == "cpu":
         return []
     allowed = os.environ.get("CUDA_VISIBLE_DEVICES")
@@ -168,10 +168,10 @@ def gpus() -> list[str]:
 
 
 def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
-    """Up to ``count`` of the names, which no other process on this machine gets while this lives.
+    """Reserve up to ``count`` of the names on this machine for the lifetime of this process.
 
-    A socket name that does not lie in the file system can be bound once, and the system gives it
-    back when the process ends, however it ends.
+    A socket name outside the file system can be bound once, and the system releases it when the
+    process ends, however it ends.
     """
     job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
     unused: list[str] = []

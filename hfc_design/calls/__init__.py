@@ -1,1 +1,1 @@
-"""What scripts call, and where the command line does the same, the command line too."""
+"""Functions of the Python API; the command line calls the same ones where it does the same."""

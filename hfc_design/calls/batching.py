@@ -1,4 +1,4 @@
-"""Many runs, for a script, and what they give."""
+"""Batches of runs from a script, and the summary of their results."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -24,23 +24,28 @@ def batch(
     anyway: bool = False,
     on_cell: Callable[[Cell, Outcome], None] = lambda cell, outcome: None,
 ) -> Findings:
-    """Run every cell of a batch file that is not finished, and sum up what they gave.
+    """Run every unfinished cell of a batch file and summarise the results.
 
-    What ``hfc batch`` does: what broke off goes on where it stopped, what fails stops nothing;
-    page and tables are written to the folder.
+    The counterpart of ``hfc batch``: interrupted cells continue where they stopped, a failed cell
+    does not stop the others, and the page and the tables are written to the folder.
 
     Args:
-        file: the batch, TOML.
-        folder: of its runs; runs/NAME if left out.
-        changes: of every cell, by dotted keys.
-        workers: processes that run a cell each; without them one cell after the other, each on
-            every core. Processes need a script whose work is under ``if __name__ == "__main__"``.
-        anyway: go on with cells that other versions of packages or own parts began.
-        on_cell: is called with every cell that is done and what became of it.
+        file: path of the batch file (TOML).
+        folder: folder of the runs; default: runs/NAME.
+        changes: changes to every cell, by dotted keys.
+        workers: number of processes, each of which runs one cell at a time; default: one cell after
+            the other, each on every core. With processes, the work of the script must be under
+            ``if __name__ == "__main__"``.
+        anyway: continue cells that were started by other versions of packages or of own parts.
+        on_cell: function called with every cell that is done and its outcome.
+
+    Returns:
+        The findings of the folder, as ``findings`` returns them.
 
     Raises:
-        UserError: the batch file is not one, or a cell needs more memory than there is.
-        RunError: cells failed, after all others have run; ``findings`` tells of them too.
+        UserError: the file is not a valid batch file, or a cell needs more memory than there is.
+        RunError: cells failed; raised after all other cells have run, and ``findings`` includes the
+            failed ones.
     """
     if workers is not None:
         check_whole("--workers", workers, 1)
@@ -60,10 +65,10 @@ def batch(
 
 
 def findings(folder: str | Path) -> Findings:
-    """What the runs below a folder give: groups over the seeds, their structures, how they compare.
+    """Summarise the runs below a folder: groups over the seeds, their structures and comparisons.
 
     Raises:
-        UserError: there is no such folder, or no run in it.
+        UserError: the folder does not exist or contains no run.
     """
     place = path_of(folder)
     return summed_up(place, runs_below(place))

@@ -1,4 +1,4 @@
-"""Designs out to other programs, and back."""
+"""Export of designs to other programs, and import from them."""
 
 from pathlib import Path
 from typing import Any
@@ -22,14 +22,16 @@ def export(
     bare: bool = False,
     scenario: AnyScenario | None = None,
 ) -> Path:
-    """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
+    """Write a design to a file in an export format and return the path.
 
-    Code reads what the machine's sensors tell, or ``bare`` what the law itself does. ``scenario``
-    has these sensors and the drives; left out, the one that the design was made for.
+    The format "json" is the design file itself; ``hfc list formats`` lists all formats. Exported
+    code reads the signals of the machine's sensors, or with ``bare`` the inputs of the control law
+    itself. ``scenario`` sets the sensors and the drives; default: the scenario that the design was
+    made for.
 
     Raises:
-        UserError: no such format, or not for this kind of controller; or the design's score says
-            that it diverged, and it is not wanted ``anyway``.
+        UserError: the format does not exist or does not support this kind of controller; or the
+            score of the design says that it diverged, and ``anyway`` is false.
         RunError: ``path`` cannot be written.
     """
     if to not in [*FORMATS]:  # which need not be a text
@@ -43,14 +45,14 @@ def export(
 
 
 def import_(path: str | Path, **wish: Any) -> Design:
-    """A design of another program's controller file, as ``hfc import`` makes it.
+    """Import a controller file of another program as a design, as ``hfc import`` does.
 
-    ``wish`` has what ``formats.reading.Wish`` does: ``plant`` and ``like`` by name,
-    ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns),
-    ``output`` (a name, of several).
+    ``wish`` takes the fields of ``formats.reading.Wish`` as keywords: ``plant`` and ``like`` by
+    name, ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns),
+    ``output`` (name of the output to import where the file has several).
 
     Raises:
-        UserError: the file cannot be read, or holds what a design cannot.
+        UserError: the file cannot be read, or contains something that a design cannot represent.
     """
     if unknown := sorted(wish.keys() - {*Wish._fields}):
         raise UserError(

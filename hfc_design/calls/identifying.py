@@ -1,4 +1,4 @@
-"""A machine's parameters from its log, for a script."""
+"""Identification of a machine's parameters from its log, from a script."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -32,35 +32,38 @@ def identify(
     folder: str | Path | None = None,
     on_step: Callable[[str], None] = lambda line: None,
 ) -> Identified:
-    """Find the parameters of a machine that make it do what a log has recorded.
+    """Find the parameters with which a simulated machine reproduces a recorded log.
 
-    What ``hfc identify`` does. The plant is simulated under the recorded command from a hundred
-    starts. The result shows itself as a table; ``numbers()`` is what ``identified.json`` holds,
-    ``for_design()`` the scenario for a search, ``plot`` draws the replay beside the log.
+    The counterpart of ``hfc identify``. The plant is simulated under the recorded command from a
+    hundred starts. The result displays itself as a table; its ``numbers()`` are the content of
+    ``identified.json``, its ``for_design()`` is the scenario for a search, and ``plot`` draws the
+    replay beside the log.
 
     Args:
-        log: CSV with a header, a log of LinuxCNC, .mat up to version 7, .npy or .npz.
-        plant: its machine by name; not needed with a scenario or a controller.
-        scenario: plant, values to start from, sensors, limits; that of the controller if left out.
-        changes: of the scenario, by dotted keys; what they set of the machine, its constant load,
-            delay and lag is known, and not looked for.
-        axis: which one, of a machine of several.
-        free: parameters to look for, "mass=50" from there; if left out all but exact ones, those
-            that are 0 and those in ``changes``, and the load where no parameter is one.
-        controller: the one in the loop that recorded the log: its loop is replayed too.
-        bandwidth: of the observer [Hz]; 0 replays in open loop; the best of 50, 20 and 5 Hz if
-            left out.
-        columns: which column a signal is, and its unit, as in "position=qm [m]".
-        sample_time: of the log [s], where it does not say it.
-        check_log: another log, which the result is checked on.
-        check_columns: the columns of that where they differ.
-        seed: of the starts.
-        folder: where page, numbers and scenario are written; nothing is if left out.
-        on_step: is called with a line at every step.
+        log: path of the log: CSV with a header, a log of LinuxCNC, .mat up to version 7, .npy or
+            .npz.
+        plant: name of the plant of the machine; not needed with a scenario or a controller.
+        scenario: scenario with the plant, the start values, the sensors and the limits; default:
+            the scenario of the controller.
+        changes: changes to the scenario, by dotted keys; values that they set for the machine, its
+            constant load, delay and lag are taken as known and not identified.
+        axis: name of the axis, for a machine of several axes.
+        free: parameters to identify, "mass=50" with a start value; default: all except exact ones,
+            those that are 0 and those in ``changes``, and the load if no parameter is a load.
+        controller: controller in the loop that recorded the log; its closed loop is replayed too.
+        bandwidth: bandwidth of the observer [Hz]; 0 replays in open loop; default: the best of 50,
+            20 and 5 Hz.
+        columns: assignments of signals to columns with their units, as in "position=qm [m]".
+        sample_time: sample time of the log [s], if the log does not contain it.
+        check_log: path of another log on which the result is checked.
+        check_columns: assignments of the columns of ``check_log`` that differ from ``columns``.
+        seed: seed of the random starts.
+        folder: folder to which page, numbers and scenario are written; default: nothing is written.
+        on_step: function called with a line of text at every step.
 
     Raises:
-        UserError: there is no such machine, axis or parameter; the log cannot be read or has not
-            what is needed, or no replay of it stays finite.
+        UserError: the machine, the axis or a parameter does not exist; the log cannot be read or
+            lacks a needed signal; or no replay of it stays finite.
         RunError: the folder cannot be written.
     """
     check_whole("--seed", seed, 0)

@@ -1,4 +1,4 @@
-"""A controller for a scenario: searched, picked from a front, or by hand."""
+"""Controllers for a scenario: searched, picked from a front, or with given gains."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -26,16 +26,17 @@ def design(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
 ) -> Result:
-    """Search a controller; returns its design file, its evaluation on the scenario, and the search.
+    """Search a controller; return its design file, its evaluation on the scenario, and the search.
 
-    With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. If the folder
-    holds a stopped run of the same scenario, it continues that run; with ``anyway`` even if other
-    versions of packages or of own parts began it.
+    With ``folder``, a run folder with a report is written there, as by ``hfc design``. If the
+    folder contains a stopped run of the same scenario, that run is continued; with ``anyway`` even
+    if it was started by other versions of packages or of own parts. ``on_generation`` is called
+    with the state of the search after every generation.
 
     Raises:
-        UserError: the folder holds a run of another scenario.
-        RunError: everything diverged; the folder cannot be written or is in use, or its checkpoint
-            is damaged or of other versions.
+        UserError: the folder contains a run of another scenario.
+        RunError: every candidate diverged; the folder cannot be written or is in use; or its
+            checkpoint is damaged or of other versions.
     """
     from hfc_design.report.page import write_page  # which draws
 
@@ -63,14 +64,14 @@ def design(
 def pick(
     folder: str | Path, point: int | None = None, nearest: Mapping[str, float | str] | None = None
 ) -> Design:
-    """The design of a point of the front that the run in a folder has found.
+    """Return the design of a point of the front in a run folder.
 
-    That of a number in its ``front.csv``, the one nearest to costs (objective -> a number or a
-    text with a unit), or else the knee. Of the folder of a batch, or of many runs, it is the best
-    design that can be used.
+    The point is the one with the number ``point`` in ``front.csv``, or the one ``nearest`` to given
+    costs (objective -> number or text with a unit); default: the knee of the front. For the folder
+    of a batch, or of several runs, the result is the best usable design.
 
     Raises:
-        UserError: there is no finished run, no front, no such point, or no design that can be used.
+        UserError: there is no finished run, no front, no such point, or no usable design.
         RunError: a file of the run is damaged.
     """
     from hfc_design.batch.results import best_usable, is_run  # with all that draws
@@ -86,10 +87,11 @@ def pick(
 
 
 def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:
-    """A design by hand: a controller of kind pd, pid, pid+ff or an own law with these gains.
+    """Return a design with given gains: a controller of kind pd, pid, pid+ff or an own control law.
 
     Raises:
-        UserError: no such kind, it has other gains, or a gain is of what is no signal.
+        UserError: the kind does not exist or has other gains, or a gain is given for an unknown
+            signal.
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:

@@ -1,4 +1,4 @@
-"""What was found, for the eye: figures, pages and what of them a paper wants, which rules fire."""
+"""Display of results: figures, pages with figures and tables for a paper, rules that fire."""
 
 import shlex
 from collections.abc import Callable, Mapping
@@ -34,32 +34,39 @@ from hfc_design.simulation.evaluating import EVALUATED, Evaluation
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.report import LoopMargins, StableGains
 
-#: What ``plot`` draws beside an evaluation.
+#: Results other than an evaluation that ``plot`` draws.
 OTHERS = (Result, Robustness, Usable, Comparison, Identified, StableGains, LoopMargins, Findings)
 
 
 def plot(
     result: Any, path: str | Path | None = None, title: str = "", width: str | None = None
 ) -> Figure:
-    """Draw what was found: a figure, which a notebook shows by itself.
+    """Draw a result as a figure, which a notebook displays by itself.
 
-    Of an evaluation the motion, the first where there are several (draw ``result.motions["fast"]``
-    for another), of a result of ``design`` how the search went, of ``findings`` how
-    the searches of each group went, of ``robustness``, ``usable`` and ``compare`` the metrics on
-    all machines, of ``identify`` the replay beside the log, of ``stability`` the range or the open
-    loop. Of a mapping of names to evaluations the motions over one another, to results or findings
-    their searches. Evaluations, results, robustness and usable have a ``title``. Axes have the
-    units of the plant.
+    What is drawn depends on the result:
+
+    - an evaluation: the motion, or the first of several motions (draw ``result.motions["fast"]``
+      for another one);
+    - a result of ``design``: the progress of the search;
+    - ``findings``: the progress of the searches of each group;
+    - ``robustness``, ``usable`` and ``compare``: the metrics on all machines;
+    - ``identify``: the replay beside the log;
+    - ``stability``: the range of stable gains or the open loop;
+    - a mapping of names to evaluations: their motions in one figure;
+    - a mapping of names to results or to findings: their searches in one figure.
+
+    Only evaluations, results, robustness and usable use the ``title``. Axes have the units of the
+    plant.
 
     Args:
-        found: what one of these functions returned, or several by the names that they are to have.
-        path: png, svg or pdf file that it is written to; none is if left out.
-        title: stands above.
-        width: of the column of a paper that it is laid out for, as in "88mm".
+        result: return value of one of these functions, or a mapping of names to several of a kind.
+        path: png, svg or pdf file to write; default: no file is written.
+        title: title above the figure.
+        width: width of the column of a paper for which the figure is laid out, as in "88mm".
 
     Raises:
-        UserError: it is none of these, there is no such kind of file or width, or what lies over
-            one another is not alike.
+        UserError: the result is none of these, the kind of file or the width is invalid, or the
+            results of a mapping cannot share a figure.
         RunError: ``path`` cannot be written.
     """
     place = None if path is None else path_of(path)
@@ -103,7 +110,7 @@ def _drawn(result: Any, title: str) -> Figure:
 
 
 def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
-    """Several of one kind over one another."""
+    """Draw several results of one kind in one figure."""
     kinds = {type(one) for one in results.values()}
     if kinds == {Evaluation}:
         motions = {
@@ -133,16 +140,16 @@ def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
 def explain(
     design: AnyDesign, *samples: str | Mapping[str, float], axis: str = ""
 ) -> dict[str, Any]:
-    """Which rules fire at a sample, how strongly, and what the command is made of.
+    """Return the rules that fire at a sample, their strengths, and how they make up the command.
 
-    What ``hfc explain --json`` prints. A sample is {signal: reading} in the units of the plant, or
-    a text as in "error=1e-4,error_change=0". With one the readings that the controller remembers
-    are given too ("previous_error" or so); with several it steps through them from rest, and the
-    last is explained. In "units" each rule that fires has its "strength" and its "share" (of 1);
-    "command" is in "command_unit".
+    The dictionary is the one that ``hfc explain --json`` prints. A sample is {signal: reading} in
+    the units of the plant, or a text as in "error=1e-4,error_change=0". A single sample also gives
+    the readings that the controller remembers (such as "previous_error"); with several samples the
+    controller steps through them from rest, and the last one is explained. In "units", each rule
+    that fires has its "strength" and its "share" (of 1); the unit of "command" is "command_unit".
 
     Raises:
-        UserError: the design has no rules, or signals are missing, unknown or no numbers.
+        UserError: the design has no rules, or signals are missing, unknown or not numbers.
     """
     if not samples:
         raise UserError("samples must have at least one, as in {'error': 1e-4}")
@@ -163,17 +170,18 @@ def comparison_page(
     width: str | None = None,
     latex: bool = False,
 ) -> Path:
-    """Write the page of a comparison, one file with everything inside it.
+    """Write the page of a comparison as a single self-contained file and return its path.
 
     Args:
-        comparison: what ``compare`` returned.
-        path: of the page.
-        figures: "pdf", "svg" or "pgf": every figure of the page as a file, in NAME-figures beside.
-        width: of these, as in "88mm"; 3.5in if left out.
-        latex: every table of the page in LaTeX, in NAME-latex beside.
+        comparison: return value of ``compare``.
+        path: path of the page.
+        figures: "pdf", "svg" or "pgf": write every figure of the page as a file of this kind, to
+            the folder NAME-figures beside the page.
+        width: width of these figures, as in "88mm"; default: 3.5in.
+        latex: write every table of the page in LaTeX, to the folder NAME-latex beside the page.
 
     Raises:
-        UserError: it is no comparison, or there is no such kind of figure or width.
+        UserError: ``comparison`` is not a comparison, or the kind of figure or width is invalid.
         RunError: a file cannot be written.
     """
     check_type(comparison, Comparison, "a comparison, as compare(designs) returns it")
@@ -196,27 +204,30 @@ def report(
     width: str | None = None,
     latex: bool = False,
 ) -> Path:
-    """Write the page of a run folder, of all runs below a folder, or of a lone design.
+    """Write the page of a run folder, of all runs below a folder, or of a single design.
 
-    What ``hfc report`` does. The page of a folder lies in it, as report.html; of many runs
-    runs.csv, groups.csv and comparisons.csv beside it.
+    The counterpart of ``hfc report``. The page of a folder is written into it, as report.html; for
+    a folder of several runs, runs.csv, groups.csv and comparisons.csv are written beside it.
 
     Args:
-        of: a folder, a design file or a built-in design, or a design.
-        path: of the page of a lone design; NAME.html if left out.
-        each: also write the page of every run below the folder that lacks one.
-        scenario: of a lone design; the one that it was made for if left out.
-        figures: "pdf", "svg" or "pgf": every figure of the page as a file, in the folder figures
-            of the run or batch, of a lone design in NAME-figures beside the page.
-        width: of these, as in "88mm"; 3.5in if left out.
-        latex: every table of the page in LaTeX, in the folder latex, or NAME-latex.
+        of: folder, design file, name of a built-in design, or design.
+        path: path of the page of a single design; default: NAME.html.
+        each: also write the missing pages of the runs below the folder.
+        scenario: scenario of a single design; default: the one that the design was made for.
+        figures: "pdf", "svg" or "pgf": write every figure of the page as a file of this kind, to
+            the folder figures of the run or batch, for a single design to NAME-figures beside the
+            page.
+        width: width of these figures, as in "88mm"; default: 3.5in.
+        latex: write every table of the page in LaTeX, to the folder latex of the run or batch, for
+            a single design to NAME-latex beside the page.
 
     Returns:
-        The page.
+        The path of the page.
 
     Raises:
-        UserError: there is no such folder or design, or no run in it; or ``path`` is named for
-            the page of a folder; or there is no such kind of figure or width.
+        UserError: the folder or design does not exist, or the folder contains no run; ``path`` or
+            ``scenario`` is given for a folder, or ``each`` for a design; or the kind of figure or
+            the width is invalid.
         RunError: a file cannot be written.
     """
     if isinstance(of, str | PathLike) and isdir(of):
@@ -248,10 +259,12 @@ def report(
 def for_a_paper(
     folder: Path, stem: str, figures: str | None, width: str | None, latex: bool
 ) -> Paper | None:
-    """In folders that begin with a ``stem``; None where nothing is wanted.
+    """Settings of the figures and tables for a paper, or None if neither is wanted.
+
+    Their folders are in ``folder``, with names that begin with ``stem``.
 
     Raises:
-        UserError: there is no such kind of figure or width, or a width without figures.
+        UserError: the kind of figure or the width is invalid, or a width is given without figures.
     """
     if figures is not None and figures not in KINDS:
         raise UserError(f"figures = {figures!r}: must be one of {', '.join(KINDS)}")
@@ -265,7 +278,7 @@ def for_a_paper(
 
 
 def column(width: str) -> float:
-    """A width in millimetres; UserError: it is none."""
+    """Width in millimetres; UserError: the text is not a width."""
     try:
         return millimetres(width)
     except (ValueError, TypeError):

@@ -1,4 +1,4 @@
-"""Gains that keep a drive stable, or the margins of a design's loop."""
+"""Gains that keep a drive stable, and stability margins of a design's loop."""
 
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hfc_design.files.design import AnyDesign, Design  # which takes longer than all the rest
     from hfc_design.files.named_scenario import AnyScenario
 
-#: The drive of Jee & Koren 2004, with which their controllers run.
+#: Drive of Jee & Koren 2004, on which their controllers run.
 PUBLISHED = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
 
 
@@ -25,27 +25,30 @@ def stability(
     sample_time: float | None = None,
     scenario: "AnyScenario | None" = None,
 ) -> StableGains | LoopMargins:
-    """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
+    """Return the gains that keep the drive K/(s (tau s + 1)) stable, or the margins of a loop.
 
-    What ``hfc stability`` shows. Without a design, or with numbers of a drive, the range (Jee &
-    Koren 2004, section 3), and the gains of the rule table of a design of kind flc, aflc or soflc
-    in it. With a design alone the margins of its loop on its scenario: as simulated, linearised at
-    rest and where each motion is slowest and fastest, for the nominal machine and a band over
-    others; of a rule table on a feed drive the range too. Either shows itself as a table and has
-    ``numbers()``; ``plot`` draws it.
+    The counterpart of ``hfc stability``. Without a design, or with parameters of a drive, the
+    result is the range of stable gains (Jee & Koren 2004, section 3), and the position in this
+    range of the gains of the rule table of a design of kind flc, aflc or soflc. With a design alone
+    it is the margins of the design's loop on its scenario: as simulated, linearised at rest and
+    where each motion is slowest and fastest, for the nominal machine and as a band over other
+    machines; for a rule table on a feed drive it includes the range too. Both results display
+    themselves as a table and have ``numbers()``; ``plot`` draws them.
 
     Args:
-        design: its drive is taken unless the numbers below say another; Jee & Koren's without one.
-        changes: of the design, by dotted keys.
+        design: design whose drive is used unless the parameters below override it; default: the
+            drive of Jee & Koren.
+        changes: changes to the design, by dotted keys.
         gain: K [(BLU/s)/unit].
         time_constant: tau [s].
         sample_time: T [s].
-        scenario: whose motions and sensors count; the one that the design was made for if left out.
+        scenario: scenario with the motions and sensors of the loop; default: the one that the
+            design was made for.
 
     Raises:
-        UserError: there is no such design, numbers are given and it has no rule table, gain or
-            time constant are not given for another plant than a feed drive, its loop cannot be
-            linearised; a number is not allowed.
+        UserError: the design does not exist; parameters are given and it has no rule table; gain or
+            time constant are missing for a plant that is not a feed drive; its loop cannot be
+            linearised; or a number is out of range.
     """
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
@@ -77,7 +80,7 @@ def stability(
 
 
 def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
-    """On the scenario that it was made for, or another, within its tolerances."""
+    """Margins on the scenario that the design was made for, or another, within its tolerances."""
     from hfc_design.files.loop_setup import machine, own_scenario, with_converter
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.robust import RobustSettings

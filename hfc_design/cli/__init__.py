@@ -20,7 +20,7 @@ from hfc_design.cli.simulating import batch, score, simulate, train
 from hfc_design.cli.trading import pick
 from hfc_design.cli.usage import Refusing, as_lines, refusal
 
-#: In the order in which a user meets them.
+#: Commands in the order in which a user meets them.
 COMMANDS = (
     *(list_, show, init, design, pick, score, compare, simulate, train, identify, export, import_),
     *(explain, plot, stability, attainable, report, batch),
@@ -29,14 +29,14 @@ SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class Commands(Refusing, click.Group):
-    """A group whose commands tell a user's mistake in one line."""
+    """A group whose commands report a user's mistake in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names as they were added, not by the alphabet."""
+        """Names in the order of their addition, not in alphabetical order."""
         return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Every command with its summary, or the first sentence of its help, as a whole."""
+        """Every command with its summary, or the first sentence of its help, untruncated."""
         rows = [(name, summary(command)) for name, command in self.commands.items()]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
@@ -44,7 +44,7 @@ class Commands(Refusing, click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named; UserError: there is none."""
+        """The named command; UserError: it does not exist."""
         from hfc_design.core.wording import one_of
 
         if args[0] not in self.commands and not args[0].startswith("-"):
@@ -52,7 +52,7 @@ class Commands(Refusing, click.Group):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command, which an interrupt ends, where JAX can run."""
+        """Run a command in an environment that suits JAX; an interrupt ends the command."""
         from hfc_design.core.interrupt import listen
 
         if threading.current_thread() is threading.main_thread():  # others cannot
@@ -63,10 +63,10 @@ class Commands(Refusing, click.Group):
 
 
 def check_environment() -> None:
-    """Refuse what JAX would end in a traceback for; matplotlib draws files here, no windows.
+    """Refuse environments in which JAX would fail with a traceback; set matplotlib to files only.
 
     Raises:
-        UserError: a variable has a value that it cannot have.
+        UserError: a variable has an invalid value.
     """
     os.environ["MPLBACKEND"] = "agg"
     name = "JAX_NUM_CPU_DEVICES"
@@ -75,7 +75,7 @@ def check_environment() -> None:
 
 
 def summary(command: click.Command) -> str:
-    """A command in a line or two: what is said of it first."""
+    """Summary of a command in a line or two: the first sentence of its help."""
     first = " ".join((command.help or "").split("\n\n")[0].split())
     return command.short_help or f"{first.partition('. ')[0].rstrip('.')}."
 

@@ -1,11 +1,11 @@
-"""Makes a command of a function: its parameters are the arguments and options.
+"""Turns functions into commands: their parameters become arguments and options.
 
-A parameter says its type, and as its default what the command line has beside that::
+A parameter has its type as annotation, and its other properties on the command line as default::
 
     @command("Draw a picture.")
     def draw(name: str = argument(DESIGN), width: float | None = option("Width [mm].")) -> None:
 
-One whose name begins with ``_`` works by its callback alone; the function does not get it.
+A parameter whose name begins with ``_`` acts by its callback alone and is not passed on.
 """
 
 import inspect
@@ -24,7 +24,7 @@ PATH = click.Path(path_type=Path)
 
 
 class Parameter(NamedTuple):
-    """What an argument or option is, but for its name and type."""
+    """Description of an argument or option, without its name and type."""
 
     make: type[click.Parameter]
     names: tuple[str, ...]  # of an option on the command line; none: that of the parameter
@@ -32,7 +32,7 @@ class Parameter(NamedTuple):
     settings: dict[str, Any]
 
     def of(self, name: str, annotation: Any) -> click.Parameter:
-        """The parameter of a function that has a name and an annotation, as click has it."""
+        """The click parameter for a function's parameter with this name and annotation."""
         settings = {"expose_value": not name.startswith("_"), **self.settings}
         types = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
         plain = str if annotation == Texts else PATH if types[0] is Path else types[0]
@@ -53,23 +53,23 @@ class Parameter(NamedTuple):
 
 
 class Together(NamedTuple):
-    """The default of a parameter whose value ``make`` makes of parameters of its own."""
+    """Default of a parameter whose value ``make`` computes from parameters of its own."""
 
     make: Callable[..., Any]
 
 
 def argument(kind: Any = None, **settings: Any) -> Any:
-    """What stands in a command line without a name, of click's ``settings``."""
+    """A positional argument of a command line, with click's ``settings``."""
     return Parameter(click.Argument, (), kind, settings)
 
 
 def option(text: str | None, *names: str, kind: Any = None, **settings: Any) -> Any:
-    """An option with its help; ``low`` is the least number, or ``open`` below all; click's rest."""
+    """An option with its help; ``low`` is its minimum, excluded if ``open``; others: click."""
     return Parameter(NamedOption, names, kind, {"help": text, **settings})
 
 
 class Answer(NamedTuple):
-    """What a command has found."""
+    """Result of a command."""
 
     numbers: Any  # what --json prints
     show: Callable[[], object]  # prints it for a person
@@ -77,7 +77,7 @@ class Answer(NamedTuple):
     indent: int | None = None  # of the JSON
 
     def print(self, as_json: bool) -> None:
-        """One face of it on stdout."""
+        """Print the result on stdout, as JSON or as text."""
         if as_json:
             click.echo(json.dumps(self.numbers, indent=self.indent))
             return
@@ -86,16 +86,16 @@ class Answer(NamedTuple):
             click.echo(path)
 
 
-#: Where a context keeps whether --json is given.
+#: Key of a context for the flag --json.
 AS_JSON = "hfc.json"
 
 
 def command(
     short: str | None = None, name: str | None = None, last: Iterable[click.Parameter] = ()
 ) -> Callable[[Callable[..., Answer | None]], click.Command]:
-    """Makes a command of a function whose docstring is the help; ``short`` stands in a list.
+    """Turn a function with its help as docstring into a command; ``short`` is its line in a list.
 
-    The ``last`` parameters come behind those of the function, which does not get them.
+    The ``last`` parameters follow those of the function and are not passed to it.
     """
 
     def bound(function: Callable[..., Answer | None]) -> click.Command:
@@ -123,7 +123,7 @@ def _parameters(function: Callable[..., Any]) -> Iterator[click.Parameter]:
 
 
 def _called(function: Callable[..., Any], given: dict[str, Any]) -> Any:
-    """What a function returns for the values of a command line."""
+    """Return value of a function for the values of a command line."""
     passed = {}
     for name, one in inspect.signature(function).parameters.items():
         if isinstance(one.default, Together):

@@ -1,4 +1,4 @@
-"""A comparison for a person at a terminal, and how far it has got."""
+"""Tables of a comparison at a terminal, and its progress."""
 
 import time
 from math import ceil
@@ -9,23 +9,23 @@ from hfc_design.core.console import ProgressBar, plain_table, show_rows, termina
 from hfc_design.report.comparison.tables import called, difference_row, failures, lines
 from hfc_design.simulation.comparison import Comparison, MotionComparison, spread_text
 
-#: Heads of what a terminal has room for of a difference.
+#: Heads of the columns of a difference that fit a terminal.
 HEAD = ("", "median ratio", "better on", "p\n(Holm)", "both\nstable")
-#: Room for names of metrics and machines, and for a design.
+#: Widths of the names of metrics and machines, and smallest width for a design.
 NAMES, NARROWEST = 34, 14
-#: A line is printed so often where there is no bar [s].
+#: Interval of the lines without a progress bar [s].
 EVERY = 5.0
 
 
 class Progress(ProgressBar):
-    """Machines that have been simulated."""
+    """Progress of the simulated machines."""
 
     def __init__(self) -> None:
         super().__init__("compiling", 1, "machines")
         self._said = time.monotonic()
 
     def chunk(self, what: str, done: int, total: int) -> None:
-        """Show that so many are done."""
+        """Show the number of finished machines."""
         self.show(description=what, completed=done, total=total)
         if time.monotonic() - self._said > EVERY:
             self.say(f"{done}/{total} machines  {what}")
@@ -33,7 +33,7 @@ class Progress(ProgressBar):
 
 
 def show(comparison: Comparison) -> None:
-    """Tables of every motion, then how the first design differs from the others."""
+    """Print tables of every motion, then the differences of the first design from the others."""
     console = terminal()
     for bout in comparison.bouts:
         _show_lines(comparison, bout)

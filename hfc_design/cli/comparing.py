@@ -25,7 +25,7 @@ SCENARIO_HELP = (
 SPREAD_HELP = (
     "Relative spread of machine parameters [default: robust.spread and its tolerances, or 0.2]."
 )
-#: What ``--out`` writes into its folder.
+#: Files that ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
@@ -109,7 +109,7 @@ def compare(
 
 
 def _options(comparison: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
-    """Those of the command that compares the same once more."""
+    """Options of the command that repeats the comparison."""
     from hfc_design.files.machine import ALL_PLANTS
 
     plant = common.named_part("plant")
@@ -131,7 +131,7 @@ def _written(
     folder: Path | None,
     paper: "Paper | None",
 ) -> list[Path]:
-    """Write what is wanted of it, and everything into a folder; where that is."""
+    """Write the ``wanted`` files, and all files into a folder; return their paths."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import writing
     from hfc_design.formats.writing import csv_text

@@ -90,7 +90,7 @@ def design(
 def _scenario(
     name: str, pareto: str | None, settings: dict[str, Any], changes: Texts
 ) -> "Scenario":
-    """The scenario that the options ask for; UserError: they do not go together."""
+    """The scenario of the options; UserError: they contradict each other."""
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.runs.problem import check_memory
 
@@ -117,7 +117,7 @@ def _by_hand(scenario: "Scenario", gains: str) -> "Design":
 
 
 def _warn(scenario: "Scenario") -> None:
-    """A search with a wrong unit takes as long as with the right one."""
+    """Warn about doubtful values: a search with a wrong unit takes as long as a correct one."""
     from hfc_design.core.records import in_a_line
     from hfc_design.files.plausibility import plausibility_warnings
 
@@ -126,10 +126,10 @@ def _warn(scenario: "Scenario") -> None:
 
 
 def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "Result":
-    """The result of the run in a folder, which a ``watch`` shows, None for nothing.
+    """The result of the run in a folder; ``watch`` shows its progress, None shows nothing.
 
     Raises:
-        RunError: it was interrupted, or found nothing.
+        RunError: the run was interrupted, or found nothing.
     """
     from hfc_design.core.plugins import resuming
     from hfc_design.core.records import RunError
@@ -148,7 +148,7 @@ def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "
 
 
 def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, quiet: bool) -> None:
-    """Write the report, and tell what came out."""
+    """Write the report, and print the results."""
     from hfc_design.cli.scoring import again_told, settling_told, show_table, show_usable
     from hfc_design.core.console import busy
     from hfc_design.report.page import write_page
@@ -177,9 +177,9 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
 
 
 def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
-    """How near the design of one limited motion of a C-axis is to any controller's best, a line.
+    """Line on the design and the best attainable control, for one limited motion of a C-axis.
 
-    Of several motions that takes longer; ``hfc attainable`` does it when somebody asks.
+    Several motions take longer; ``hfc attainable`` computes them on request.
     """
     from hfc_design.attainable.attainable import check
     from hfc_design.core.records import RunError, UserError

@@ -10,7 +10,7 @@ from hfc_design.cli.binding import PATH, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, FORMAT, PLANT, SCENARIO
 from hfc_design.cli.usage import refusal
 
-#: Of tabulated terms that are far off.
+#: Warning about tabulated terms with large errors.
 COARSE = (
     "hfc: warning: --lookup {lookup} is coarse, with errors of 1 % or more: the loop "
     "will differ from the one scored; use more points"
@@ -73,7 +73,7 @@ def export(
 
 
 def term_counts(text: str | None) -> tuple[int, int] | None:
-    """How many terms each input has: of one number for both, or of two."""
+    """Number of terms of each input, from one number for both or from two."""
     if text is None:
         return None
     match = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)

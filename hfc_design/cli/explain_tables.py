@@ -1,11 +1,11 @@
-"""An explanation for a person: tables that fit into 80 columns."""
+"""Tables of an explanation that fit into 80 columns."""
 
 from rich.table import Table
 
 from hfc_design.core.console import plain_table, show_whole, terminal
 from hfc_design.core.numbers import Json
 
-#: Share of a command -> what an explanation calls it.
+#: Share of a command -> its name in an explanation.
 PARTS = {
     "proportional": "kp error",
     "derivative": "kd error_rate",
@@ -16,12 +16,12 @@ PARTS = {
 CONVERTED = (
     "From the converter: the command as the drive receives it, rounded to whole steps\nor limited."
 )
-#: Columns that degrees of all terms may take beside one another.
+#: Columns for the degrees of all terms beside one another.
 WIDEST = 42
 
 
 def show(explanation: Json, least: float) -> None:
-    """Print what ``explain.explanation`` found; rules below the share ``least`` are counted."""
+    """Print the result of ``explain.explanation``, and the count of rules below ``least``."""
     console = terminal()
     console.print(f"design {explanation['design']}, kind {explanation['kind']}", highlight=False)
     if "inside" in explanation:

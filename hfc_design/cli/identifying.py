@@ -100,5 +100,5 @@ def _show(result: "Identified") -> None:
 
 
 def _plain(text: str) -> str:
-    """With signs that every terminal has."""
+    """The text with characters that every terminal has."""
     return text.replace("–", "-").replace("µ", "u").replace("±", "+-")

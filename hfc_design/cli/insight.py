@@ -1,4 +1,4 @@
-"""Commands that look into a controller: which rules fire, its margins, how good any could be."""
+"""Commands that analyse a controller: its rules, its margins, the best attainable control."""
 
 from functools import partial
 from pathlib import Path

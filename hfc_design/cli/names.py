@@ -1,4 +1,4 @@
-"""Names of things on a command line: what the help lists and the completion of a shell offers."""
+"""Names on a command line: their lists in the help and their completion in a shell."""
 
 from collections.abc import Iterable, Mapping
 from importlib import metadata
@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-#: Kinds of things that may be a user's own, and where installed packages name theirs.
+#: Kinds of things that may be a user's own -> entry points of installed packages for them.
 ENTRY_POINTS = {
     "plant": "hfc_design.plants",
     "controller": "hfc_design.controllers",
@@ -22,7 +22,7 @@ FILES = "scenario", "design"
 
 
 class Named(click.types.StringParamType):
-    """A name of one thing: built in, of an installed package, or what else its option takes.
+    """Name of a thing: built in, of an installed package, or another value that its option accepts.
 
     The names are those of the reference that comes with the package, and of installed packages.
     Nothing here starts JAX.
@@ -31,13 +31,13 @@ class Named(click.types.StringParamType):
     name = "name"
 
     def __init__(self, kind: str = ""):
-        """``kind`` is one of the entries of the reference; "" for that of the argument before."""
+        """``kind`` is a kind of entries of the reference; "": the kind in the previous argument."""
         self.kind = kind
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """The names that begin like this, and files."""
+        """The names that begin with the typed text, and files."""
         kind = self.kind or str(ctx.params.get("kind"))
         items = completions(meanings(kind), incomplete)
         # In front: Bash forgets what came before, and takes files where no name begins so.
@@ -45,7 +45,7 @@ class Named(click.types.StringParamType):
 
 
 def meanings(kind: str) -> dict[str, str]:
-    """Every name of a kind, with what it is."""
+    """Every name of a kind, with its meaning."""
     from hfc_design.reference.entries import things
 
     known = {one.name: one.meaning for one in things(kind)}
@@ -56,7 +56,7 @@ def meanings(kind: str) -> dict[str, str]:
 
 
 def completions(names: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
-    """The names that begin like this, each with its meaning."""
+    """The names that begin with the typed text, each with its meaning."""
     return [
         CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
         for name, meaning in names.items()
@@ -70,20 +70,20 @@ STRATEGY, FORMAT = Named("strategy"), Named("format")
 
 
 class OrElse(click.Choice):  # type: ignore[type-arg]
-    """One of some names; each of ``others`` stands for one of them too, as plants for plant."""
+    """One of some names; ``others`` are synonyms, such as plants for plant."""
 
     def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
-        """Of both what the help has and what else is understood."""
+        """``choices`` are the names in the help, ``others`` the synonyms -> their names."""
         super().__init__([*choices])
         self.others = others
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The name that is meant."""
+        """The name for a typed value."""
         return super().convert(self.others.get(value, value), param, ctx)
 
 
 class NamedOption(click.Option):
-    """An option whose help has the names that there are in the place of NAMES."""
+    """An option in whose help NAMES is replaced by the available names."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Option and help, for a table."""

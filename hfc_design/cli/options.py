@@ -1,4 +1,4 @@
-"""Options that commands share: changes, the scenario of a design, what to write, own parts."""
+"""Options that commands share: changes, the scenario of a design, output files, own parts."""
 
 import os
 import shlex
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
-    """Where a command is to write a file, or a ``folder``, which comes with those around it.
+    """Check and return the path of an output file, or of a ``folder``, whose parents are created.
 
     Raises:
-        UserError: something is there already, and no --force; or it is a device, a pipe, or what
-            another option names too; or a file in a folder that is not there, which would only
-            be found once everything has been computed.
+        UserError: the path exists and --force is not given; it is a device, a pipe, or the path of
+            another option too; or it is a file in a folder that does not exist, which would
+            otherwise be found only after the computation.
     """
     where, meta = f"{option} {path}", click.get_current_context().meta
     if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
@@ -42,9 +42,9 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
 
 
 def output(text: str, folder: bool = False, **others: Any) -> Any:
-    """An option that names what to write, which is ``free``; of a command that has ``FORCE``.
+    """An option for an output path checked by ``free``, for a command with the option ``FORCE``.
 
-    A ``--plot`` has to be of a kind that can be drawn, before anything is simulated.
+    The suffix of a ``--plot`` is checked before anything is simulated.
     """
 
     def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
@@ -58,12 +58,12 @@ def output(text: str, folder: bool = False, **others: Any) -> Any:
 
 
 def _noted(key: str) -> Callable[[click.Context, click.Parameter, bool], bool]:
-    """Keeps what a flag says in the context, where whoever needs it looks."""
+    """A callback that stores a flag in the context."""
     return lambda context, _, value: context.meta.setdefault(key, value)
 
 
 def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> None:
-    """Bound the memory of this process and of its workers."""
+    """Limit the memory of this process and of its workers."""
     if value is not None:
         from hfc_design.simulation import memory
 
@@ -71,7 +71,7 @@ def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> No
         os.environ[memory.VARIABLE] = value
 
 
-#: Eager: the paths ask for it.
+#: Eager, because the callbacks of paths read it.
 FORCE = option(
     "Overwrite existing files.", is_flag=True, is_eager=True, callback=_noted("hfc.force")
 )
@@ -81,13 +81,13 @@ SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.d
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run on [default: the one it was made for]."
 SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
-#: Of every command on a scenario, and of every one on a design.
+#: Option of every command on a scenario, and of every command on a design.
 SETTING = option(SET_HELP, "--set", metavar="KEY=VALUE")
 CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
 MEMORY_HELP = "Limit of memory, as in 8GB [default: 80 % of the free memory]."
-#: Of every command that may need much of it; a variable, so that workers have it too.
+#: Option of every command with large memory needs; a variable passes it to workers.
 MEMORY = option(MEMORY_HELP, callback=_bounded)
-#: Of the commands that search.
+#: Help of an option of the commands that search.
 ANYWAY_HELP = "Resume even if version, files or plug-ins have changed; the result may differ."
 USE_HELP = "Load a plug-in that files name, as module:OBJECT; can be given several times."
 CHOICES = {
@@ -105,7 +105,7 @@ KNOWN = CHOICES | {
 
 
 def plugins(helps: dict[str, str]) -> Iterator[click.Parameter]:
-    """--use and the options with these helps, which make known what they name."""
+    """--use and the options with these helps, which load the named parts."""
     for key, text in helps.items():
         settings: dict[str, Any] = {"expose_value": False, "callback": _known}
         yield option(text, kind=NAMED[key], **settings).of(key, str)
@@ -115,7 +115,7 @@ def plugins(helps: dict[str, str]) -> Iterator[click.Parameter]:
 
 
 def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | None) -> None:
-    """Make known what an option names, and note it."""
+    """Load the part that an option names, and store its name."""
     if not value:
         return
     import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
@@ -130,21 +130,21 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
     ctx.meta[f"hfc.{key}"] = name
 
 
-#: Those of a command that only has to know what files name, and of one that has designs on a plant.
+#: Options of commands that only load parts named in files, and of those with designs on a plant.
 KNOWING = tuple(plugins(KNOWN))
 ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
-#: Those of a command on a scenario, whose parts they choose.
+#: Options of commands on a scenario, whose parts they select.
 CHOOSING = tuple(plugins(CHOICES))
 
 
 def named_part(key: str) -> str | None:
-    """The plant, fitness, controller or strategy that the command line names."""
+    """The plant, fitness, controller or strategy named on the command line."""
     name: str | None = click.get_current_context().meta.get(f"hfc.{key}")
     return name
 
 
 def choosing(*keys: str) -> Texts:
-    """The changes of a scenario that choose what the command line names of ``CHOICES``."""
+    """Changes of a scenario that select the parts named on the command line, of ``CHOICES``."""
     named = {key: name for key in keys if (name := named_part(key))}
     # The plant's parameters stay; a fitness or controller of another kind has other settings.
     return tuple(
@@ -154,7 +154,7 @@ def choosing(*keys: str) -> Texts:
 
 
 class Loops(NamedTuple):
-    """A design and the scenarios to run it on; the controller is its own."""
+    """A design and the scenarios to run it on, with the design's own controller."""
 
     design: "Design"
     scenarios: list["Scenario"]
@@ -162,14 +162,14 @@ class Loops(NamedTuple):
 
     @property
     def only(self) -> "Scenario":
-        """The scenario, of a command on one."""
+        """The scenario of a command with a single one."""
         return self.scenarios[0]
 
 
 def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts: str) -> Loops:
-    """A design with changes, on scenarios with changes and the ``parts`` that the options choose.
+    """A design with changes, on scenarios with changes and the ``parts`` selected by options.
 
-    Without scenarios it is the one that it was made for.
+    Default scenario: the one that the design was made for.
     """
     from hfc_design.files.loop_setup import load_design
 
@@ -179,7 +179,7 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
 
 def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
-    """The scenarios with changes, without any the one that the design of a name was made for."""
+    """The scenarios with changes; default: the one that the design ``name`` was made for."""
     from hfc_design.files.loop_setup import own_scenario
     from hfc_design.files.named_scenario import load_scenario
 
@@ -188,7 +188,7 @@ def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) 
 
 
 def again(words: Sequence[str], options: dict[str, Texts], designs: Iterable["Design"]) -> str:
-    """The command line that does the same once more, own parts of the designs included."""
+    """The command line that repeats the command, with the own parts of the designs."""
     from hfc_design.core.plugins import uses
     from hfc_design.core.records import harmless
 
@@ -215,13 +215,13 @@ def _on_several(
     return loops_of(name, others, scenario, changes, "plant", "fitness")
 
 
-#: Of a command on a design and a scenario, and of one on several.
+#: Parameters of a command on a design and a scenario, and of one on several.
 ON_SCENARIO: Any = Together(_on_one)
 ON_SCENARIOS: Any = Together(_on_several)
 
-#: Those of ``report.paper``, which takes long to import.
+#: As in ``report.paper``, which takes long to import.
 KINDS = "pdf", "svg", "pgf"
-#: Of a place, where its folders lie and what their names begin with: what is wanted there.
+#: Folder and prefix of the output folders -> selection of the parts of a page for a paper.
 Papers = Callable[[Path, str], "Paper | None"]
 
 
@@ -238,7 +238,7 @@ def millimetres_of(_: click.Context, option: click.Parameter, value: str | None)
 
 
 def width(text: str) -> Any:
-    """An option that has a width, which is a number of millimetres."""
+    """An option with a width, whose value is a number of millimetres."""
     return option(text, kind=click.STRING, callback=millimetres_of, metavar="WIDTH")
 
 
@@ -267,5 +267,5 @@ def _papers(
     return papers
 
 
-#: Of a command that has ``FORCE``: what of a page is wanted for a paper.
+#: Options of a command with ``FORCE`` that select parts of a page for a paper.
 PAPERS: Any = Together(_papers)

@@ -1,4 +1,4 @@
-"""What ``hfc list plants`` shows: the signals and the parameters of every drive, with units."""
+"""Tables of ``hfc list plants``: the signals and the parameters of every drive, with units."""
 
 from textwrap import fill
 
@@ -8,7 +8,7 @@ from plants import Drive, machine_of
 
 
 def show_plants() -> None:
-    """Every plant, and of each of its drives once what it tells and its nominal machine."""
+    """Print every plant, with signals and nominal machine of each of its drives once."""
     shown: set[Drive] = set()
     for k, name in enumerate(ALL_PLANTS.names()):
         if k:

@@ -1,4 +1,4 @@
-"""The command that draws: what a design is, or several designs or searches over one another."""
+"""The command that draws: a picture of a design, or several designs or searches in one figure."""
 
 import shlex
 from pathlib import Path
@@ -15,7 +15,7 @@ from hfc_design.cli.usage import refusal
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: What can be drawn, by what it is.
+#: Names of the pictures -> their descriptions.
 WHATS = {
     "surface": "the output of a fuzzy unit, as colours",
     "surface-3d": "the same in 3-D",
@@ -25,15 +25,15 @@ WHATS = {
     "motion": "of several designs in one motion",
     "convergence": "of the searches of runs",
 }
-#: What takes several designs or folders, and the options that belong to it.
+#: Pictures of several designs or folders, and the options that belong to them.
 CONVERGENCE, MOTION = "convergence", "motion"
 OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
-#: Of what a lone design is.
+#: Parameters of pictures of a single design.
 OF_ONE = ("others", "unit", "axis")
 
 
 class NameOrWhat(Named):
-    """A design, and behind the first one what is drawn as well."""
+    """A design, or after the first one also the name of a picture."""
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
@@ -97,7 +97,7 @@ def plot(
 
 
 def _check(names: Texts, what: str) -> None:
-    """Refuse options and numbers of names that do not belong to what is drawn."""
+    """Refuse options and numbers of names that do not belong to the picture."""
     if not names:
         missing = f"{what}: which design?" if what in WHATS else f"{what}: WHAT of it?"
         raise refusal(f"{missing} as in hfc plot DESIGN surface; WHAT is {', '.join(WHATS)}")

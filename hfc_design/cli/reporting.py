@@ -1,4 +1,4 @@
-"""The command that writes pages: of a run, of many runs, of a lone design."""
+"""The command that writes pages: of a run, of several runs, of a single design."""
 
 from os.path import exists, isdir
 from pathlib import Path
@@ -70,7 +70,7 @@ def report(
 
 
 def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
-    """Write the pages of a folder, and tell what they say of many runs."""
+    """Write the pages of a folder, and print the findings of several runs."""
     from hfc_design.batch.report import report
     from hfc_design.batch.summary_text import show_findings
 

@@ -1,4 +1,4 @@
-"""What ``hfc design`` and ``hfc score`` say of a design: can it be used, and how good is it?"""
+"""Output of ``hfc design`` and ``hfc score`` on a design: its usability, then its metrics."""
 
 import json
 import sys
@@ -27,7 +27,7 @@ from hfc_design.simulation.usable import SPREAD, usable
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
 ONLY = "hfc: warning: the design is usable only if the machine is as in the model"
-#: What stands below the table of motions.
+#: Lines below the table of motions.
 ABOUT = (
     "median, 95th percentile, largest: over the machines",
     "settled: after settled_after_s of the scenario; chatter: rms change of the command from one "
@@ -45,7 +45,7 @@ def score_one(
     samples: int | None = None,
     seed: int | None = None,
 ) -> None:
-    """``hfc score`` on one scenario: can it be used, where there are tolerances, then how good.
+    """``hfc score`` on one scenario: usability, if there are tolerances, then the metrics.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
@@ -81,7 +81,7 @@ def score_one(
 
 
 def _numbers(design: Design, scenario: Scenario, evaluation: Evaluation) -> Json:
-    """What there is to know before a number is believed, and the numbers."""
+    """Notes that limit the validity of the numbers, and the numbers."""
     lost = evaluation.divergence and evaluation.divergence._asdict()
     known = {"design": design.name, "scenario": scenario.name, "diverged": evaluation.diverged}
     known |= {"chaotic": evaluation.chaotic, "substeps": evaluation.substeps, "divergence": lost}
@@ -91,7 +91,7 @@ def _numbers(design: Design, scenario: Scenario, evaluation: Evaluation) -> Json
 def _robustness(
     design: Design, scenario: Scenario, spread: float, samples: int, seed: int
 ) -> Robustness:
-    """One motion on many machines."""
+    """Robustness of one motion over several machines."""
 
     def progress(done: int, total: int) -> None:
         bar.show(description="simulating", completed=done, total=total)
@@ -118,7 +118,7 @@ def _tell_spread(design: Design, scenario: Scenario, result: Robustness, as_json
 
 
 def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
-    """Fitness, merit and metrics of some designs side by side, one column a design."""
+    """Print fitness, merit and metrics of some designs side by side, one column for each design."""
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
@@ -137,7 +137,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
 
 
 def show_usable(numbers: Json | None) -> None:
-    """The answer first, then its figures (``Usable.numbers``); of no, a warning on stderr too."""
+    """Print the verdict, then its numbers (``Usable.numbers``); a "no" also warns on stderr."""
     if numbers is None:
         print(f"{QUESTION} Unknown: there is no machine within the tolerances")
         return
@@ -158,7 +158,7 @@ def show_usable(numbers: Json | None) -> None:
 
 
 def _show_motions(usable: Json) -> None:
-    """A row for each motion: share that passes, tracking, chatter, peak command, at its limit."""
+    """A row for each motion: share that passes, tracking, chatter, peak command, share at limit."""
     tracking, chatter, peak = usable["units"]
     scale, unit = 1.0, usable["units"][tracking]
     if unit == "rad":
@@ -193,7 +193,7 @@ def _say(*lines: str) -> None:
 
 
 def settling_told(numbers: Json | None, constraints: Collection[str]) -> str:
-    """What a scenario with these ``constraints`` may require too; "" for nothing."""
+    """Advice on a requirement to add to a scenario with these ``constraints``; "" if none."""
     unsettled = numbers is not None and not numbers["usable"] and "oscillate" in numbers["answer"]
     if not unsettled or "unsettled" in constraints:
         return ""
@@ -201,14 +201,14 @@ def settling_told(numbers: Json | None, constraints: Collection[str]) -> str:
 
 
 def again_told(numbers: Json | None, seed: int) -> str:
-    """What another search may try, "" where none helps: of stress the table says what does."""
+    """Advice for another search; "" if none helps, since the table has the advice on stress."""
     helps = numbers and not numbers["usable"] and numbers.get("verdict") != acceptance.ON_THIS_MODEL
     more = f"--seed {seed}, twice the --generations, or a smaller robust.spread"
     return f"To get a usable design, try {more}" if helps else ""
 
 
 def _below(numbers: Json) -> Iterator[str]:
-    """What stands below the table, a line each."""
+    """Lines below the table."""
     low, high = numbers["interval"]
     limited = any(one.get("constraints") for one in numbers["motions"].values())
     met = ", all constraints met" if limited else "; there are no constraints to meet"
@@ -239,7 +239,7 @@ def _below(numbers: Json) -> Iterator[str]:
 
 
 def _answer(result: Robustness) -> str:
-    """The same line for one motion on the machines of ``--spread``."""
+    """The verdict line for one motion on the machines of ``--spread``."""
     share, (low, high) = float(result.stable.mean()), result.interval
     machines = f"of {len(result.stable)} machines within +-{100 * result.spread:g} %"
     if not (result.usable or share):
@@ -251,7 +251,7 @@ def _answer(result: Robustness) -> str:
 
 
 def _missed(scenario: Scenario, result: Robustness) -> str:
-    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
+    """Line if the median machine exceeds the scenario's own tolerances; "" otherwise.
 
     The fitness of such a scenario is one over the weighted mean of measure / tolerance.
     """
@@ -263,7 +263,7 @@ def _missed(scenario: Scenario, result: Robustness) -> str:
 
 
 def _show_spread(result: Robustness, numbers: Json) -> None:
-    """Quantiles of each metric over the machines; ``numbers`` name design and scenario too."""
+    """Quantiles of each metric over the machines; ``numbers`` contain design and scenario too."""
     chaotic = [key for key in result.ranges if key in numbers["metrics"]]
     lost = f"of the others {reasons_text(result.reasons)}\n" if result.reasons else ""
     heads = ("metric", "nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count")
@@ -289,6 +289,6 @@ def _show_spread(result: Robustness, numbers: Json) -> None:
 
 
 def _refused(draws: int) -> str:
-    """What became of machines that were drawn and cannot be, a line; "" without any."""
+    """Line on drawn machines that are impossible; "" without any."""
     line = f"{draws} draws were replaced, as their parameters are impossible together\n"
     return line if draws else ""

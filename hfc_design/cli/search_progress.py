@@ -1,4 +1,4 @@
-"""How far a search has got, on stderr; and the folder of a new run."""
+"""Progress of a search on stderr, and the folder of a new run."""
 
 import time
 from contextlib import suppress
@@ -15,7 +15,7 @@ from hfc_design.search.polish import Polished
 
 
 def free_folder(name: str) -> Path:
-    """Make the folder of a new run of a scenario; RunError: it cannot be made."""
+    """Create the folder of a new run of a scenario; RunError: it cannot be created."""
     for folder in (Path("runs") / f"{name}-{number}" for number in count(1)):
         with writing(folder), suppress(FileExistsError):
             folder.mkdir(parents=True)
@@ -23,12 +23,12 @@ def free_folder(name: str) -> Path:
     return folder
 
 
-#: What is done when a search has ended.
+#: Step after the end of a search.
 JUDGING = "judging the results"
 
 
 class Watch(ProgressBar):
-    """The search of a scenario: its best and median, how fast it is."""
+    """Progress of the search of a scenario: best and median merit, speed."""
 
     def __init__(self, scenario: Scenario):
         super().__init__("compiling", scenario.search.generations)
@@ -72,7 +72,7 @@ class Watch(ProgressBar):
             self._said = now
 
     def lap(self, lap: Lap) -> None:
-        """Say why there is another search."""
+        """Print the reason for another search."""
         assert lap.use is not None
         self.say(f"{lap.use.answer}\nnew start: {lap.number + 2} of at most {self._laps}")
         self._first = None

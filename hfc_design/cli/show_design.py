@@ -1,4 +1,4 @@
-"""What ``hfc show design`` says: what it is, for which plant, what it reads, its numbers."""
+"""Facts of ``hfc show design``: the design's kind, its plant, its signals, its numbers."""
 
 from collections.abc import Iterator
 
@@ -40,7 +40,7 @@ def facts(design: Design) -> Json:
 
 
 def _keys(design: Design, units: dict[str, str], signals: dict[str, str]) -> Iterator[Json]:
-    """What stands in the controller, with units and meanings."""
+    """Keys of the controller, with units and meanings."""
     known = {x.key: x for x in parts(CONTROLLER, design.controller.kind) if x.part == "design"}
     for key, value in flat(design.controller.model_dump(mode="json")).items():
         if key in ("kind", "sample_time_s") or value is None:

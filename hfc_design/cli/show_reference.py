@@ -1,4 +1,4 @@
-"""What ``hfc show`` and ``hfc list`` tell: from the reference, or of a user's own parts."""
+"""Output of ``hfc show`` and ``hfc list``, from the reference or for a user's own parts."""
 
 import json
 from importlib import metadata
@@ -19,7 +19,7 @@ SCENARIOS = Path(__file__).parents[1] / "files" / "scenarios"
 
 
 def show(kind: str, name: str | None, as_json: bool) -> None:
-    """``hfc show``: all of a kind, or what ``name`` is.
+    """``hfc show``: all things of a kind, or the thing ``name``.
 
     Raises:
         UserError: there is nothing of that name.
@@ -43,7 +43,7 @@ def show(kind: str, name: str | None, as_json: bool) -> None:
 
 
 def unlisted(kind: str, name: str) -> list[Entry]:
-    """The entries of what a scenario names and the reference has not: a user's own part."""
+    """Entries of a user's own part, which a scenario names and the reference lacks."""
     return [] if name in _names(kind) else _plugin(kind, name)
 
 
@@ -52,7 +52,7 @@ def _names(kind: str) -> list[str]:
 
 
 def _plugin(kind: str, name: str) -> list[Entry]:
-    """The entries of a user's own part; UserError: there is none of that name."""
+    """Entries of a user's own part; UserError: there is none of that name."""
     if kind in ENTRY_POINTS and (":" in name or name in _plugins(kind)):
         from hfc_design.gather.gather import live
 
@@ -67,7 +67,7 @@ def _plugin(kind: str, name: str) -> list[Entry]:
 
 
 def _plugins(kind: str) -> list[str]:
-    """Names of what is not built in: parts of installed packages, and those of --use."""
+    """Names of parts that are not built in: those of installed packages, and those of --use."""
     if kind not in ENTRY_POINTS:
         return []
     group = GROUPS.get("fitness" if kind == "objective" else kind)
@@ -87,7 +87,7 @@ def _list(kind: str, entries: list[Entry], as_json: bool) -> None:
 
 
 def _keys(name: str, as_json: bool) -> None:
-    """A key, wherever it is from, or all of a table that are of every plant, kind and so on."""
+    """Show a key of any origin, or all keys of a table that every plant, kind and so on has."""
     every = [
         one
         for one in reference.entries()

@@ -1,4 +1,4 @@
-"""The tables of ``hfc show``, which fit 60 columns and more."""
+"""Tables of ``hfc show``, which fit 60 columns and more."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -12,7 +12,7 @@ from hfc_design.core.overrides import flat
 from hfc_design.reference.entries import Entry
 from hfc_design.reference.values import FILE, Value
 
-#: Part of a thing -> what stands above its table, in the order of these.
+#: Part of a thing -> title of its table, in the order of the tables.
 TITLES = {
     "fact": "",
     "parameter": "parameters",
@@ -25,19 +25,19 @@ TITLES = {
 READ = "signal", "metric"
 OF_PLANT = "error", "command", "load", "signal"
 WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
-#: Letters of a value in a table.
+#: Largest number of letters of a value in a table.
 LONGEST = 24
-#: Letters of a key in a line; one that is longer goes on in the next, behind a dot.
+#: Letters of a key in a line; a longer key is continued in the next line, after a dot.
 KEY = 34
 
 
 def say(text: str = "") -> None:
-    """A line on stdout."""
+    """Print a line on stdout."""
     terminal().print(text, highlight=False)
 
 
 def show_columns(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """A table whose last column takes what is left."""
+    """Print a table whose last column takes the remaining width."""
     table = plain_table(title=title or None)
     for name in names:
         last = name == names[-1]
@@ -55,7 +55,7 @@ def show_columns(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]
 
 
 def show_list(kind: str, entries: Sequence[Entry]) -> None:
-    """All of a kind, a line each; of keys a table."""
+    """Print all things of a kind, a line each; keys as a table."""
     if kind == "key":
         _show_entries("", entries, "")
         return
@@ -72,7 +72,7 @@ def _with_unit(one: Entry) -> str:
 
 
 def show_owners(entries: Iterable[Entry]) -> None:
-    """Of which things there are more keys, and how they are shown."""
+    """Print the things that have more keys, and the commands that show these."""
     owners: dict[str, list[str]] = {}
     for kind, name in dict.fromkeys((one.kind, one.name) for one in entries):
         owners.setdefault(kind, []).append(name)
@@ -82,7 +82,7 @@ def show_owners(entries: Iterable[Entry]) -> None:
 
 
 def show_thing(every: Sequence[Entry]) -> None:
-    """A thing and its parts."""
+    """Print a thing and its parts."""
     head, *rest = every
     say(f"{head.kind} {head.name}: {_with_unit(head)}")
     if head.source:
@@ -100,7 +100,7 @@ def show_thing(every: Sequence[Entry]) -> None:
 
 
 def _table_of(one: Entry) -> str:
-    """The table of a file in which a key stands: the whole of a thing's settings in one."""
+    """The table of a file that contains a key; all settings of a thing are in one table."""
     if one.part not in ("parameter", "setting", "design"):
         return ""
     return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
@@ -122,7 +122,7 @@ def _show_entries(title: str, entries: Sequence[Entry], prefix: str) -> None:
 
 
 def dotted(key: str) -> str:
-    """A key in lines of at most ``KEY`` letters, that break behind dots: no word is cut."""
+    """A key in lines of at most ``KEY`` letters, broken after dots so that no word is cut."""
     lines = [""]
     for word in re.findall(r"[^.]+\.?|\.", key):
         if lines[-1].strip() and len(lines[-1] + word) > KEY:
@@ -132,7 +132,7 @@ def dotted(key: str) -> str:
 
 
 def _without(one: Entry) -> str:
-    """What stands for a default where there is none."""
+    """Text in place of a missing default."""
     if one.part in READ:
         return one.unit
     unit = f"[{one.unit}]" if one.unit and one.unit != "1" else ""
@@ -140,7 +140,7 @@ def _without(one: Entry) -> str:
 
 
 def text_of(value: Plain, unit: str = "") -> str:
-    """A value with its unit, not long."""
+    """A value with its unit, shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | dict) and not value:
@@ -155,7 +155,7 @@ def text_of(value: Plain, unit: str = "") -> str:
 def show_scenario(
     name: str, data: Json, entries: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
 ) -> None:
-    """What a scenario says, what it leaves, and what holds in each of its motions."""
+    """Print the values of a scenario, its defaults, and the values in each of its motions."""
     say(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
     here = [x for x in entries if x.where == FILE and not x.key.startswith("motions")]
     say()
@@ -187,7 +187,7 @@ def show_scenario(
 
 
 def _brief(value: Plain) -> str:
-    """A table of a motion by its kind and its numbers."""
+    """A table of a motion as its kind and its numbers."""
     if not isinstance(value, dict):
         return text_of(value)
     rest = ", ".join(f"{key} {text_of(x)}" for key, x in value.items() if key != "kind")
@@ -195,7 +195,7 @@ def _brief(value: Plain) -> str:
 
 
 def show_design(record: Json) -> None:
-    """The ``facts`` of a design."""
+    """Print the ``facts`` of a design."""
     axes = f", axes {', '.join(record['axes'])}" if record["axes"] else ""
     say(f"design {record['name']}: {record['kind']}, {record['summary']}")
     say(f"for the plant {record['plant']}{axes}, every {record['sample_time_s']:g} s")

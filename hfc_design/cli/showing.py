@@ -1,4 +1,4 @@
-"""``hfc list``, ``show`` and ``init``: what there is, with units and defaults. Starts no JAX."""
+"""``hfc list``, ``show`` and ``init``: available things, with units and defaults. Starts no JAX."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ from hfc_design.cli import options as common
 from hfc_design.cli.binding import argument, command, option
 from hfc_design.cli.names import CONTROLLER, ENTRY_POINTS, OF_KIND, PLANT, OrElse
 
-#: What can be shown; the first four may be a user's own.
+#: Kinds that can be shown; the first four may be a user's own.
 KINDS = (*ENTRY_POINTS, "scenario", "design", "reference", "metric", "format", "key")
-#: What hfc list lists -> kind of it in the reference.
+#: Names of hfc list -> kinds of the reference.
 LISTED = {
     "scenarios": "scenario",
     "designs": "design",

@@ -62,7 +62,7 @@ def score(
 
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
-    """What of its own a design keeps on a scenario that it was not made with."""
+    """Print the design's own settings that it keeps on a scenario that it was not made with."""
     from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]

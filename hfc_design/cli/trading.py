@@ -1,4 +1,4 @@
-"""The trade-off: what ``hfc design --pareto`` asks for, and ``hfc pick``."""
+"""Trade-offs: the options of ``hfc design --pareto``, and ``hfc pick``."""
 
 from os.path import isdir
 from pathlib import Path
@@ -13,21 +13,22 @@ from hfc_design.cli.usage import refusal
 if TYPE_CHECKING:
     from hfc_design.runs.front import Front
 
-#: The strategy that --pareto means where nothing says which.
+#: Default strategy of --pareto.
 PRESET = "nsga-ii"
-#: The strategy that leads to where a front begins: then this many generations more, or of so many
+#: Strategy that leads to the beginning of a front; generations that are then added, or their share
+#: of a set number.
 #: as are set this share.
 LEADER, SPREAD, LED = "cma", 120, 0.75
 
 
 def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts) -> dict[str, Any]:
-    """The changes of a scenario that ``--pareto names`` means, with the ``settings`` of options.
+    """Changes of a scenario for ``--pareto names``, with the ``settings`` of options.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are set. The strategy ``cma`` of a scenario leads to where a front begins.
+    own unless they are set. The strategy ``cma`` of a scenario leads to the beginning of a front.
 
     Raises:
-        UserError: the strategy that is set, or the objectives, cannot be.
+        UserError: the chosen strategy or the objectives are not possible.
     """
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.objectives.traded import check_names
@@ -66,7 +67,7 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
 
 
 def show_front(front: "Front") -> None:
-    """Some points of a front on stdout."""
+    """Print some points of a front on stdout."""
     from hfc_design.core.console import show_rows
     from hfc_design.report.trade_off import EMPTY, table
 
@@ -136,7 +137,7 @@ def pick(
 
 
 def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
-    """Numbers, or texts with a unit, by their names; UserError: the text is of another form."""
+    """Numbers, or texts with a unit, by their names; UserError: the text has another form."""
     from hfc_design.core.numbers import number_or_none
 
     wanted: dict[str, float | str] = {}

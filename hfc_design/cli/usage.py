@@ -1,4 +1,4 @@
-"""What is wrong with a command line, a line each, and what would be right."""
+"""Mistakes on a command line, reported in a line each with the correct usage."""
 
 import re
 import sys
@@ -9,15 +9,15 @@ from typing import Any
 
 import click
 
-#: Where a context keeps what each parameter of the command was given, as it was typed.
+#: Key of a context for the typed value of each parameter of the command.
 TYPED = "hfc.typed"
-#: What an option has beside its name that takes a key and its value.
+#: Metavar of an option that takes a key and its value.
 KEYED = re.compile(r"[A-Z]+=[A-Z]+")
 NUMBERS = click.types.IntParamType, click.types.FloatParamType
 
 
 class Refusing(click.Command):
-    """A command whose mistakes are reported in a line."""
+    """A command that reports mistakes in a line."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
         """Read the arguments."""
@@ -25,23 +25,23 @@ class Refusing(click.Command):
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it; UserError becomes lines on stderr and its exit code."""
+        """Run the command; a UserError becomes lines on stderr and its exit code."""
         with as_lines():
             return super().invoke(ctx)
 
 
 class Plain(Refusing):
-    """Such a command with options, of which none is given twice: ours, or a script of its own."""
+    """A ``Refusing`` command that rejects repeated options: ours, or a script of its own."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Its parameters."""
+        """Check and parse the parameters."""
         if not ctx.resilient_parsing:  # a shell asks what may follow
             check_once(ctx, args)
         return super().parse_args(ctx, args)
 
 
 def refusal(text: str) -> Exception:
-    """The UserError of a command line with this line, imported late so that help is quick."""
+    """A UserError with this line for a command line, imported late so that help is quick."""
     from hfc_design.core.records import UserError
 
     return UserError(text)
@@ -49,7 +49,7 @@ def refusal(text: str) -> Exception:
 
 @contextmanager
 def as_lines() -> Iterator[None]:
-    """What a user did wrong becomes lines on stderr and an exit code."""
+    """Turn a user's mistakes into lines on stderr and an exit code."""
     try:
         yield
     except (click.exceptions.Exit, click.Abort, click.exceptions.NoArgsIsHelpError):
@@ -62,7 +62,7 @@ def as_lines() -> Iterator[None]:
 
 
 def _tell(error: Exception) -> None:
-    """End with lines for the user where ``error`` is not one of the program."""
+    """Exit with lines for the user, unless ``error`` is a fault of the program."""
     from hfc_design.core.interrupt import heard  # which help has no time for
     from hfc_design.core.records import RunError, UserError
 
@@ -79,12 +79,12 @@ def _tell(error: Exception) -> None:
 
 
 def check_once(ctx: click.Context, arguments: list[str]) -> None:
-    """Whether no option of one value is given twice, no key of one of several; digits are plain.
+    """Check that no single-valued option is given twice, no key twice, and that digits are plain.
 
-    Only the last would count.
+    Only the last one would count.
 
     Raises:
-        click.UsageError: one is, or the arguments cannot be read.
+        click.UsageError: one is repeated, or the arguments cannot be read.
     """
     try:
         typed, _, order = ctx.command.make_parser(ctx).parse_args([*arguments])
@@ -108,7 +108,7 @@ def check_once(ctx: click.Context, arguments: list[str]) -> None:
 
 
 def _line(error: click.UsageError) -> str:
-    """A mistake in a line, with what is allowed there."""
+    """A mistake in a line, with the allowed values."""
     inner = error.ctx is not None and error.ctx.parent is not None
     command = str(error.ctx.info_name) if error.ctx and inner else ""
     if isinstance(error, click.MissingParameter) and error.param is not None:
@@ -134,7 +134,7 @@ def _line(error: click.UsageError) -> str:
 
 
 def _allowed(kind: Any, typed: str) -> str:
-    """What a value of a kind has to be; "" where the mistake says so itself."""
+    """Allowed values of a kind of parameter; "" if the mistake states them itself."""
     if isinstance(kind, click.Choice):
         from hfc_design.core.wording import one_of
 

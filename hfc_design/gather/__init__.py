@@ -1,1 +1,1 @@
-"""Walks the code and makes the reference of it: every key, parameter and part, with its meaning."""
+"""Builds the reference from the code: every key, parameter and part, with its meaning."""

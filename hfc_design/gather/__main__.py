@@ -1,4 +1,4 @@
-"""``make reference``: writes the data file of the reference anew."""
+"""``make reference``: rewrites the data file of the reference."""
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.gather.gather import gather

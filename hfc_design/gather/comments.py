@@ -1,4 +1,4 @@
-"""What code says of itself: the comments beside fields, with units in brackets; docstrings.
+"""Meanings in the code: comments beside fields, with units in brackets, and docstrings.
 
 A comment stands behind a field, or in lines of ``#:`` before it::
 
@@ -14,20 +14,20 @@ from functools import cache
 from textwrap import dedent
 from typing import Any, NamedTuple
 
-#: What Python says of a field of a NamedTuple of which nobody says anything.
+#: Python's default docstring of a field of a NamedTuple.
 SAYS_NOTHING = "Alias for field"
 UNIT = re.compile(r"\s*\[([^\[\]]+)\](?=$|[;,])")
 
 
 class Comment(NamedTuple):
-    """What a comment says."""
+    """Parsed comment of a field."""
 
     meaning: str = ""
     unit: str = ""  # "1" for none; "" if it has no brackets
 
 
 def said(text: str) -> Comment:
-    """A comment apart: the last brackets before its end or before a remark hold the unit."""
+    """Parse a comment: the last brackets before its end or before a remark contain the unit."""
     text = " ".join(text.split()).replace("``", "")
     brackets = [*UNIT.finditer(text)]
     if not brackets:
@@ -38,7 +38,7 @@ def said(text: str) -> Comment:
 
 
 def comments_of(record: type[Any]) -> dict[str, Comment]:
-    """Field -> comment of a record or a NamedTuple, those of its bases where it has none itself."""
+    """Field -> comment of a record or a NamedTuple; a field without one inherits its base's."""
     comments: dict[str, Comment] = {}
     for base in reversed(record.__mro__):
         if base.__module__.partition(".")[0] not in ("builtins", "pydantic"):
@@ -52,7 +52,7 @@ def comments_of(record: type[Any]) -> dict[str, Comment]:
 
 @cache
 def _in_source(record: type[Any]) -> dict[str, Comment]:
-    """Those that stand in the text of a class itself."""
+    """Comments in the source text of the class itself."""
     try:
         text = dedent(inspect.getsource(record))
     except (OSError, TypeError):  # built in, typed in, or made by a function
@@ -74,7 +74,7 @@ def _in_source(record: type[Any]) -> dict[str, Comment]:
     return by_field
 
 
-#: Papers by what they are cited as.
+#: Full references of papers by their citation keys.
 PAPERS = {
     "LL": "Lin & Lee 1999",
     "JK95": "Jee & Koren 1995",
@@ -85,22 +85,22 @@ PAPERS = {
 _PLACE = r"(?:eq\.|[Tt]able|sections?|[Aa]ppendix|fig\.) ?[A-Z\d][\d.]*"
 _CITED = rf"(?:{'|'.join(PAPERS)})\b"
 _NAMED = r"(?:Lin & Lee|Lin & Gai|Jee & Koren|Koren) \(?\d{4}\)?|Huang & Shy|Huang et al\."
-#: A paper as it is cited, "LL eq. 1-2" or "Lin & Lee 1999, section 3.2".
+#: A citation of a paper, "LL eq. 1-2" or "Lin & Lee 1999, section 3.2".
 _SOURCE = re.compile(rf"\b(?:{_CITED}|{_NAMED})(?:,? {_PLACE}(?:(?:-| to | and )\d[\d.]*)?)?")
 
 
 def first_line(text: str) -> str:
-    """The first sentence of a docstring."""
+    """First sentence of a docstring."""
     return " ".join(text.partition("\n\n")[0].split()).replace("`", "").rstrip(".")
 
 
 def described(text: str) -> str:
-    """The same without the paper that it cites in brackets."""
+    """First sentence of a docstring without the citation in brackets."""
     return re.sub(r" \([^()]*(cited as|\d{4})[^()]*\)", "", first_line(text))
 
 
 def source_in(text: str) -> str:
-    """The paper that a text names, in full, with the equation if it does; "" for none."""
+    """Full reference of the paper that a text cites, with the equation if given; "" if none."""
     text = re.sub(r"cited as (\w+), eq", r"\1 eq", " ".join(text.split()))
     sources = [re.sub(r"(?<=[\d)])[., ]+$", "", one[0]) for one in _SOURCE.finditer(text)]
     placed = [one for one in sources if re.search(_PLACE, one)]

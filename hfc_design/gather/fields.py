@@ -1,4 +1,4 @@
-"""The fields of a checked record as entries: type, default and what is allowed, in words."""
+"""Fields of a checked record as entries: type, default and allowed values, in words."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, get_args
@@ -10,7 +10,7 @@ from hfc_design.core.numbers import Json, Plain
 from hfc_design.gather.comments import Comment, comments_of, source_in
 from hfc_design.reference.entries import Entry
 
-#: Types of a JSON schema in words.
+#: Words for the types of a JSON schema.
 TYPES = {
     "number": "number",
     "integer": "whole number",
@@ -20,7 +20,7 @@ TYPES = {
     "array": "list",
     "null": "",
 }
-#: Bounds of a JSON schema in words.
+#: Words for the bounds of a JSON schema.
 BOUNDS = {
     "exclusiveMinimum": "greater than",
     "minimum": "at least",
@@ -32,10 +32,10 @@ BOUNDS = {
 def fields_of(
     record: type[BaseModel], prefix: str, head: Entry, passed: tuple[type[Any], ...] = ()
 ) -> Iterator[Entry]:
-    """An entry for each field of a record and of those inside it, by dotted keys.
+    """An entry for each field of a record and of its nested records, by dotted keys.
 
-    ``head`` has what all share. A field that says which kind something is has no entry, nor has a
-    record inside of itself.
+    ``head`` contains the values that all entries share. A field that selects a kind has no entry,
+    and neither has a record nested in itself.
     """
     comments = comments_of(record)
     for name, field in record.model_fields.items():
@@ -65,7 +65,7 @@ def fields_of(
 
 
 def _placeholder(name: str, schema: Json) -> str:
-    """What stands in the key of a record inside a list or a table with names of its own."""
+    """Placeholder in the key of a record inside a list or a table with arbitrary names."""
     branches = _branches(schema)
     only = branches[0] if len(branches) == 1 else schema
     if only.get("type") == "array":
@@ -76,21 +76,21 @@ def _placeholder(name: str, schema: Json) -> str:
 
 
 def records_in(annotation: Any) -> list[type[BaseModel]]:
-    """The records that a type is made of."""
+    """Records of which a type is composed."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [one for part in get_args(annotation) for one in records_in(part)]
 
 
 def plain(value: Any) -> Plain:
-    """A default as a file has it."""
+    """Default value as a file represents it."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_none=True)
     return [plain(one) for one in value] if isinstance(value, tuple | list) else value
 
 
 def _schema(field: Any) -> Json:
-    """What a field asks for, as a JSON schema with all that it refers to in its place."""
+    """JSON schema of a field, with all references resolved."""
     annotation: Any = field.annotation
     if field.metadata:
         annotation = Annotated[(annotation, *field.metadata)]
@@ -99,7 +99,7 @@ def _schema(field: Any) -> Json:
 
 
 def _resolved(schema: Json, known: Json) -> Json:
-    """One level deep: what stands in the place of a reference keeps those that it has."""
+    """Schema with references resolved one level deep; keys beside a reference are kept."""
     if "$ref" in schema:
         return known[schema["$ref"].rpartition("/")[2]]
     resolved = dict(schema)
@@ -119,13 +119,13 @@ def _branches(schema: Json) -> list[Json]:
 
 
 def _of_any_name(schema: Json) -> Json | None:
-    """What a table holds under whatever names; None where it has keys of its own."""
+    """Schema of the values of a table with arbitrary keys; None for a table with fixed keys."""
     values = [schema.get("additionalProperties"), *schema.get("patternProperties", {}).values()]
     return values[-1] if isinstance(values[-1], dict) else None
 
 
 def type_of(schema: Json) -> str:
-    """The type that a schema asks for, in words."""
+    """Type of a schema in words."""
     if branches := _branches(schema):
         return " or ".join(dict.fromkeys(type_of(one) for one in branches))
     if schema.get("format") == "path":
@@ -145,7 +145,7 @@ def _choices(schema: Json) -> list[Any]:
 
 
 def _plural(name: str) -> str:
-    """Several of a type."""
+    """Plural of a type's name."""
     if name == TYPES["boolean"]:
         return name
     parts = (part.partition(" of ") for part in name.split(" or "))
@@ -153,7 +153,7 @@ def _plural(name: str) -> str:
 
 
 def allowed(schema: Json) -> str:
-    """What a schema allows beside its type, in words."""
+    """Allowed values of a schema beside its type, in words."""
     if branches := _branches(schema):
         return "; ".join(filter(None, dict.fromkeys(map(allowed, branches))))
     if "enum" in schema or "const" in schema:

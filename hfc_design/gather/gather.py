@@ -1,6 +1,6 @@
 """Everything that a user can name, gathered from the code.
 
-Imports all of the package, and with it JAX; whoever only reads has ``reference.entries``.
+Imports the whole package, and JAX with it; ``reference.entries`` reads the result without it.
 """
 
 import importlib
@@ -39,7 +39,7 @@ from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.strategy import Strategy
 from plants import Drive, Machine, machine_of
 
-#: What no format has to tell of the signals of every drive.
+#: Signals of every drive that no format has to describe.
 COMMON = {
     "command": "output of the controller",
     "load": "force or torque against the drive, positive against forward motion",
@@ -47,7 +47,7 @@ COMMON = {
 
 
 def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
-    """The entries of a plant."""
+    """Entries of a plant."""
     machine = machine_of(plant)
     drives = dict.fromkeys(drive.name for drive in machine.drives)
     text = _docstring(getattr(machine.drives[0].step, "__module__", ""))
@@ -74,7 +74,7 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
 
 
 def _docstring(module: str) -> str:
-    """That of a module; "" where it is not known."""
+    """Docstring of a module; "" if the module is not loaded."""
     return inspect.getdoc(sys.modules[module]) or "" if module in sys.modules else ""
 
 
@@ -97,7 +97,7 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
 
 
 def _metrics(machine: Machine) -> dict[str, str]:
-    """What is read off a motion: of one axis; of two on a path in X-Y; of a program."""
+    """Metrics of a motion: of one axis, of two on a path in X-Y, of a program."""
     drive = machine.drives[0]
     tables = {"": columns(machine, PROGRAM if len(machine.axes) > 1 else ALONE)}
     if len(machine.axes) == 1 and drive.millimetres is not None:
@@ -110,7 +110,7 @@ def _metrics(machine: Machine) -> dict[str, str]:
 
 
 def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
-    """The entries of a kind of controller: what is searched, what stands in a design file."""
+    """Entries of a kind of controller: what a search varies, and the keys in a design file."""
     sources = [source_in(text) for text in (_law_text(kind), kind.summary)]
     source = max(sources, key=len)  # the one that has an equation too
     head = Entry(reference.CONTROLLER, kind.name)
@@ -137,7 +137,7 @@ def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
 
 
 def _law_text(kind: type[ControllerRecord]) -> str:
-    """What the module of a kind's law says of it."""
+    """Docstring of the module of a kind's control law."""
     package = kind.record.__module__.removesuffix(".record")
     if not hasattr(sys.modules.get(package), "__path__") or find_spec(f"{package}.law") is None:
         return ""  # a user's own
@@ -145,7 +145,7 @@ def _law_text(kind: type[ControllerRecord]) -> str:
 
 
 def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
-    """The entries of a search strategy."""
+    """Entries of a search strategy."""
     text = first_line(_docstring(strategy.settings.__module__))
     head = Entry(reference.STRATEGY, strategy.name)
     yield head._replace(meaning=strategy.summary, source=source_in(text))
@@ -153,7 +153,7 @@ def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
 
 
 def objective_entries(objective: Objective) -> Iterator[Entry]:
-    """The entries of an objective."""
+    """Entries of an objective."""
     plain = objective.settings is ObjectiveSettings
     text = "" if plain else first_line(_docstring(objective.settings.__module__))
     head = Entry(reference.OBJECTIVE, objective.name)
@@ -163,14 +163,14 @@ def objective_entries(objective: Objective) -> Iterator[Entry]:
 
 
 def reference_entries(record: type[BaseModel], passed: tuple[type[Any], ...]) -> Iterator[Entry]:
-    """The entries of a kind of reference."""
+    """Entries of a kind of reference."""
     head = Entry(reference.REFERENCE, str(record.model_fields["kind"].default))
     yield head._replace(meaning=first_line(inspect.getdoc(record) or ""))
     setting = head._replace(part="setting")
     yield from fields_of(record, "reference.", setting, passed)
 
 
-#: Plug-ins by the kind of their entries, and what makes these of one.
+#: Kinds of entries -> the plug-ins of that kind, and the function that makes their entries.
 PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
     reference.PLANT: (ALL_PLANTS, plant_entries),
     reference.CONTROLLER: (KINDS, kind_entries),
@@ -179,7 +179,8 @@ PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
 }
 #: Tables with the keys of [load].
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
-#: Tables of a scenario whose keys are those of what they name: the key that names it, its default,
+#: Tables of a scenario whose keys depend on the thing that they name: the key with the name, its
+#: default, and the available things.
 #: and what there is.
 CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
     "reference": ("kind", "ramp", None),
@@ -190,7 +191,7 @@ CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
 
 
 def gather() -> list[Entry]:
-    """Every entry of what is built in."""
+    """Every entry of the built-in parts."""
     references = records_in(AnyReference)
     entries = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
@@ -213,10 +214,10 @@ def gather() -> list[Entry]:
 
 
 def live(kind: str, name: str) -> list[Entry]:
-    """The entries of one plug-in, an own one too: a name that is known, or ``module:OBJECT``.
+    """Entries of one plug-in, built-in or a user's own: a known name, or ``module:OBJECT``.
 
     Raises:
-        UserError: there is none.
+        UserError: the plug-in does not exist.
     """
     group, entries_of = PLUGINS[kind]
     return [*entries_of(group.resolve(name))]
@@ -227,7 +228,7 @@ def _built_in(group: Group[Any]) -> list[str]:
 
 
 def _keys(references: list[type[BaseModel]]) -> Iterator[Entry]:
-    """The keys of every scenario."""
+    """Entries of the keys of every scenario."""
     for one in fields_of(Scenario, "", Entry(reference.KEY, ""), tuple(references)):
         table, _, rest = one.key.partition(".")
         if one.key.startswith(AS_LOAD):

@@ -1,7 +1,7 @@
-"""What a log tells of a machine: its parameters, how sure they are, and what to record next.
+"""Identification of a machine from a log: parameters, their certainty, and what to record next.
 
-``request.py`` is what is asked, ``recording.py`` what was recorded, ``replay.py`` the plant under
-it; ``fit.py`` finds the ``parameters.py``, ``identifiability.py`` says how well they are known,
-``advice.py`` what to record next, ``response.py`` what the model lacks; ``identified.py`` does it
-all. What comes of it is an ``outcome.py``: its tables, its scenario, its page.
+``request.py`` is the task, ``recording.py`` the recorded motion, ``replay.py`` the plant under it;
+``fit.py`` fits the ``parameters.py``, ``identifiability.py`` determines their certainty,
+``advice.py`` what to record next, ``response.py`` what the model lacks; ``identified.py`` combines
+all of these. The result is an ``outcome.py``: its tables, its scenario, its page.
 """

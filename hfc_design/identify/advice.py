@@ -1,12 +1,12 @@
-"""What a log tells least: how the fit grows worse beside it, and what to record next.
+"""Profiles of the least certain parameters, and advice on what to record next.
 
 Profile likelihood: one parameter is held off its value, and all others are fitted again at every
-place (Raue et al., Bioinformatics 25, 2009). A parabola is what the intervals suppose; a curve that
-stays flat on one side has an end on the other one only.
+place (Raue et al., Bioinformatics 25, 2009). The intervals assume a parabola; a curve that stays
+flat on one side gives an end of the interval on the other side only.
 
-What to record next tells most of what the log does not tell yet. Commands of a few shapes are
-simulated on the machine as it is known by now; what one would tell is its Fisher information, added
-to that of the log (Ljung, System Identification, 1999, sec. 13.3).
+The advice is the recording with the most information that the log lacks. Commands of a few shapes
+are simulated on the machine as identified so far; the value of a recording is its Fisher
+information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
 """
 
 from typing import NamedTuple
@@ -20,32 +20,32 @@ from hfc_design.identify.identifiability import CONFIDENCE, Certainty, errors_of
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
 
-#: How long each is [s], in at most so many samples.
+#: Duration of each command [s], and its largest number of samples.
 LASTS, SAMPLES = 5.0, 10_000
 #: Frequencies [Hz], none above this share of the samples; amplitudes as shares of the largest
-#: command that was recorded.
+#: recorded command.
 FREQUENCIES, FASTEST = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0), 0.1
 AMPLITUDES = (0.2, 0.5, 1.0)
-#: It may go so many times as far and as fast as the log does.
+#: Largest travel and speed as multiples of those of the log.
 FURTHER = 1.5
-#: Of so many parameters it is said what they gain, if the best gains this at least (a logarithm).
+#: Number of parameters whose gain is shown, and least gain of the best of them (a logarithm).
 SHOWN, WORTH = 2, 0.1
-#: Whatever is known better than so (a standard error) is known well enough.
+#: Standard error below which a parameter is known well enough.
 ENOUGH = 1e-3
-#: Of so many parameters, those that the log tells least.
+#: Number of parameters with a profile, the least certain ones.
 WORST = 2
 #: Places on either side, in standard errors; no number leaves its value further than ``FURTHEST``.
 PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
 #: Points of the parabola.
 SMOOTH = 61
-#: Replays of Levenberg-Marquardt at each place, after what the slopes say.
+#: Replays of Levenberg-Marquardt at each place, after the prediction by the slopes.
 STEPS, TOLERANCE = 4, 1e-5
-#: By which the fit has grown worse at the ends of the interval.
+#: Deterioration of the fit at the ends of the interval.
 LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
 
 class Advice(NamedTuple):
-    """A command that is worth recording."""
+    """A recommended command for the next recording."""
 
     amplitude: float  # of a sine of the command [its unit]
     frequency: float  # [Hz]
@@ -56,7 +56,7 @@ class Advice(NamedTuple):
 
 
 def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice | None:
-    """The sine that tells most of what the log does not tell; None: none tells much more."""
+    """The sine that adds most to the information of the log; None: none adds much."""
     if log.command is None or (known.identifiable.all() and known.error.max() < ENOUGH):
         return None
     every, names = log.sample_time, fit.free.names
@@ -89,7 +89,7 @@ def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice 
 
 
 def _travel_and_speed(place: Floats, every: float) -> tuple[float, float]:
-    """How far an axis goes in (steps,) places ``every`` s, and how fast."""
+    """Travel of an axis at (steps,) places ``every`` s, and its largest speed."""
     return np.ptp(place), np.abs(np.diff(place)).max() / every
 
 
@@ -100,9 +100,10 @@ def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float
 
 
 def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tuple[Floats, Floats]:
-    """(steps,) where the axis would be, and slopes (steps, outputs, numbers) of its log.
+    """(steps,) simulated places of the axis, and slopes (steps, outputs, numbers) of its log.
 
-    A log at least as long is one, of which the end does not count: one program does for both.
+    The simulated record is as long as the log, if that is longer, and its end does not count: one
+    program is then enough for both.
     """
     steps = len(command)
     still = np.zeros(max(steps, len(log.load)))
@@ -124,7 +125,7 @@ def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tupl
 
 
 class Profile(NamedTuple):
-    """How the fit grows worse while one parameter is held off its value."""
+    """Deterioration of the fit while one parameter is held off its value."""
 
     name: str
     values: Floats  # (places,) rising, the fitted one in the middle
@@ -133,13 +134,13 @@ class Profile(NamedTuple):
 
 
 def profiles(fit: Fit, known: Certainty) -> tuple[Profile, ...]:
-    """Of the parameters that are known least."""
+    """Profiles of the parameters that are known least."""
     worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
     return tuple(_profile(fit, known, int(k)) for k in worst)
 
 
 def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
-    """Of one, from where the others would be by their slopes."""
+    """Profile of one parameter; the others start from the prediction by their slopes."""
     problem, error = fit.problem, np.sqrt(known.covariance[k, k])
     root = np.vstack([root_of(fit.jacobian, fit.problem.scale), np.eye(len(fit.numbers)) / VAGUE])
     others = np.arange(len(fit.numbers)) != k
@@ -156,7 +157,7 @@ def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
         return alone.squares(residuals(alone, ended))
 
     def values(numbers: Floats) -> Floats:
-        """(places,) the parameter in its unit where its number is one of ``numbers``."""
+        """(places,) values of the parameter in its unit for its ``numbers``."""
         return np.array([fit.free.values(np.where(others, fit.numbers, x))[k] for x in numbers])
 
     least = problem.squares(fit.residual)

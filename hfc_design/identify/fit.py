@@ -1,6 +1,6 @@
-"""Parameters under which a machine does what was recorded, by the observer that tells most.
+"""Fit of a machine's parameters to a recording, with the observer that gives the least residual.
 
-Many starts, the best ones refined.
+Many starts, of which the best are refined.
 """
 
 import os
@@ -20,58 +20,58 @@ from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 
-#: Starts that are simulated side by side, and how many of the best are refined.
+#: Starts that are simulated side by side, and number of the best that are refined.
 STARTS, REFINED = 100, 10
-#: Where they are drawn: up to so many times the value or its inverse.
+#: Range of the starts: up to so many times the value or its inverse.
 AWAY = 5.0
-#: Replays of Levenberg-Marquardt that a refined start has, and the last one; and by which share the
-#: next one has to make the squares less, or it is the last.
+#: Most replays of Levenberg-Marquardt for a refined start, and for the final fit; share by which
+#: the next replay must reduce the squares, for each of them.
 FEW, MANY = 15, 100
 LOOSE, TIGHT = 1e-3, 1e-8
-#: How much it is damped in the beginning, and at most; and as which share of the one with the
-#: largest slope at least, or what is hardly seen would run away. Steeper slopes have no squares.
+#: Initial damping, and its largest value; its least weight as a share of that of the steepest
+#: slope, which keeps hardly visible numbers from running away. Steeper slopes have no squares.
 DAMPING, MOST, WEAK, STEEP = 1e-3, 1e3, 1e-3, 1e130
-#: The scales are taken anew at most so many times, until none changes by this share.
+#: The scales are updated at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
-#: The size of the load is looked for in so many steps.
+#: Number of steps in the search for the size of the load.
 PUSHED = 3
-#: Refined starts that end this near the best one, relative, have found the same.
+#: Relative distance from the best up to which refined starts count as the same result.
 SAME = 0.01
-#: A residual below such a share of the motion is none: of a log without noise all that is left is
-#: rounding.
+#: A residual below this share of the motion counts as zero: for a log without noise only rounding
+#: remains.
 NOTHING = 1e-6
-#: How sure it is beforehand that a number is where it began, as a standard deviation. So little
-#: that a log that tells anything of it overrules it; what it does not tell stays where it began.
+#: Prior standard deviation of a number about its start. So large that any information in a log
+#: outweighs it; a number without information stays at its start.
 VAGUE = float(np.log(FACTOR))
-#: Correlations of the residual are counted up to this share of the log, as Newey and West do with
+#: Correlations of the residual are counted up to this share of the log, as by Newey and West with
 #: weights that fall to 0.
 CORRELATED = 0.02
 #: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
 #: none slower than so many periods in the log: the first three do not count.
 BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
-#: One that is asked for may be this share of the samples; a faster one does not settle.
+#: Largest requested bandwidth as a share of the samples; a faster observer does not settle.
 LARGEST_SHARE = 0.2
-#: A slower observer is tried if under the numbers of the faster one it is off by less than so many
-#: times as much; whoever knows the machine needs no fast one.
+#: A slower observer is tried if its residual with the numbers of the faster one is less than so
+#: many times as large; a fast observer is not needed if the machine is known.
 WORTH = 3.0
-#: Where a fit leaves this share of what its observer alone does, as beside a soft spring, slower
-#: observers [Hz] are tried from all starts.
+#: Share of the residual of the observer alone from which on slower observers [Hz] are tried from
+#: all starts, as with a soft spring.
 SPOILT, SLOWER = 0.4, (5.0, 2.0)
-#: A lag is looked for from so many samples, and is one if it is so many standard errors long.
+#: First lag of the search [samples], and least length of an accepted one in standard errors.
 LAG, CLEAR = 0.5, 4.0
 
 One = TypeVar("One")
 Made = TypeVar("Made")
-#: Is called with a line at every step.
+#: Function that is called with a line at every step.
 Tell = Callable[[str], None]
 
 
 def silent(line: str) -> None:
-    """Tells nobody."""
+    """Ignore the line."""
 
 
 class Problem(NamedTuple):
-    """A residual and what its outputs weigh; one program does for all of a kind and a length."""
+    """A residual with the weights of its outputs; all of a kind and a length share one program."""
 
     free: FreeParameters
     residual: Residual
@@ -80,24 +80,24 @@ class Problem(NamedTuple):
     bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
 
     def off(self, numbers: Scalar) -> Scalar:
-        """(steps, outputs) in units of the outputs."""
+        """(steps, outputs) residual in units of the outputs."""
         return self.residual(*self.free.parts(numbers))
 
     def squares(self, off: Floats) -> float:
-        """Sum of the squares of what it is ``off``, each output in its own scale."""
+        """Sum of the squares of the residual ``off``, each output in its own scale."""
         with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
             return float(np.sum(np.square(off / self.scale)))
 
     @property
     def observer(self) -> str:
-        """What a recording is replayed with, in words."""
+        """Kind of replay of the recording, in words."""
         if self.bandwidth is None:
             return "closed loop"
         return f"observer of {self.bandwidth:g} Hz" if self.bandwidth else "open loop"
 
 
 class Fit(NamedTuple):
-    """What was found; numbers are those of ``free``."""
+    """Result of a fit; its numbers are those of ``free``."""
 
     problem: Problem
     numbers: Floats  # (names + 2,)
@@ -107,12 +107,12 @@ class Fit(NamedTuple):
 
     @property
     def free(self) -> FreeParameters:
-        """The parameters that were looked for."""
+        """The fitted parameters."""
         return self.problem.free
 
     @property
     def how(self) -> str:
-        """How a log is replayed, in words."""
+        """Kind of replay of a log, in words."""
         command = "" if self.problem.bandwidth is None else "recorded command, "
         return command + self.problem.observer
 
@@ -123,17 +123,17 @@ class Fit(NamedTuple):
 
     @property
     def values(self) -> Floats:
-        """(names,) what was found, in units of the drive."""
+        """(names,) fitted values, in units of the drive."""
         return np.asarray(self.free.values(self.numbers))
 
     @property
     def late(self) -> float:
-        """By how many samples the command acts later than it was recorded."""
+        """Delay of the command relative to its record [samples]."""
         return float(self.numbers[-2])
 
     @property
     def lag(self) -> float:
-        """How much of that is a first-order lag [samples]."""
+        """Part of the delay that is a first-order lag [samples]."""
         return abs(float(self.numbers[-1]))
 
 
@@ -161,14 +161,14 @@ def residuals(problem: Problem, numbers: Floats) -> Floats:
 
 
 def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
-    """``Problem.off``, and its slopes (steps, outputs, names + 2) by what moves."""
+    """``Problem.off``, and its slopes (steps, outputs, names + 2) in the directions that move."""
     with jax.enable_x64(True):
         jacobian, off = _both(problem, numbers)
     return np.asarray(off), np.asarray(jacobian) * problem.moves
 
 
 def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
-    """``one`` of each, on all cores: a replay leaves Python alone."""
+    """Results of ``one`` for each item, on all cores: a replay releases Python's lock."""
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return [*pool.map(one, many)]
 
@@ -176,10 +176,10 @@ def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
 def levenberg_marquardt(
     problem: Problem, numbers: Floats, enough: float, steps: int
 ) -> tuple[Floats, float]:
-    """Where Levenberg-Marquardt ends (names + 2,), and the squares there.
+    """End of Levenberg-Marquardt (names + 2,), and the squares there.
 
-    It has ended when a step makes the squares less by a share of ``enough`` only, or would.
-    Damped as Nielsen does (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
+    It ends when a step reduces the squares by a share of ``enough`` only, or is predicted to. The
+    damping is that of Nielsen (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
     moving = np.flatnonzero(problem.moves)
     begun = np.asarray(problem.free.begun)[moving]
@@ -216,9 +216,10 @@ def levenberg_marquardt(
 
 
 def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
-    """The problem with a constant load in the size of what a ``command`` (steps,) moves.
+    """The problem with a constant load scaled by the effect of a ``command`` (steps,).
 
-    What holds the mean of it is near the load: at these numbers (names + 2,) a search begins.
+    The load that balances the mean of the command is close to the true one: the returned numbers
+    (names + 2,) are the start of a search.
     """
     free, begun = problem.free, problem.free.begun
     k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
@@ -243,7 +244,7 @@ def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, 
 
 
 def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
-    """Numbers of the best of many starts, and how many of those refined ended like it.
+    """Numbers of the best of many starts, and the count of refined starts that end like it.
 
     The first start is ``near``; the others are drawn around it by a Sobol sequence.
     """
@@ -268,7 +269,7 @@ def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
 
 
 def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = silent) -> Fit:
-    """The fit that ``numbers`` end at, each output in the scale of its residual."""
+    """The fit that starts at ``numbers``, with each output in the scale of its residual."""
     tell(f"{problem.observer}: refining the best")
     scale = problem.scale
     for k in range(ROUNDS):
@@ -286,19 +287,19 @@ def fitted(problem: Problem, numbers: Floats, agreeing: int = 0) -> Fit:
 
 
 def refitted(fit: Fit, numbers: Floats, moving: Mask) -> Fit:
-    """Fitted again from ``numbers`` (names + 2,), of which only ``moving`` (names,) ones move.
+    """Fit again from ``numbers`` (names + 2,), of which only ``moving`` (names,) are changed.
 
-    Those of ``LATE`` move if they did.
+    Those of ``LATE`` are changed if they were before.
     """
     moves = np.append(moving.astype(float), fit.problem.moves[-2:])
     return settled(fit.problem._replace(moves=moves), numbers, fit.agreeing)
 
 
 def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
-    """(numbers, numbers) of the numbers; of each its variance over that under white noise.
+    """(numbers, numbers) covariance; ratio of each number's variance to that under white noise.
 
-    In the slopes' singular directions: none is lost beside a far larger one, as it would be in
-    the normal matrix, and what comes out is a square.
+    It is computed in the slopes' singular directions: none is lost beside a far larger one, as it
+    would be in the normal matrix, and the result is a square.
     """
     numbers = len(fit.numbers)
     rows = np.vstack([rows_of(fit.jacobian, fit.problem.scale), np.eye(numbers) / VAGUE])
@@ -314,12 +315,12 @@ def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
 
 
 def rows_of(slopes: Floats, scale: Floats) -> Floats:
-    """(steps outputs, numbers) slopes of residuals that have a deviation of 1."""
+    """(steps outputs, numbers) slopes of residuals scaled to a deviation of 1."""
     return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
 
 
 def _correlated(residual: Floats, slopes: Floats) -> Floats:
-    """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
+    """(numbers, numbers) variance of the slopes times noise correlated like the residual."""
     steps = len(residual)
     lags = max(int(CORRELATED * steps), 1)
     products = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
@@ -338,7 +339,7 @@ def by_starts(
     tell: Tell = silent,
     near: bool = False,
 ) -> Fit:
-    """By many starts, or from one that is ``near``; a delay is looked for but in a closed loop."""
+    """Fit from many starts, or from one that is ``near``; with a delay except in a closed loop."""
     size = np.array([max(np.std(values), 1e-300) for values in log.outputs.values()])
     late = free.sought[0] if bandwidth is not None else 0.0
     moves = np.append(np.ones(len(free.names)), [late, 0.0])
@@ -358,10 +359,10 @@ def by_command(
     tell: Tell = silent,
     near: bool = False,
 ) -> Fit:
-    """Under the command that was recorded, by the observer of the least residual.
+    """Fit under the recorded command, with the observer of the least residual.
 
-    ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
-    no others are tried.
+    ``tried`` are the ``bandwidths`` of the observers. ``near``: the machine is known to be near the
+    first start, and no others are tried.
     """
     first, *others = tried
     best = by_starts(free, log, replay(free, log, first, substeps), first, seed, tell, near)
@@ -384,7 +385,7 @@ def by_command(
 
 
 def unexplained(fit: Fit, log: Recording) -> float:
-    """What a fit leaves of the position, as a share of what its observer does without a machine."""
+    """Residual of the position, relative to that of the observer without a machine."""
     w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * log.sample_time
     poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
     alone = lfilter([1.0, -2.0, 1.0], poles, log.place - log.place[0])
@@ -392,7 +393,7 @@ def unexplained(fit: Fit, log: Recording) -> float:
 
 
 def _with_lag(fit: Fit) -> Fit:
-    """The fit with a part of the lateness as a lag, where the log tells one from the other."""
+    """The fit with part of the delay as a lag, if the log distinguishes them."""
     moves = fit.problem.moves.copy()
     if not (fit.free.sought[1] and moves[-2]) or fit.lag:
         return fit
@@ -404,7 +405,7 @@ def _with_lag(fit: Fit) -> Fit:
 
 
 def bandwidths(log: Recording, wanted: float | None) -> list[float]:
-    """Those of the observers to try [Hz], the fastest first; the one that is ``wanted``.
+    """Bandwidths of the observers to try [Hz], the fastest first; or only the ``wanted`` one.
 
     Raises:
         ValueError: the log is too short for an observer, or for this one, or too slow.

@@ -1,21 +1,22 @@
-"""How well a log tells each parameter: intervals, combinations that it does not tell, what stays.
+"""Certainty of each parameter: intervals, undetermined combinations, values that are kept.
 
-The residual of a fit is coloured: what the model lacks lasts longer than a sample. So the
+The residual of a fit is coloured: errors of the model last longer than a sample. Therefore the
 covariance is the sandwich of White and of Newey and West (Econometrica 55, 1987) with the
 residual's own correlation in the middle, not the inverse of the normal matrix alone.
 
-What a log does not tell stays where it began, and what it tells then.
+Parameters that a log does not determine are kept at their start, and the others are fitted again.
 
-Of parameters that only matter together, as a gain and everything that it drives, one is held: the
-others are told if that one is right. What is known badly stays where it began, all of it.
+Of parameters that only matter in combination, such as a gain and everything that it drives, one is
+held: the others are determined if that one is right. Poorly known parameters are all kept at their
+start.
 
-What ended at a bound of what a machine can have stays there: a friction that is not there has a
-logarithm that runs away; a break-away torque below the Coulomb torque is no machine's. No interval
-that slopes tell is true there.
+A parameter that ends at a bound of what a machine can have is kept there: the logarithm of a
+friction that does not exist runs away; a break-away torque below the Coulomb torque is impossible.
+Intervals from slopes are not valid there.
 
-Intervals by the residual say what chance does to a model that is right. One that is not finds other
-parameters in another motion: each half of a log is fitted for itself, and what differs is what the
-model lacks, or what changed.
+Intervals from the residual describe the effect of chance on a correct model. An incorrect one has
+other parameters in another motion: each half of a log is fitted by itself, and a difference shows a
+deficiency of the model, or a change.
 """
 
 from collections.abc import Sequence
@@ -44,39 +45,39 @@ from hfc_design.identify.parameters import LOAD, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Replay, replay
 
-#: The share of repeats in which an interval holds the true value.
+#: Share of repetitions in which an interval contains the true value.
 CONFIDENCE = 0.95
-#: A parameter whose standard error is more than this share of it is not told by the log.
+#: Relative standard error above which the log does not determine a parameter.
 KNOWN = 0.25
-#: What may change by this much, relative, is nothing that a log of this kind tells.
+#: Relative change above which logs of this kind cannot determine a combination.
 TOGETHER = 1.0
-#: A parameter that takes at least this share of what one takes that changes most is named with it.
+#: Parameters of a combination that are named: those with at least this share of the largest one.
 NAMED = 0.2
-#: The way to a bound is halved so often, and the others fitted again each time.
+#: Number of bisections of the way to a bound, with the other parameters fitted again each time.
 HALVED = 8
 #: A logarithm that is 0 to all digits.
 GONE = -60.0
-#: What is told of an interval that became wider by this share, and is this wide a share.
+#: Relative widening of an interval from which it is reported, and least relative width.
 WIDER, SEEN = 0.5, 1e-4
-#: Of parameters that are known nearly as badly as the worst one, the last is held.
+#: Of the parameters with errors of at least this share of the largest, the last one is held.
 NEARLY = 0.8
-#: What is tried until it fits: of each combination that may change by so much, relative, one
-#: parameter is held; and whether what is left untold then is put where it began.
+#: Attempts until the fit is acceptable: relative change of a combination above which one of its
+#: parameters is held; and whether parameters that remain undetermined are put back to their start.
 TRIED = ((TOGETHER, True), (KNOWN, True), (TOGETHER, False))
-#: What is not told stays where it began, unless the fit grows worse than chance makes it but once
-#: in so many times.
+#: Undetermined parameters stay at their start unless the fit gets worse than chance explains with
+#: this probability.
 CHANCE = 1e-3
-#: Of a parameter: the log tells it, or does not; or what is said of it instead of an interval;
-#: its interval is right if what is held is.
+#: States of a parameter: determined by the log, or not; or a remark instead of an interval;
+#: its interval is valid if the held parameters are right.
 TOLD, NOT_TOLD = "yes", "no"
 BOUND, HELD, GIVEN = "at its bound", "held", "given"
-#: A parameter that only shows where flanks change, for longer than this share of a log on either.
+#: A parameter that is visible only at changes of flank; least share of the log on either flank.
 GAP, RARE = "backlash", 0.01
 HIDDEN = (
     "the backlash is not visible in this log, as a weight keeps one flank in contact; "
     "set to 0, measure it"
 )
-#: Of so many others it is said how they change with one.
+#: Largest number of parameters that are named as changing with one.
 OTHERS = 3
 
 
@@ -87,7 +88,7 @@ class Combination(NamedTuple):
     shares: dict[str, float]  # of each parameter, the largest is 1 or -1
 
     def line(self) -> str:
-        """How parameters may change together without the log telling it."""
+        """Description of a common change of parameters that the log does not reveal."""
         change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
         (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
         if not others:
@@ -98,7 +99,7 @@ class Combination(NamedTuple):
 
 
 class Certainty(NamedTuple):
-    """Of each parameter of a fit, in the order of ``free``."""
+    """Certainty of each parameter of a fit, in the order of ``free``."""
 
     value: Floats
     low: Floats  # ends of the interval; nan: none, the parameter is at its bound
@@ -112,14 +113,14 @@ class Certainty(NamedTuple):
 
     @property
     def identifiable(self) -> Mask:
-        """(names,) whether the log tells it."""
+        """(names,) True for parameters that the log determines."""
         return np.isin(self.state, (TOLD, GIVEN))
 
 
 def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
-    """Intervals of the parameters, and what cannot be told.
+    """Intervals of the parameters, and undetermined combinations.
 
-    ``free`` (names,) are those that are not taken for known; None: all of them.
+    ``free`` (names,) are those that are not taken as known; None: all of them.
     """
     free = np.ones(len(fit.free.names), bool) if free is None else free
     counts = np.append(free, [True, True])
@@ -142,7 +143,7 @@ def _yes_or_no(identifiable: Mask) -> tuple[str, ...]:
 
 
 def combined(one: Certainty, other: Certainty) -> Certainty:
-    """What is sure by both: where slopes change much, those of one place tell half the truth."""
+    """Certainty common to both: where slopes change much, those at one place can be misleading."""
     low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
     inside = (low <= other.value) & (other.value <= high)
     return one._replace(
@@ -155,7 +156,7 @@ def combined(one: Certainty, other: Certainty) -> Certainty:
 
 
 def unseen(fit: Fit) -> Mask:
-    """(names,) what the log does not tell even if all others are known."""
+    """(names,) parameters that the log does not determine even if all others are known."""
     rows = rows_of(fit.jacobian, fit.problem.scale)[:, :-2]
     alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
     return np.asarray(alone > TOGETHER)
@@ -170,7 +171,7 @@ def root_of(slopes: Floats, scale: Floats) -> Floats:
 
 
 def errors_of(*roots: Floats) -> Floats:
-    """(numbers,) standard errors by all of these, and by ``VAGUE``, which is known beforehand."""
+    """(numbers,) standard errors from all of these roots, and from the prior ``VAGUE``."""
     numbers = roots[0].shape[1]
     _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
     return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
@@ -193,9 +194,10 @@ def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
 
 
 def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
-    """The fit with what the log does not tell where it began, and what has a bound there.
+    """The fit with undetermined parameters at their start, and others at their bounds.
 
-    Also how far each parameter is told then, and a note for the user: "" where the log tells all.
+    Also returns the certainty of each parameter in this fit, and a note for the user: "" if the log
+    determines everything.
     """
     fit, edge = at_bound(fit, known)
     fit, zero = at_zero(fit, known)
@@ -229,9 +231,10 @@ def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
 def _again(
     fit: Fit, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Fit]
 ) -> tuple[Fit, Certainty]:
-    """Fitted with what is not ``free`` where it began or at its bound.
+    """Fit again with parameters that are not ``free`` at their start or at their bound.
 
-    ``back``: with what is not told where it began too, until that is no longer the same machine.
+    ``back``: undetermined parameters are put back to their start too, as long as the machine
+    remains the same.
     """
 
     def only(moving: Mask) -> tuple[Fit, Certainty]:
@@ -252,9 +255,9 @@ def _again(
 
 
 def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
-    """Whether it still is a machine, and the fit is not worse than by chance.
+    """True if the machine is still possible, and the fit is not worse than by chance.
 
-    ``untold`` parameters are where they began, beside those that are held, which cost nothing.
+    ``untold`` parameters are at their start, in addition to the held ones, which cost nothing.
     """
     if fault(again.free, again.numbers):
         return False
@@ -265,7 +268,7 @@ def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
 
 
 def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
-    """(names,) what is not held: one is of each combination that may change by the ``limit``."""
+    """(names,) True if not held: one is held of each combination that may change by ``limit``."""
     free, now = free.copy(), certainty(fit, free)
     while now.untold and now.untold[0].change > limit:
         near = np.flatnonzero(now.error >= NEARLY * now.error.max())
@@ -289,10 +292,10 @@ def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
 
 
 def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
-    """A fit that is a machine, and (names,) which parameter is at a bound for that.
+    """A fit of a possible machine, and (names,) parameters that are put to a bound for it.
 
-    That is the one that is known least of those that can be blamed. A fit stays impossible if no
-    single parameter can.
+    The least certain one of the possible causes is put to its bound. A fit remains impossible if no
+    single parameter is the cause.
     """
     bound = np.zeros(len(known.error), bool)
 
@@ -319,9 +322,9 @@ def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
 
 
 def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
-    """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
+    """The fit with 0 for parameters that have come close to a possible 0; (names,) which these are.
 
-    So near that the logarithm tells no more: it would run away for ever.
+    So close that the logarithm has no effect: it would run away for ever.
     """
     free, numbers = fit.free, fit.numbers.copy()
     near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.identifiable
@@ -333,16 +336,16 @@ def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
 
 
 def fault(free: FreeParameters, numbers: Floats, **changes: float) -> str | None:
-    """Why no machine has these parameters; None: one may."""
+    """Reason why no machine has these parameters; None: they are possible."""
     fitted = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
     values = free.starts | fitted | changes
     return free.drive.fault({name: values[name] for name in free.start._fields})
 
 
 def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
-    """What is known, its intervals wide enough for what either half of the log tells; a note.
+    """Certainty with intervals widened to include the fit of either half of the log; a note.
 
-    A half that does not tell a parameter says nothing of it.
+    A half that does not determine a parameter does not affect its interval.
     """
     replay, identifiable = fit.problem.residual, known.identifiable
     if not isinstance(replay, Replay) or not identifiable.any():
@@ -374,7 +377,7 @@ def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
 def unseen_backlash(
     fit: Fit, known: Certainty, log: Recording, substeps: int
 ) -> tuple[Certainty, str]:
-    """What is known but a backlash from flank to flank of which the log never goes, and a line."""
+    """Certainty without a backlash that the log never crosses from flank to flank, and a line."""
     position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
     others = [name for name in fit.free.drive.encoders if name != position]
     if not here.any() or fit.problem.bandwidth is None or not others:

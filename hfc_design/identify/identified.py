@@ -1,4 +1,4 @@
-"""A machine and its logs -> what they tell of it, and what speaks against that."""
+"""Identification of a machine from its logs: the result, and the evidence against it."""
 
 from collections.abc import Iterator, Sequence
 
@@ -34,19 +34,19 @@ from hfc_design.identify.request import Task, parameters_of
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
 
-#: A residual above this share of the motion is no replay of it.
+#: Share of the motion above which a residual means a failed replay.
 LOST = 0.2
-#: A second log that is so many times as far off as the first one is not of the same machine.
+#: A second log with so many times the residual of the first is of another machine.
 STRANGE = 4.0
-#: A model that takes less than the command in this share of its log is not of this drive.
+#: Share of a log with a saturated command above which the model is of another drive.
 CLIPPED = 0.1
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Identified:
-    """What the first of ``logs`` tells of the machine of ``task``; the others check it.
+    """Identify the machine of ``task`` from the first of ``logs``; the others check the result.
 
     Raises:
-        UserError: a parameter is unknown, there is nothing to replay a log with, or no replay
+        UserError: a parameter is unknown, a signal for the replay of a log is missing, or no replay
             of it stays finite.
     """
     (name, log), *_ = logs.items()
@@ -97,7 +97,7 @@ def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Te
 
 
 def check_slopes(fit: Fit) -> None:
-    """ValueError: what was found tells nothing, for it is not finite."""
+    """ValueError: the result of the fit is not finite and therefore useless."""
     if not np.isfinite(fit.rms).all():
         raise ValueError("found no parameters with which the replay stays finite")
     lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
@@ -110,7 +110,7 @@ def check_slopes(fit: Fit) -> None:
 
 
 def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ...]:
-    """Every log replayed in every way that there is."""
+    """Replays of every log in every possible way."""
 
     def ways(log: Recording) -> Iterator[tuple[str, Residual]]:
         if log.command is not None and fit.problem.bandwidth is not None:
@@ -129,7 +129,7 @@ def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ..
 
 
 def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) -> list[str]:
-    """What a user has to know before he uses the parameters.
+    """Warnings that a user has to know before using the parameters.
 
     ``pushed``: other axes act on this one.
     """
@@ -169,7 +169,7 @@ def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: b
 
 
 def saturation_warning(fit: Fit, command: Floats) -> list[str]:
-    """What to say where the drive does not take all of a recorded command."""
+    """Warning if the drive does not take all of a recorded command."""
     drive = fit.free.drive
     low, high = drive.largest_commands(fit.free.parts(fit.numbers)[0])
     share = float(np.mean((command < low) | (command > high)))
@@ -184,7 +184,7 @@ def saturation_warning(fit: Fit, command: Floats) -> list[str]:
 
 
 def mismatched_logs(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:
-    """Which logs are not of the machine that the first one was identified by."""
+    """Warnings on logs that are not of the machine identified from the first one."""
     first = {check.how: check for check in checks if check.log == next(iter(logs))}
     notes = []
     for check in checks:

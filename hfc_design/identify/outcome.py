@@ -1,4 +1,4 @@
-"""Everything that a log tells of a machine, in tables and sentences."""
+"""Result of an identification, in tables and sentences."""
 
 from typing import NamedTuple
 
@@ -17,9 +17,9 @@ from hfc_design.pictures.section import Rows
 
 HEADS = ["parameter", "unit", "start", "found", "from", "to", "known?"]
 CHECKED = ["log", "replayed in", "rms before", "rms after"]
-#: The end of an interval is shown if the standard error is a smaller share than this.
+#: Relative standard error up to which the ends of an interval are shown.
 WIDEST = 2.0
-#: So many combinations are told that the log does not tell.
+#: Largest number of undetermined combinations that are shown.
 COMBINATIONS = 4
 ALIKE = (
     "changed together in this way, the machine responds the same to a command, though "
@@ -33,7 +33,7 @@ NOTHING = (
 
 
 class Check(NamedTuple):
-    """A log replayed with the parameters that were found, or with those of the start."""
+    """Replay of a log with the identified parameters, and with those of the start."""
 
     log: str
     how: str  # under the recorded command, or in closed loop
@@ -43,7 +43,7 @@ class Check(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What was found, and what speaks against it."""
+    """Result of an identification, and the evidence against it."""
 
     log: str  # its name
     task: Task
@@ -58,26 +58,26 @@ class Outcome(NamedTuple):
 
     @property
     def axis(self) -> Axis:
-        """The one of the machine, as the fit began."""
+        """The axis of the machine, as at the start of the fit."""
         return self.task.drive_axis
 
     @property
     def free(self) -> FreeParameters:
-        """The parameters that were looked for."""
+        """The fitted parameters."""
         return self.fit.free
 
     @property
     def position_unit(self) -> str:
-        """Of the residual."""
+        """Unit of the residual of the position."""
         return self.free.drive.units["error"]
 
     def readable(self, position: float) -> str:
-        """A position with a unit that it is easy to read in."""
+        """A position in a unit that suits its size."""
         factor, unit = readable(self.position_unit, position)
         return f"{factor * position:.3g} {unit}"
 
     def parameter_rows(self) -> Rows:
-        """Of each parameter its value and the ends of its interval."""
+        """Value of each parameter and the ends of its interval."""
         known, free = self.known, self.free
         columns = known.value, known.low, known.high, known.error, known.state
         return [
@@ -88,7 +88,7 @@ class Outcome(NamedTuple):
         ]
 
     def interval_line(self) -> str:
-        """What the ends of the intervals mean."""
+        """Meaning of the ends of the intervals."""
         share = f"{100 * CONFIDENCE:g} %"
         line = f"from and to are the ends of the {share} interval, if the model is correct"
         states = zip(self.free.names, self.known.state, strict=True)
@@ -100,13 +100,13 @@ class Outcome(NamedTuple):
         )
 
     def check_rows(self) -> Rows:
-        """Of each replay what it is off, before and after."""
+        """Residual of each replay, before and after."""
         return [
             [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
         ]
 
     def untold_lines(self) -> list[str]:
-        """What the log does not tell, in words."""
+        """Parameters that the log does not determine, in words."""
         lines = [one.line() for one in self.known.untold[:COMBINATIONS]]
         if (more := len(self.known.untold) - COMBINATIONS) > 0:
             lines.append(f"and {more} more such combinations: identify fewer parameters")
@@ -115,7 +115,7 @@ class Outcome(NamedTuple):
         return lines
 
     def advice_line(self) -> str:
-        """What to record next; "" if there is nothing to say."""
+        """Advice on what to record next; "" if there is none."""
         one, units = self.advice, self.free.drive.units
         if one is None:
             return "" if self.known.identifiable.all() else NOTHING
@@ -130,7 +130,7 @@ class Outcome(NamedTuple):
         )
 
     def verdict(self) -> str:
-        """What came out, in a sentence."""
+        """Result in a sentence."""
         identifiable, check = self.known.identifiable, self.checks[0]
         return (
             f"the log determines {sum(identifiable) or 'none'} of {len(identifiable)} parameters; "
@@ -139,7 +139,7 @@ class Outcome(NamedTuple):
         )
 
     def agreeing_line(self) -> str:
-        """How far the starts agree."""
+        """Agreement of the starts."""
         return (
             f"{self.fit.agreeing} of the ten best of a hundred starts reach the same "
             f"residual; replayed with: {self.fit.how}"

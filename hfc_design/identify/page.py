@@ -1,4 +1,4 @@
-"""The page of an identification with its pictures, and the folder that it lies in."""
+"""The page of an identification with its pictures, and its folder."""
 
 import json
 from pathlib import Path
@@ -24,21 +24,21 @@ from hfc_design.pictures.files import small_address
 from hfc_design.pictures.numbers import readable
 from hfc_design.report import REPORT, Page, rendered
 
-#: A spectrum is the mean of those of parts: that many at least, of so many samples at most.
+#: Least number of parts averaged for a spectrum, and most samples of a part.
 PARTS, SEGMENT = 4, 8192
-#: Of the log before and after where the replay is off most; and so many samples at least.
+#: Part of the log around the largest residual as a share, and least number of samples of it.
 NEAR, FEW = 0.01, 25
-#: What has not changed by this share of itself, nobody sees on an axis with its value.
+#: Relative change below which a curve is invisible on an axis that includes its value.
 SEEN = 1e-5
 
 
 def write(result: Identified, path: Path, command: str) -> None:
     """Write the folder: page, numbers, and the scenario for a search.
 
-    ``command`` is how the page says that it was made.
+    ``command`` is the command that produced the page, as shown on it.
 
     Raises:
-        UserError, RunError: it cannot be written, or is not what a scenario can hold.
+        UserError, RunError: it cannot be written, or a scenario cannot represent the result.
     """
     texts = {
         "scenario.toml": scenario_text(result).encode(),
@@ -52,7 +52,7 @@ def write(result: Identified, path: Path, command: str) -> None:
 
 
 def page(result: Identified, command: str) -> Page:
-    """One file that needs nothing else."""
+    """The page as a self-contained file."""
     doubts = [note for note in result.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
     return rendered(
         "identified.html.j2",
@@ -78,12 +78,12 @@ def page(result: Identified, command: str) -> Page:
 
 
 def counted(residual: Floats) -> Floats:
-    """(steps,) what a replay is off; nan until it counts, for an observer has to begin."""
+    """(steps,) residual of a replay; nan while an observer settles and it does not count."""
     return np.where(np.cumsum(residual != 0) > 0, residual, np.nan)
 
 
 def replayed(result: Identified) -> Figure:
-    """The recorded motion beside the replayed one, its command, and what the replay is off."""
+    """The recorded motion beside the replayed one, its command, and the residual."""
     log, unit = result.recording, result.position_unit
     time, panels = _time(result), 2 + (log.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
@@ -103,7 +103,7 @@ def replayed(result: Identified) -> Figure:
 
 
 def closely(result: Identified) -> Figure:
-    """The same around the sample where the replay is off most, every sample of it."""
+    """All samples of these curves around the largest residual."""
     off, unit = result.checks[0].residual, result.position_unit
     worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
     near = slice(max(worst - width, 0), worst + width + 1)
@@ -124,7 +124,7 @@ def closely(result: Identified) -> Figure:
 
 
 def checked(result: Identified) -> Figure | None:
-    """What each other log and each other way of replay leaves; None where there is none."""
+    """Residuals of each other log and each other way of replay; None if there is none."""
     _, *checks = result.checks
     if not checks:
         return None
@@ -137,7 +137,7 @@ def checked(result: Identified) -> Figure | None:
 
 
 def spectrum(result: Identified) -> Figure:
-    """At which frequencies the replay is off."""
+    """Spectrum of the residual."""
     figure = framed(2.8 + 0.2 * len(result.checks), top=0.2 + 0.2 * len(result.checks))
     axes = figure.subplots()
     unit, every = result.position_unit, result.recording.sample_time
@@ -154,7 +154,7 @@ def spectrum(result: Identified) -> Figure:
 
 
 def response(result: Identified) -> Figure | None:
-    """How the log and the model answer the command, and how much of that is the command's."""
+    """Responses of the log and the model to the command, and their coherence."""
     answer = result.response
     if answer is None:
         return None
@@ -175,9 +175,9 @@ def response(result: Identified) -> Figure | None:
 
 
 def profiled(profile: Profile, unit: str) -> Figure | None:
-    """How the fit grows worse while one parameter is held off its value.
+    """Deterioration of the fit while one parameter is held off its value.
 
-    None where that is so sharp that no axis could show it.
+    None if the curve is too narrow for an axis.
     """
     values = profile.values
     if np.ptp(values) <= SEEN * np.abs(values).max():
@@ -202,7 +202,7 @@ def profiled(profile: Profile, unit: str) -> Figure | None:
 def _draw_off(
     axes: Axes, result: Identified, residual: Floats, x: str, part: slice = slice(None)
 ) -> float:
-    """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
+    """A panel of recorded less replayed position; returns the factor to its unit."""
     factor, unit = readable(result.position_unit, float(np.abs(residual).max()))
     time = result.recording.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
@@ -212,5 +212,5 @@ def _draw_off(
 
 
 def _time(result: Identified) -> Floats:
-    """(steps,) of the log [s]."""
+    """(steps,) time of the log [s]."""
     return result.recording.sample_time * np.arange(len(result.recording.place), dtype=float)

@@ -1,4 +1,4 @@
-"""The parameters of a machine that are looked for, as the numbers that a fit moves."""
+"""Parameters of a machine that are identified, as the numbers that a fit changes."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,27 +12,27 @@ from hfc_design.core.numbers import Floats, Parameters, Scalar
 from hfc_design.core.wording import one_of
 from plants import Drive
 
-#: How far from where it began whatever a log does not tell may be.
+#: Largest factor between an undetermined parameter and its start.
 FACTOR = 30.0
-#: Factors of wrong units, mm or um for m, turns a minute, degrees. Others say nothing: a fit may
-#: have begun with the values of quite another machine.
+#: Factors of wrong units, mm or um for m, turns a minute, degrees. Other factors are no evidence: a
+#: fit may have begun with the values of quite another machine.
 UNITS = np.log([1e3, 1e6, 60.0, 57.3])
-#: Size of what may have either sign, and is 0 where it begins [its unit].
+#: Scale of a parameter of either sign that starts at 0 [its unit].
 SMALL = 0.1
-#: A load that is always there, beside the parameters; and those that are one, of some drives.
+#: A constant load beside the parameters; and parameters of some drives that are such a load.
 LOAD, OFFSETS = "load", frozenset({"offset", "unbalance", "gravity", "bias"})
-#: Numbers behind those of the names: by how many samples the command acts late in all, and which
-#: part of that is a first-order lag, of either sign.
+#: Numbers after those of the names: total delay of the command in samples, and the part of it
+#: that is a first-order lag, of either sign.
 LATE = ("delay_samples", "lag_s")
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class FreeParameters:
-    """The parameters that are looked for, and the ``LOAD``.
+    """The parameters that are identified, and the ``LOAD``.
 
-    Their numbers are logarithms where a sign is known, and shares of their sizes elsewhere; those
-    of ``LATE`` follow. Names are compiled in, values not.
+    Their numbers are logarithms for parameters of known sign, and shares of their scales otherwise;
+    those of ``LATE`` follow. Names are compiled in, values are not.
     """
 
     drive: Drive = field(metadata={"static": True})
@@ -45,14 +45,14 @@ class FreeParameters:
     sought: Floats  # (2,) 1 where one of ``LATE`` may be looked for, 0 where it is known
 
     def values(self, numbers: Scalar, xp: Any = np) -> Scalar:
-        """(names,) in units of the drive; of traced ``numbers`` with ``jnp``."""
+        """(names,) values in units of the drive; for traced ``numbers`` with ``jnp``."""
         numbers = numbers[:-2]
         with np.errstate(over="ignore"):
             size = xp.where(self.positive > 0, xp.exp(numbers), numbers)
             return self.scale * size
 
     def parts(self, numbers: Scalar) -> tuple[Parameters, Scalar, Scalar, Scalar]:
-        """The record with ``numbers`` (names + 2,) in it, late, lag and load; traced ones too."""
+        """The record with ``numbers`` (names + 2,), delay, lag and load; also if traced."""
         values = self.values(numbers, jnp)
         changes = {name: values[k] for k, name in enumerate(self.names)}
         known = LOAD in self.start._fields
@@ -61,23 +61,23 @@ class FreeParameters:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Where everything begins, what is not looked for too."""
+        """Start values of all parameters, including those that are not identified."""
         return {LOAD: float(self.load)} | {k: float(x) for k, x in self.start._asdict().items()}
 
     def unit(self, name: str) -> str:
-        """What a parameter counts in; "" where the drive does not say it."""
+        """Unit of a parameter; "" if the drive does not define it."""
         default = self.drive.units["load"] if name == LOAD else ""
         return self.drive.parameter_units.get(name, default)
 
     def shares(self, numbers: Floats) -> Floats:
-        """(names,) by which share of itself each value changes with its number.
+        """(names,) relative change of each value with its number.
 
-        What may have either sign, and ended near 0, by which share of where it began.
+        For a parameter of either sign that ended near 0, relative to its start.
         """
         return np.where(self.positive > 0, 1.0, 1.0 / np.maximum(np.abs(numbers[:-2]), 1.0))
 
     def rest(self) -> str:
-        """What is not looked for and taken as it is, in a line; "" if there is nothing."""
+        """Line on the parameters that are taken as they are; "" if there are none."""
         nominal = {LOAD: 0.0} | self.drive.parameters()._asdict()
         usual = {LOAD, *self.drive.exact}  # not worth a word where they are as they always are
         left = {k: x for k, x in self.starts.items() if k not in self.names}
@@ -86,7 +86,7 @@ class FreeParameters:
         return f"not identified: {self._listed(left)}{hint}" if left else ""
 
     def wanted(self) -> str:
-        """What is looked for, with where it begins, in a line."""
+        """Line on the identified parameters with their start values."""
         line = f"identified, starting from: {self._listed({x: self.starts[x] for x in self.names})}"
         for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
             if open_ or samples:
@@ -100,7 +100,7 @@ class FreeParameters:
         )
 
     def away(self, numbers: Floats) -> dict[str, float]:
-        """By which factor each parameter has left its start, of those that units may explain."""
+        """Factors between parameters and their starts, of those that wrong units may explain."""
         rows = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, positive in rows if positive}
         return {
@@ -115,18 +115,18 @@ def free_parameters(
     known: Collection[str] = (),
     around: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> FreeParameters:
-    """The parameters ``names`` of a drive, of which ``LOAD`` may be one.
+    """The parameters ``names`` of a drive, which may include ``LOAD``.
 
     Args:
-        drive: whose parameters.
+        drive: drive of the parameters.
         changes: values to start from.
         names: None: all that are neither exact nor 0 nor ``known``, and the load of a drive
             without one of ``OFFSETS`` among them.
-        known: what stays as it is, of ``LATE`` too.
-        around: the load [its unit], lateness and lag [samples] to start from.
+        known: parameters that are kept, which may include those of ``LATE``.
+        around: the load [its unit], delay and lag [samples] to start from.
 
     Raises:
-        ValueError: one is unknown, or has no value to start from.
+        ValueError: a parameter is unknown, or has no value to start from.
     """
     parameters = drive.parameters._fields
     if unknown := [x for x in (*changes, *(names or ())) if x not in (*parameters, LOAD)]:

@@ -1,4 +1,4 @@
-"""Motions of one axis that were recorded, in units of its drive."""
+"""Recorded motions of one axis, in units of its drive."""
 
 import os
 from collections.abc import Sequence
@@ -16,22 +16,22 @@ from hfc_design.logs.reading import read_log
 from hfc_design.logs.signals import EvenLog, signals
 from plants import Drive
 
-#: The velocity at the start is that of a cubic through so many samples, and is one if it is so
-#: many standard errors large.
+#: The velocity at the start is that of a cubic through so many samples, or 0 unless it is so many
+#: standard errors large.
 BEGINNING, CLEAR = 20, 4.0
-#: Where the system shows what is piped into a program.
+#: Folders of the system for pipes into a program.
 PIPES = "/dev/", "/proc/"
 
 
 class Source(NamedTuple):
-    """A log that is not read yet."""
+    """A log that has not been read yet."""
 
     path: Path
     columns: list[Column]
 
 
 class Recording(NamedTuple):
-    """One axis, (steps,) each, in units of its drive."""
+    """Signals of one axis, (steps,) each, in units of its drive."""
 
     outputs: dict[str, Floats]  # what was measured; the first is the position that is fed back
     command: Floats | None  # None: not recorded
@@ -51,12 +51,12 @@ class Recording(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration of the recording [s]."""
         return self.sample_time * len(self.load)
 
 
 def recording(log: EvenLog, drive: Drive) -> Recording:
-    """What is replayed of the signals of a ``drive``: its position, and what else was measured."""
+    """The recording from signals of a ``drive``: its position, and other measured outputs."""
     position, values = drive.seen[0], log.values
     place = values[position]
     time = log.sample_time * np.arange(len(place[:BEGINNING]))
@@ -82,7 +82,7 @@ def recording(log: EvenLog, drive: Drive) -> Recording:
 
 
 def log_name(log: Path) -> str:
-    """What a log is called: the end of a pipe has no name of its own, a file behind it has."""
+    """Name of a log; a pipe has a generic one, a file behind it has its own."""
     if not os.path.abspath(log).startswith(PIPES):
         return log.name
     behind = Path(os.path.realpath(log))
@@ -92,10 +92,10 @@ def log_name(log: Path) -> str:
 def sources(
     task: Task, log: Path, columns: Sequence[str], check_log: Path | None, others: Sequence[str]
 ) -> dict[str, Source]:
-    """The logs by their names, with what the user says of their columns.
+    """The logs by their names, with the user's assignments of columns.
 
     Raises:
-        UserError: that cannot be understood, or is not of the drive.
+        UserError: an assignment is not valid, or does not fit the drive.
     """
     drive = task.drive_axis.drive
     if others and check_log is None:
@@ -116,10 +116,10 @@ def sources(
 def recordings(
     task: Task, logs: dict[str, Source], sample_time: float | None
 ) -> tuple[Task, dict[str, Recording]]:
-    """The task in the cycle and the substeps that the logs need, and what is recorded.
+    """The task with the cycle and the substeps that the logs need, and the recordings.
 
     Raises:
-        UserError: one cannot be read or has not what is needed; the line says which and why.
+        UserError: a log cannot be read or lacks a signal; the message names the log and the reason.
     """
     recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():

@@ -1,13 +1,14 @@
-"""A plant under the command that was recorded, held near the motion that was recorded.
+"""Simulation of a plant under the recorded command, held near the recorded motion.
 
-In open loop whatever the model lacks adds up, and after some seconds the simulated axis is
-anywhere. So it is an observer: in each sample its positions and velocities are set right by a
-share of how far it is off the recorded position, as a rigid body. What is left is what the model
-lacks, at the frequencies above the observer's; a fast one makes of it what least squares on the
-inverse dynamics have, with a filter of the same bandwidth (Gautier, Janot and Vandanjon, IEEE
-Trans. Control Systems Technology 21, 2013). With none it is the plain open loop.
+In open loop all errors of the model accumulate, and after some seconds the simulated axis is far
+off. Therefore the replay is an observer: in each sample its positions and velocities are corrected
+by a share of the deviation from the recorded position, as for a rigid body. The residual shows what
+the model lacks, at frequencies above the observer's; with a fast observer it is the residual of
+least squares on the inverse dynamics, with a filter of the same bandwidth (Gautier, Janot and
+Vandanjon, IEEE Trans. Control Systems Technology 21, 2013). Without an observer it is the plain
+open loop.
 
-The closed loop that recorded a log is replayed under the reference and the load that it recorded.
+The closed loop that recorded a log is replayed under the recorded reference and load.
 """
 
 from collections.abc import Callable, Collection, Iterable
@@ -32,18 +33,18 @@ from hfc_design.simulation.closed_loop import LoopState, closed_loop, next_state
 from hfc_design.simulation.repeats import ScaledCommand
 from plants import Drive
 
-#: Of a lag [samples]; a shorter one is none.
+#: Shortest lag [samples]; shorter ones count as 0.
 SHORTEST = 1e-3
 #: Damping ratio of the observer.
 DAMPED = 0.7
-#: Periods of its bandwidth after which it counts: where the axis began at rest nothing but noise
-#: has to be forgotten, else exp(-2 pi 0.7 x 3) = 2e-6 of how it began is left.
+#: Periods of its bandwidth after which it counts: if the axis began at rest only noise has to
+#: decay, otherwise exp(-2 pi 0.7 x 3) = 2e-6 of the initial error is left.
 RESTED, FORGOTTEN = 1.0, 3.0
-#: Parameters of one machine, by how many samples its command is late, which part of that is a lag,
-#: and a load that is always there -> by how much it is off each recorded output (steps, outputs).
-#: JAX takes it as an argument: what was recorded is data.
+#: Parameters of one machine, delay of its command in samples, part of the delay that is a lag,
+#: and a constant load -> residual of each recorded output (steps, outputs).
+#: JAX takes it as an argument: the recording is data.
 Residual: TypeAlias = Callable[..., Scalar]
-#: Of each angle of a drive its rate, and how far it goes where the axis goes by 1.
+#: Rate of each angle of a drive, and its travel for a travel of the axis of 1.
 Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
 
@@ -60,7 +61,7 @@ class Rows(NamedTuple):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A ``Residual``; one program does for any recording of a length and any observer."""
+    """A ``Residual``; recordings of a length share one program, for any observer."""
 
     drive: Drive = field(metadata={"static": True})
     body: Body = field(metadata={"static": True})
@@ -102,12 +103,12 @@ class Replay:
 
 
 def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int) -> Replay:
-    """How far a machine is off what was recorded, where that counts.
+    """The residual of a machine against the recording, where it counts.
 
     Args:
-        free: whose drive is replayed; by its start the gears are known.
-        log: under which commands and loads, and where it was.
-        bandwidth: of the observer [Hz]; 0: open loop.
+        free: parameters of the replayed drive; gears are known from their start.
+        log: recording with commands, loads and positions.
+        bandwidth: bandwidth of the observer [Hz]; 0: open loop.
         substeps: integration steps in a sample.
     """
     assert log.command is not None
@@ -132,28 +133,29 @@ def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int
 
 
 def stacked(log: Recording) -> Floats:
-    """(steps, outputs) what was measured."""
+    """(steps, outputs) measured outputs."""
     return np.stack([*log.outputs.values()], axis=-1)
 
 
 def zeros(body: Body, log: Recording, known: Collection[str]) -> Floats:
-    """(outputs,) 1 for an encoder of whose zero nothing is known, else 0.
+    """(outputs,) 1 for an encoder with an unknown zero, otherwise 0.
 
-    In open loop that is the axis' own too: its first sample has noise as every other.
+    In open loop that includes the axis' own encoder: its first sample has noise like every other.
     """
     return np.array([float(name in dict(body) and name not in known) for name in log.outputs])
 
 
 def centred(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
-    """(steps, outputs) without the mean of those whose zero is ``unknown``."""
+    """(steps, outputs) residual without the mean of those outputs whose zero is ``unknown``."""
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
 def load_between(load: Floats, substeps: int) -> Floats:
-    """(steps, 2 substeps + 1) a load until the next sample, where an integrator needs it.
+    """(steps, 2 substeps + 1) a load until the next sample, at the times that an integrator needs.
 
-    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s. What its
-    middle lies below the mean of its ends is an eighth of its bend.
+    With linear interpolation an oscillation would be too small: by (w T)^2 / 12 of itself at
+    w rad/s. The middle of a segment is off the mean of its ends by an eighth of the second
+    difference.
     """
     rise = np.diff(load, append=load[-1])
     turns = np.diff(rise, prepend=rise[0])  # at each sample
@@ -163,19 +165,19 @@ def load_between(load: Floats, substeps: int) -> Floats:
 
 
 def delayed(command: Scalar, late: Scalar) -> Scalar:
-    """(steps,) the mean in each sample of commands that act so many samples later."""
+    """(steps,) mean in each sample of commands that act ``late`` samples later."""
     samples = jnp.arange(len(command), dtype=float)
     return jnp.interp(samples - late, samples, command)
 
 
 def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) -> Scalar:
-    """(outputs,) what a machine shows, without the steps of its encoders."""
+    """(outputs,) outputs of a machine, without the steps of its encoders."""
     shown = state._asdict() | drive.signals(fixed, state)
     return jnp.stack([shown[name] for name in outputs])
 
 
 def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
-    """The state with the whole axis further and faster by so much."""
+    """The state with the position and velocity of the whole axis increased."""
     changes = {name: getattr(state, name) + share * place for name, (_, share) in body}
     changes |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
     return state._replace(**changes)
@@ -183,9 +185,9 @@ def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
 
 @cache  # a replay inside of compiled code finds it here
 def rigid_body(drive: Drive, parameters: Parameters) -> Body:
-    """How far each angle goes where the axis goes by 1 without being bent.
+    """Travel of each angle for a travel of the axis of 1 without deformation.
 
-    A shift after which nothing moves that did not move before: gears are in it, those of the
+    A shift by it moves nothing that did not move before; it includes gears, with the ratios of the
     ``parameters`` (floats).
     """
     pairs = rates_of(drive)
@@ -210,17 +212,17 @@ def rigid_body(drive: Drive, parameters: Parameters) -> Body:
 
 
 class Pushed(ScaledCommand):
-    """A controller to whose command something is added; its gains are that and its own."""
+    """A controller with a signal added to its command; its gains are that signal and its own."""
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """The command of the axis, and what to remember."""
+        """The command of the axis, and the memory for the next step."""
         added, inner = gains
         commands, memory = self.inner.step(xp, inner, memory, view)
         return tuple(command + added for command in commands), memory
 
 
 def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> Residual:
-    """How far the loop of a machine is off what was recorded, where that counts.
+    """The residual of the closed loop of a machine against the recording, where it counts.
 
     Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
     """
@@ -256,7 +258,7 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
 
 
 def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
-    """What happens to the axis, a leaf (steps,) each."""
+    """Inputs of the axis in each sample, a leaf (steps,) each."""
     assert log.reference is not None
     reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
     faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])

@@ -1,4 +1,4 @@
-"""What is asked of a log: of which machine, in which loop, and which parameters are looked for."""
+"""Task of an identification: the machine, the loop, and the parameters to identify."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class Task(NamedTuple):
 
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
-    """What somebody has set of an axis: parameters, the load that is always there, ``LATE``."""
+    """Settings of an axis made by the user: parameters, the constant load, ``LATE``."""
     tables = overridden({}, changes)
     plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
     axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
@@ -43,10 +43,10 @@ def known(changes: Changes, axis: str) -> frozenset[str]:
 
 
 def parameters_of(task: Task) -> FreeParameters:
-    """The parameters that are looked for.
+    """The parameters to identify.
 
     Raises:
-        UserError: one is unknown, is known already, or has no value to start from.
+        UserError: a parameter is unknown, is known already, or has no value to start from.
     """
     axis = task.drive_axis
     drive, nominal = axis.drive, axis.drive.parameters()._asdict()
@@ -85,7 +85,7 @@ def task_of(
     bandwidth: float | None,
     seed: int,
 ) -> Task:
-    """What is asked, before any log is read; ``api.identify`` says of what.
+    """The task, before any log is read; for the arguments see ``api.identify``.
 
     Raises:
         UserError: there is no such machine, axis or parameter.
@@ -116,7 +116,7 @@ def task_of(
 
 
 def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
-    """The place of the axis that is meant; UserError: there is none, or no scenario is said."""
+    """Index of the axis; UserError: it does not exist, or no scenario is given."""
     plant, axes = scenario.plant.name, scenario.plant.machine.axes
     if len(axes) == 1 and axis is not None:
         raise UserError(f"--axis {axis}: {plant} has only one")

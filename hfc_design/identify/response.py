@@ -1,9 +1,9 @@
-"""What the log's frequencies say against the model: modes that it has not, and what nobody excited.
+"""Comparison of the log and the model by frequency: missing modes, unexcited frequencies.
 
 The response from command to position is estimated by Welch's method, and that of the model from
-what its replay is off: what an observer has set right of it is known. Second differences come
-first, or a slow motion would leak into everything. In a closed loop noise of the position comes
-back in the command: by no more than the share that it is of the position, which counts as error.
+the residual of its replay: the correction by an observer is known. Second differences are taken
+first, or a slow motion would leak into everything. In a closed loop noise of the position is fed
+back to the command: by no more than its share of the position, which counts as error.
 """
 
 from itertools import product
@@ -18,29 +18,29 @@ from hfc_design.files.stress import Mode
 from hfc_design.identify.fit import NOTHING, Fit
 from hfc_design.identify.replay import DAMPED, Replay
 
-#: Segments have at most so many samples, are so many at least, and have so many samples at least;
-#: of half as much overlap so many count for one (Welch, IEEE Trans. AU-15, 1967).
+#: Largest length of a segment, least number of segments, and least length of one [samples];
+#: weight of a segment with half overlap as an independent one (Welch, IEEE Trans. AU-15, 1967).
 SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
-#: A frequency was excited if its response is known to this share.
+#: Relative error of the response up to which a frequency counts as excited.
 KNOWN = 0.25
-#: Frequencies, damping ratios of a mode; the highest one told, by sampling rate and excited band.
+#: Frequencies, damping ratios of a mode; the highest one shown, by sampling rate and excited band.
 MODES, DAMPINGS, HIGHEST, BEYOND = 80, (0.01, 0.03, 0.1, 0.2), 0.4, 1.25
-#: A mode is one if it explains so many times its share of what is left, and changes so much.
+#: Least multiple of its share of the residual that a mode explains, and least change by it.
 CLEAR, CHANGES = 30.0, 0.15
-#: Autocorrelations of the residual that are looked at, in so many standard errors.
+#: Number of autocorrelations of the residual, and their limit in standard errors.
 LAGS, FAR = 40, 1.96
 
 UNEXCITED = (
     "DOUBTFUL: the log has no excitation: the response to the command is below the noise "
     "at all frequencies; record reversals and faster motions"
 )
-#: Above this share of the highest frequency of a log there is nothing; of white noise so many
-#: autocorrelations may be off.
+#: Share of the highest frequency of a log above which nothing is expected; share of
+#: autocorrelations of white noise that may exceed their limit.
 ALL, WHITE = 0.8, 0.15
 
 
 class Response(NamedTuple):
-    """Frequencies (lines,) of a log and of the model, and what follows."""
+    """Responses (lines,) of a log and of the model by frequency, and conclusions."""
 
     frequency: Floats  # [Hz]
     log: Any  # complex, from command to position
@@ -52,11 +52,11 @@ class Response(NamedTuple):
 
     @property
     def unknown_above(self) -> float:
-        """Above this nobody knows whether there is a mode [Hz]."""
+        """Frequency above which modes are unknown [Hz]."""
         return float(f"{self.top or self.frequency[0]:.2g}")
 
     def lines(self) -> list[str]:
-        """What the frequencies of the log say against the model."""
+        """Conclusions from the frequencies of the log about the model, as lines."""
         if self.top is None:
             return [UNEXCITED]
         lines = []
@@ -74,7 +74,7 @@ class Response(NamedTuple):
 
 
 def response(fit: Fit) -> Response | None:
-    """What the log of a fit says of frequencies; None: it has no command, or is too short."""
+    """Response in the log of a fit; None: it has no command, or is too short."""
     replay = fit.problem.residual
     if not isinstance(replay, Replay):
         return None
@@ -116,14 +116,14 @@ def response(fit: Fit) -> Response | None:
 
 
 def _longest(usable: Floats) -> slice:
-    """The longest stretch that counts."""
+    """The longest part that counts."""
     ends = np.flatnonzero(np.diff(np.r_[0, usable > 0, 0]))
     k = int(np.argmax(ends[1::2] - ends[::2]))
     return slice(int(ends[2 * k]), int(ends[2 * k + 1]))
 
 
 def _coloured(off: Floats) -> int:
-    """How many autocorrelations are none of white noise."""
+    """Number of autocorrelations that white noise would not have."""
     off = off - off.mean()
     products = np.array([off[k:] @ off[:-k] for k in range(1, LAGS + 1)])
     shares = products / max(off @ off, 1e-300)
@@ -133,9 +133,9 @@ def _coloured(off: Floats) -> int:
 def _mode(
     frequency: Floats, ratio: Any, error: Floats, counts: Floats, highest: float
 ) -> Mode | None:
-    """Of the log's response over that of the model; one rigid body and one mode are left of it.
+    """Mode in the ratio of the log's response to the model's, besides one rigid body.
 
-    Seen at the mass that swings, a mode shows below itself already.
+    Observed at the mass that oscillates, a mode is visible below its own frequency already.
     """
     s, seen = 2j * np.pi * frequency, frequency[counts]
     if counts.sum() < 8:

@@ -1,4 +1,4 @@
-"""Everything that a log tells of a machine, for a script."""
+"""Result of an identification, for a script."""
 
 import json
 
@@ -16,7 +16,7 @@ from hfc_design.identify.scenario import scenario_text, tolerances
 
 
 class Identified(Outcome):
-    """Everything that a log tells, in words, tables and numbers."""
+    """Result of an identification, in words, tables and numbers."""
 
     def __repr__(self) -> str:
         values: dict[str, object] = {"log": self.log, "plant": self.free.drive.name}
@@ -33,9 +33,9 @@ class Identified(Outcome):
         return table(f"{self.free.drive.name} identified from {self.log}", rows)
 
     def numbers(self) -> Json:
-        """What ``identified.json`` holds: each parameter with its interval, what is left.
+        """Content of ``identified.json``: each parameter with its interval, and the residuals.
 
-        A number that is none is None.
+        A number that is not finite is None.
         """
         known, free, fit, response = self.known, self.free, self.fit, self.response
         every = self.recording.sample_time
@@ -83,9 +83,9 @@ class Identified(Outcome):
         return finite
 
     def for_design(self) -> Scenario:
-        """The scenario for a search: the machine as it was found, within its tolerances.
+        """The scenario for a search: the identified machine, within its tolerances.
 
         Raises:
-            UserError: it is no scenario with these parameters.
+            UserError: the parameters do not give a valid scenario.
         """
         return load_scenario(toml_of(scenario_text(self)))

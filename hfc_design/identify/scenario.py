@@ -1,8 +1,8 @@
-"""The scenario of a search for a machine that was identified.
+"""The scenario of a search for an identified machine.
 
-That has the machine as it was identified, within its tolerances. Whoever has no scenario yet gets
-motions like those of the log, in the cycle of its samples, with a fitness that asks for a small
-error at a calm command.
+It contains the identified machine within its tolerances. Without a scenario in the task it has
+motions like those of the log, in the cycle of its samples, with a fitness that requires a small
+error with a calm command.
 """
 
 import re
@@ -23,24 +23,24 @@ from hfc_design.identify.recording import Recording
 from hfc_design.logs.sensors import noise_level
 from plants import Drive
 
-#: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
-#: The largest one, also of what the log does not tell.
+#: Least tolerance of a determined parameter, since friction changes with temperature.
+#: Largest tolerance, also of undetermined parameters.
 LEAST, MOST = 0.05, 0.5
-#: Tolerance of parameters that were not looked for, unless the scenario says it.
+#: Tolerance of parameters that were not identified, unless the scenario sets it.
 OTHERS = 0.1
-#: Of a search of many individuals on few machines, and what its loops have to be.
+#: Settings of a search of many individuals on few machines, and requirements for its loops.
 FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
 ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
-#: A recorded velocity is a difference over some samples if it is off that by less than a share.
+#: Most samples of a difference, and its relative deviation from the recorded velocity if it is one.
 MOST_SAMPLES, SAME_RATE = 16, 1e-3
-#: Digits of a parameter in a file, and of what stands around it.
+#: Digits of a parameter in a file, and of other numbers there.
 DIGITS, FEW = 6, 4
-#: A step is so many times the error of the loop that recorded the log (rms), if the scale tells it.
+#: Size of a step relative to the error of the recording loop (rms), if the scale is known.
 STEP = 3.0
 
 
 def tolerances(outcome: Outcome) -> dict[str, float]:
-    """Of each parameter half its interval as a share of its value, within bounds."""
+    """Half the interval of each parameter as a share of its value, within bounds."""
     known = outcome.known
     with np.errstate(divide="ignore", invalid="ignore"):
         half = 0.5 * (known.high - known.low) / np.abs(known.value)
@@ -54,9 +54,9 @@ def _rounded(value: float, digits: int) -> float:
 
 
 def delay(outcome: Outcome) -> tuple[float, float] | None:
-    """What ``limits`` have: the delay [samples], and the lag [s]; None: nobody looked for them.
+    """Values for ``limits``: the delay [samples], and the lag [s]; None: they were not identified.
 
-    A command that acts earlier than its samples say has none.
+    A command that acts earlier than its samples has no delay.
     """
     fit, (low, high) = outcome.fit, outcome.known.late
     if low == high:
@@ -68,7 +68,7 @@ def delay(outcome: Outcome) -> tuple[float, float] | None:
 
 
 def machine(outcome: Outcome) -> Json:
-    """The drive and what stands around it as they were identified, by dotted keys of a scenario."""
+    """The identified drive and its surroundings, by dotted keys of a scenario."""
     free, axis = outcome.free, outcome.axis
     scenario, made, known = outcome.task.scenario, outcome.task.made, outcome.task.known
     several = f".axes.{axis.name}" if len(scenario.plant.machine.axes) > 1 else ""
@@ -97,10 +97,10 @@ def machine(outcome: Outcome) -> Json:
 
 
 def scenario_text(outcome: Outcome) -> str:
-    """The scenario as TOML; motions and fitness are made unless there was a scenario.
+    """The scenario as TOML; with generated motions and fitness unless there was a scenario.
 
     Raises:
-        UserError: it is no scenario with these parameters.
+        UserError: the parameters do not give a valid scenario.
     """
     scenario, made = outcome.task.scenario, outcome.task.made
     given: Json = scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
@@ -192,7 +192,7 @@ def _like_the_log(outcome: Outcome) -> Json:
 
 
 def fastest(log: Recording) -> tuple[float, float]:
-    """Speed and acceleration that the log reaches, but for its noise."""
+    """Largest speed and acceleration of the log, without its noise."""
     place = log.place if log.reference is None else log.reference
     width = max(min(round(0.01 / log.sample_time), len(place) // 8), 1)
     smooth = np.convolve(place, np.ones(width) / width, "valid")
@@ -226,9 +226,9 @@ def _reference(kind: str, **numbers: float) -> Json:
 
 
 def linear_part(drive: Drive, log: Recording) -> Json:
-    """A linear part, which reads no encoder that the log shows nothing of.
+    """A linear part that reads only encoders with signals in the log.
 
-    An axis whose motor's encoder is fed back need not have a scale.
+    An axis with feedback from the motor's encoder need not have a scale.
     """
     missing = drive.encoders.keys() - {drive.seen[0]} - log.outputs.keys()
     if drive.seen[0] == drive.position or not missing:
@@ -237,7 +237,7 @@ def linear_part(drive: Drive, log: Recording) -> Json:
 
 
 def differences(log: Recording, rate: str) -> Json:
-    """Over how many samples the control takes its velocity, where the log has that too."""
+    """Number of samples over which the control differences its velocity, if the log contains it."""
     if rate not in log.outputs:
         return {}
     off = {}
@@ -250,6 +250,6 @@ def differences(log: Recording, rate: str) -> Json:
 
 
 def scenario_name(log: str) -> str:
-    """What a scenario is called, and the folder, that a log is made into."""
+    """Name of the scenario, and of the folder, made from a log."""
     stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(log).stem)[:60].strip("-") or "log"
     return f"{stem}-identified"

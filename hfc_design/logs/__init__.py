@@ -1,5 +1,6 @@
-"""What machines have recorded: files of scopes and programs, as columns of numbers.
+"""Recordings of machines: files of scopes and programs, as columns of numbers.
 
-``columns.py`` says what a log is, a module each reads what programs write, ``reading.py`` tells
-them apart; ``signals.py`` makes signals of a drive of the columns, in its units and evenly sampled.
+``columns.py`` defines a log, further modules each read the format of a program, ``reading.py``
+selects the reader; ``signals.py`` converts columns to signals of a drive, in its units and evenly
+sampled.
 """

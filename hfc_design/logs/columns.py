@@ -1,4 +1,4 @@
-"""Columns of a recording by the names that stand in its file, and which signal each is, in what."""
+"""Columns of a recording by their names in the file, and their assignment to signals with units."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -13,17 +13,17 @@ from plants import Drive, in_a_name
 
 #: The largest file [MB]; an hour of four columns at 1 kHz has some 150.
 LARGEST_LOG = 512
-#: The most numbers that arrays may have in all, and columns that a table may have.
+#: Largest count of numbers in all arrays together, and of columns in a table.
 MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
-#: The most that a packed file may unpack to [bytes].
+#: Largest size of an unpacked file [bytes].
 MOST_BYTES = 8 * MOST_NUMBERS
-#: The fewest samples that something can be learnt from.
+#: Smallest number of samples that allows an identification.
 FEWEST = 20
-#: ``NAME=COLUMN`` of a user, with the unit of its numbers behind it: ``position=qm [m]``.
+#: A user's ``NAME=COLUMN``, followed by the unit of the column's numbers: ``position=qm [m]``.
 MAPPED = re.compile(
     r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?\s*"
 )
-#: A column whose own name tells the unit: ``x [mm]``, ``x (mm)``.
+#: A column whose own name contains the unit: ``x [mm]``, ``x (mm)``.
 TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
 
 
@@ -38,12 +38,12 @@ class Log(NamedTuple):
 
     @property
     def rows(self) -> int:
-        """How many samples it has."""
+        """Number of samples."""
         return len(next(iter(self.columns.values())))
 
 
 def check_log(log: Log) -> Log:
-    """The same log; ValueError: it is too short, ragged, or has what is no number."""
+    """The log itself; ValueError: it is too short, ragged, or has values that are not numbers."""
     if not log.columns:
         raise ValueError("must have a column of numbers")
     lengths = {name: len(column) for name, column in log.columns.items()}
@@ -62,7 +62,7 @@ def check_log(log: Log) -> Log:
 
 
 class Column(NamedTuple):
-    """Which column of a log a signal is, and what its numbers count in."""
+    """Assignment of a signal to a column of a log, with the unit of its numbers."""
 
     name: str  # of the signal
     column: str
@@ -73,8 +73,8 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     """Parse a user's assignment of signals to the columns of a drive's log.
 
     Raises:
-        ValueError: one is not of the form NAME=COLUMN, names no signal or one twice, or its unit is
-            of another kind.
+        ValueError: an assignment is not of the form NAME=COLUMN, names no signal or one twice, or
+            its unit is of another kind.
     """
     columns, units = dict[str, Column](), units_of(drive)
     for text in texts:
@@ -93,7 +93,7 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
 
 
 def scale(one: Column, drive: Drive) -> float:
-    """What a count of the column is in the unit of its signal; ValueError: of another kind."""
+    """Factor from the column's unit to its signal's; ValueError: the units differ in kind."""
     unit = units_of(drive)[one.name]
     count = one.unit or unit
     try:
@@ -106,17 +106,17 @@ def scale(one: Column, drive: Drive) -> float:
 
 
 def converted(quantity: str, unit: str, drive: Drive) -> float:
-    """A quantity in ``unit``, by the units of a nominal machine; ValueError: it is no such one."""
+    """A quantity in ``unit``, by the units of a nominal machine; ValueError: it does not fit."""
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     return number(quantity, unit, millimetres)
 
 
 def column_hint(name: str) -> str:
-    """How a user says which column a signal is."""
+    """Hint for users on assigning a signal to a column."""
     return f"give {name}=COLUMN [UNIT] with --column"
 
 
-#: Words in the names of columns that may be a signal, those of a reference first.
+#: Words in the names of columns that suggest a signal, those of a reference first.
 HINTS = {
     "reference": ("set", "ref", "demand", "target", "nominal"),
     "time": ("time", "stamp"),
@@ -128,7 +128,7 @@ HINTS = {
 def missing_columns(
     log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]
 ) -> str:
-    """What is missing, all of it, with the options that say it; guesses by names of columns."""
+    """Message on all missing signals, with the options to assign them; columns guessed by name."""
     used = {one.column for one in known.values()}
     free = [x for x in log.columns if x not in used]
     options = dict[str, None]()
@@ -149,7 +149,7 @@ def missing_columns(
 
 
 def _with_unit(name: str, column: str, drive: Drive) -> str:
-    """A column as an option says it: with a unit where its own name does not tell one."""
+    """A column as written in an option: with a unit unless its own name contains one."""
     unit, named = units_of(drive)[name], TOLD.fullmatch(column)
     if named and unit_of(named["unit"], unit, drive):
         return column
@@ -160,13 +160,13 @@ def _with_unit(name: str, column: str, drive: Drive) -> str:
 
 
 def listed_columns(log: Log) -> str:
-    """The columns that a log has."""
+    """Text with the columns of a log."""
     texts = f"; without numbers: {', '.join(log.texts)[:80]}" if log.texts else ""
     return f"available: {', '.join(log.columns)[:120]}{texts}"
 
 
 def parts_of(column: str) -> list[tuple[str, str]]:
-    """Names and units that the name of a column may consist of: ``x [mm]``, ``x_mm``."""
+    """Possible splits of the name of a column into name and unit: ``x [mm]``, ``x_mm``."""
     if named := TOLD.fullmatch(column):
         return [(named["name"], named["unit"])]
     words = column.split("_")
@@ -174,7 +174,7 @@ def parts_of(column: str) -> list[tuple[str, str]]:
 
 
 def find_column(one: Column, log: Log, drive: Drive) -> Column:
-    """The column of a user in a log, with the unit that its name tells where the user says none.
+    """A user's assignment in a log, with the unit from the column's name if the user gives none.
 
     Raises:
         ValueError: there is no such column.
@@ -199,12 +199,12 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
 
-#: Ends of names that a library of units knows, and that mean something else there.
+#: Ends of names that a library of units knows, but that have another meaning there.
 NO_UNIT = frozenset({"c", "pi", "au", "count", "counts", "bit", "bits", "point", "points"})
 
 
 def is_unit(text: str) -> bool:
-    """Whether it is a unit of anything."""
+    """True if the text is a unit of any quantity."""
     try:
         return number(f"1 {text}", text) == 1.0
     except ValueError:
@@ -212,7 +212,7 @@ def is_unit(text: str) -> bool:
 
 
 def unit_of(end: str, unit: str, drive: Drive) -> str | None:
-    """The unit that the end of a name is, mm_s for mm/s; None: none that counts in ``unit``."""
+    """Unit at the end of a name, mm_s for mm/s; None: none that is convertible to ``unit``."""
     if end == in_a_name(unit):
         return unit
     written = end.replace("_", "/")
@@ -224,9 +224,9 @@ def unit_of(end: str, unit: str, drive: Drive) -> str | None:
 
 
 def units_of(drive: Drive) -> dict[str, str]:
-    """Everything that a log may hold of a drive, and what it counts in.
+    """Every signal of a drive that a log may contain, and its unit.
 
-    ``added`` is what came to the command after the controller, and is in the recorded one.
+    ``added`` is a signal added to the command after the controller and included in its record.
     """
     place, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
     rates = rates_of(drive)
@@ -243,7 +243,7 @@ def rates_of(drive: Drive) -> dict[str, str]:
 
 
 def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
-    """Columns that are called like a signal, with or without a unit; not of those ``said``."""
+    """Columns named like a signal, with or without a unit; without the signals ``said``."""
     by_name = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
@@ -261,7 +261,7 @@ def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, 
 
 
 def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) -> str | None:
-    """The unit of a column that is called like one of ``names``; None: it is not."""
+    """Unit of a column that is named like one of ``names``; None: it is not."""
     if column.casefold() in names:
         return unit
     ends = [end for name, end in parts_of(column) if name.casefold() in names]
@@ -271,7 +271,7 @@ def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) ->
 
 
 def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
-    """The longest ones as columns; ValueError: they have too many numbers."""
+    """The longest vectors as columns; ValueError: they have too many numbers."""
     most = max((vector.size for vector in vectors.values()), default=0)
     columns = {name: vector for name, vector in vectors.items() if vector.size == most}
     if most * len(columns) > MOST_NUMBERS:

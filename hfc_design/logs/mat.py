@@ -1,8 +1,8 @@
-"""Logs as MAT files of version 5, which MATLAB writes with -v6 and -v7; numbers are read, no more.
+"""Logs as MAT files of version 5, which MATLAB writes with -v6 and -v7; only numbers are read.
 
 The format is that of MathWorks, "MAT-File Format" (R2024a), chapter 1. It is read here and not by
-SciPy: there a damaged file may end the process, or take all memory. Nothing that a file says of a
-length is believed before it has been compared with what is there.
+SciPy, in which a damaged file may end the process, or take all memory. Every length in a file is
+checked against the actual size of the data before it is used.
 """
 
 import struct
@@ -17,17 +17,17 @@ from hfc_design.logs.columns import MOST_BYTES, MOST_NUMBERS, Log, longest
 
 #: First bytes of files of MATLAB 7.3, which are HDF5.
 NEWER = b"\x89HDF", b"MATLAB 7.3 MAT-file"
-#: Where the data begins; what stands before it where the first byte of a number is its least one.
+#: Offset of the data; marks before it of little-endian and big-endian files.
 HEAD, LITTLE, BIG = 128, b"\0\1IM", b"\1\0MI"
-#: Kinds of elements: what holds others, and the types of NumPy of numbers and texts.
+#: Kinds of elements: containers, and NumPy's types of numbers and texts.
 MATRIX, COMPRESSED = 14, 15
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 LETTERS = {1: "latin-1", 2: "utf-8", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-#: Classes of matrices; from 6 to 15 they are numbers.
+#: Classes of matrices; those from 6 to 15 are numbers.
 CELL, STRUCT, OBJECT, TEXT, SPARSE, OPAQUE = 1, 2, 3, 4, 5, 17
 KINDS = {CELL: "a cell array", OBJECT: "an object", SPARSE: "sparse"}
 COMPLEX = 0x800
-#: How many elements a file may have, and how deep they may lie in each other.
+#: Largest number of elements of a file, and largest depth of nesting.
 MOST_PARTS, DEEPEST = 20_000, 16
 
 Element: TypeAlias = tuple[int, memoryview]
@@ -41,15 +41,15 @@ class Numbers(NamedTuple):
 
     @property
     def is_vector(self) -> bool:
-        """A scalar is a setting, and no signal."""
+        """True if it is a vector; a scalar is a setting, not a signal."""
         return 1 < prod(self.shape) == max(self.shape)
 
 
 def mat_log(data: bytes) -> Log:
-    """The vectors of a MAT file, also in structs: of the longest length.
+    """The longest vectors of a MAT file, including those in structs.
 
     Raises:
-        ValueError: it is none, or of another version, or has no vectors.
+        ValueError: the data are not a MAT file or of another version, or contain no vectors.
     """
     if data.startswith(NEWER):
         raise ValueError("is of MATLAB 7.3; save it with -v7")
@@ -79,7 +79,7 @@ def mat_log(data: bytes) -> Log:
 
 
 def _signals(name: str, value: Any) -> dict[str, Numbers]:
-    """The vectors in a value: of Simulink's structs by their labels, else by dotted names."""
+    """The vectors in a value: of Simulink's structs by their labels, otherwise by dotted names."""
     if isinstance(value, Numbers):
         return {name: value} if value.is_vector else {}
     if not isinstance(value, list):
@@ -105,7 +105,7 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
 
 
 def _split(name: str, value: Any) -> dict[str, Numbers]:
-    """Columns of a matrix (samples, signals), or the vector that it is."""
+    """Columns of a matrix (samples, signals), or the vector itself."""
     if not isinstance(value, Numbers) or value.is_vector or len(value.shape) != 2:
         return _signals(name, value)
     rows, columns = value.shape
@@ -114,7 +114,7 @@ def _split(name: str, value: Any) -> dict[str, Numbers]:
 
 
 class Text(str):
-    """One of the file."""
+    """A text in the file."""
 
 
 def _next(parts: Iterator[Element]) -> Element:
@@ -124,7 +124,7 @@ def _next(parts: Iterator[Element]) -> Element:
 
 
 class _Reader:
-    """Elements of a file, within limits of what all of them may take."""
+    """Reader of the elements of a file, with limits on their total size."""
 
     def __init__(self, data: bytes):
         order = {LITTLE: "<", BIG: ">"}.get(data[HEAD - 4 : HEAD])
@@ -155,7 +155,7 @@ class _Reader:
         return _next(self._elements(memoryview(inside)))
 
     def _elements(self, data: memoryview) -> Iterator[Element]:
-        """Kind and content of elements that follow each other."""
+        """Kind and content of consecutive elements."""
         place = 0
         while place < len(data):
             self._counted(1)
@@ -191,7 +191,7 @@ class _Reader:
         return bytes(data).decode(LETTERS[kind] + order).rstrip("\0")
 
     def _matrix(self, data: memoryview, deepest: int) -> tuple[str, Any]:
-        """Name and value: numbers, a struct as a list of dicts, or the text of what else it is."""
+        """Name and value: numbers, a struct as a list of dicts, or the name of any other class."""
         if not deepest:
             raise ValueError(f"structs are nested more than {DEEPEST} deep")
         if not data:
@@ -218,7 +218,7 @@ class _Reader:
         return name, KINDS.get(kind, "complex" if flags & COMPLEX else "no matrix of numbers")
 
     def _struct(self, parts: Iterator[Element], count: int, deepest: int) -> list[dict[str, Any]]:
-        """Its elements, each with its fields."""
+        """Elements of a struct, each with its fields."""
         length, joined = int(self._numbers(_next(parts))[0]), bytes(_next(parts)[1])
         self._counted(count)
         if length < 1:

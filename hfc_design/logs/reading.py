@@ -1,4 +1,4 @@
-"""Which reader a file is for, and NumPy's own files."""
+"""Selection of the reader of a file, and NumPy's own files."""
 
 from pathlib import Path
 
@@ -19,10 +19,10 @@ from hfc_design.logs.texts import UNNAMED, text_log
 
 
 def read_log(path: str | Path) -> Log:
-    """What a machine has recorded, whoever wrote it down.
+    """The log in a file of any supported format.
 
     Raises:
-        UserError: it cannot be read, or is no log; the line says why and where.
+        UserError: it cannot be read, or is not a log; the message has the reason and the place.
     """
     with as_user_error(path):
         data = content(path, LARGEST_LOG)
@@ -35,7 +35,7 @@ def numpy_log(data: bytes) -> Log:
     """The log in a ``.npy`` (rows, columns; a record array has names) or ``.npz`` file.
 
     Raises:
-        ValueError: it is none, holds objects, or unpacks to too much.
+        ValueError: it is not such a file, contains objects, or unpacks to too much.
     """
     try:
         if data.startswith(b"PK"):
@@ -49,7 +49,7 @@ def numpy_log(data: bytes) -> Log:
 
 
 def _is_signal(array: np.ndarray) -> bool:
-    """Whether it is a vector of real numbers; a scalar is a setting."""
+    """True for a vector of real numbers; a scalar is a setting."""
     return array.dtype.kind in "fiub" and 1 < array.size == max(array.shape, default=0)
 
 
@@ -64,5 +64,5 @@ def _parts(array: np.ndarray) -> archive.Arrays:
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
 
-#: Endings of files that are no text.
+#: Suffixes of files that are not text.
 ARRAYS = {".mat": mat_log, ".npy": numpy_log, ".npz": numpy_log}

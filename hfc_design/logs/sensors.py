@@ -1,4 +1,4 @@
-"""What a recorded signal tells of its sensor: step, noise, wrong samples, turns, another unit."""
+"""Properties of a sensor found in its signal: step, noise, wrong samples, turns, another unit."""
 
 from collections.abc import Sequence
 
@@ -9,25 +9,25 @@ from hfc_design.core.quantities import number
 from hfc_design.logs.columns import Column, column_hint, converted
 from plants import Drive
 
-#: What lies between values is one step up to so many times the least; this share of the values lies
-#: within so much of whole steps; noise is told by what is this much of a step at least.
+#: Largest multiple of the smallest difference that counts as one step; share of the values that
+#: must be this close to whole steps; smallest difference that shows noise, as a share of a step.
 SINGLE, MOST, ROUNDED, SEEN = 1.6, 0.99, 0.26, 0.1
-#: A sample is wrong that is off by so many times what all but this share bend.
+#: Deviation of a wrong sample relative to the bends of all other samples but this share.
 WRONG, USUAL = 20.0, 0.97
-#: Noise is looked for in this share of the samples, the slowest: where an axis is fast, stamps that
-#: tremble look like noise of its position.
+#: Share of the samples, the slowest, that is searched for noise: where an axis is fast, jitter of
+#: the time stamps looks like noise of its position.
 SLOW = 0.2
-#: Of lengths and angles the least travel, and the largest mean speed over a log. An atom is 1e-10 m
-#: wide, trains reach 170 m/s and the smallest turbines 1e5 rad/s. No guess of the machine is in
-#: them, so that no log of a real one is refused.
+#: Least travel of lengths and angles, and largest mean speed over a log. An atom is 1e-10 m
+#: wide, trains reach 170 m/s and the smallest turbines 1e5 rad/s. The limits contain no guess of
+#: the machine, so that no log of a real one is refused.
 PLAUSIBLE = {"m": (1e-10, 1e3), "rad": (1e-10, 1e6)}
-#: A place that goes round jumps back by a whole turn; between jumps it moves by no more than this
-#: share of one in a sample, or nobody knows which way.
+#: A rotary position jumps back by a whole turn; between jumps it moves by no more than this
+#: share of a turn in a sample, since otherwise its direction is unknown.
 CLEAR = 0.25
 
 
 def encoder_step(values: Floats) -> float | None:
-    """The step of an encoder, if values are whole steps, or those rounded in a text; None: not."""
+    """Step of an encoder whose values are whole steps, possibly rounded in a text; None: not so."""
     gaps = np.diff(np.unique(np.round(values, 15)))
     gaps = gaps[gaps > 1e-12 * max(np.abs(values).max(), 1e-300)]
     if not len(gaps):
@@ -48,9 +48,9 @@ def encoder_step(values: Floats) -> float | None:
 
 
 def without_outliers(values: Floats) -> tuple[Floats, Mask]:
-    """Values (steps,) with the wrong ones on straight lines, and which these are.
+    """Values (steps,) with wrong ones replaced by straight lines, and the mask of these.
 
-    Single samples far off both of their neighbours; those bend back by half as much.
+    Wrong are single samples far off both of their neighbours, which bend back by half as much.
     """
     bend, changes = np.diff(values, 2), np.abs(np.diff(values))
     least = changes[changes > 0].min(initial=np.inf)
@@ -63,13 +63,13 @@ def without_outliers(values: Floats) -> tuple[Floats, Mask]:
 
 
 def noise_level(off: Floats, place: Floats, step: float | None) -> float | None:
-    """Standard deviation of the white noise in (steps,) what a replay is off; None: none is seen.
+    """Standard deviation of white noise in (steps,) errors of a replay ``off``; None: not visible.
 
-    ``place`` (steps,) says where the axis is slow.
+    The slow samples are determined from ``place`` (steps,), the position.
 
-    Second differences leave white noise alone, of six times its variance; the largest are not
-    counted, which are of reversals. 0 is where a replay does not count; rounding to a ``step`` is
-    noise too, of step^2 / 12, and none of the sensor's.
+    Second differences isolate white noise, with six times its variance; the largest ones, at
+    reversals, are not counted. The value is 0 where a replay does not count; rounding to a ``step``
+    is noise of step^2 / 12 too, but not the sensor's.
     """
     counts = (off[2:] != 0) & (off[1:-1] != 0) & (off[:-2] != 0)
     speed = np.abs(place[2:] - place[:-2])
@@ -85,12 +85,12 @@ def noise_level(off: Floats, place: Floats, step: float | None) -> float | None:
 
 
 def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive) -> list[str]:
-    """Notes of what goes round in ``values``, which then goes on where it began again.
+    """Unwrap rotary positions in ``values`` in place; return notes on them.
 
     Args:
         values: signals (rows,) by name, in the drive's units; changed.
-        places: those that are places.
-        drive: whose they are; one of lengths does not go round.
+        places: names of the positions among them.
+        drive: drive of the signals; positions that are lengths are not rotary.
 
     Raises:
         ValueError: its position jumps, and not by a whole turn.
@@ -125,13 +125,13 @@ def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive)
 
 
 def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:
-    """ValueError: what a column with its unit says is no motion of a machine.
+    """ValueError: a column in its unit does not describe the motion of a machine.
 
     Args:
-        one: with the unit that was taken.
+        one: the column with the assumed unit.
         values: (steps,) of it, in the unit of the drive's position.
-        drive: whose position it is.
-        duration: of the log [s].
+        drive: drive of the position.
+        duration: duration of the log [s].
     """
     unit = drive.units["error"]
     for base, (least, fastest) in PLAUSIBLE.items():

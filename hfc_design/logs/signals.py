@@ -1,4 +1,4 @@
-"""The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
+"""Signals of a drive from a log: in its units, evenly sampled, with unreliable samples marked."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -21,21 +21,21 @@ from hfc_design.logs.columns import (
 from hfc_design.logs.sensors import check_travel, encoder_step, unwrap_turns, without_outliers
 from plants import Drive
 
-#: A signal that changes by no more stands still, in any unit.
+#: Largest change of a signal that counts as constant, in any unit.
 LEAST = 1e-30
 #: Noise changes by 1.4 times its own size from sample to sample, a motion by far less.
 TREMBLES = 0.7
-#: Sample times of drives [s]; the most samples of which a fit keeps the slopes in memory.
+#: Sample times of drives [s]; the most samples for which a fit can store the slopes.
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
-#: A stamp that is off its place by more than this share of a period trembles.
+#: Share of a period by which a time stamp with jitter deviates from its place.
 TREMBLE = 0.02
-#: So many samples that are missing in a row are filled in; with more the log is cut there.
+#: Most consecutive missing samples that are interpolated; at longer gaps the log is cut.
 FILLED = 5
-#: A clock is coarser than the samples where more than this share of them has the stamp of another.
+#: Share of samples with repeated stamps above which the clock is coarser than the samples.
 SHARED = 0.1
-#: What stays as it is until the next sample.
+#: Signals that are constant until the next sample.
 HELD = ("command", "added")
-#: By which share of its error the clock behind the stamps is set right at each of them.
+#: Share of its error by which the clock of the stamps is corrected at each of them.
 FOLLOWS = 0.1
 
 
@@ -55,11 +55,11 @@ def signals(
     """The signals of ``drive`` in a log, in its units.
 
     Args:
-        log: as its file has it.
-        drive: whose units are wanted.
-        columns: what the user says of them; others are taken by their names, ``position`` or
+        log: log as read from its file.
+        drive: drive whose units are used.
+        columns: assignments by the user; other columns are assigned by their names, ``position`` or
             ``position_mm`` or ``position [mm]``.
-        sample_time: [s], where neither the file nor a column of times has it.
+        sample_time: [s], if neither the file nor a column of times contains it.
 
     Raises:
         ValueError: a column is missing or has another kind of unit; nothing moves.
@@ -105,7 +105,7 @@ def signals(
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
-    """ValueError: something that is needed stands."""
+    """ValueError: a required signal is constant."""
     position = drive.seen[0]
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
@@ -120,7 +120,7 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
 
 
 def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
-    """The first samples, if there are too many; what is wrong or at an end of a scale marked."""
+    """The first samples, if there are too many, with wrong and saturated samples marked."""
     name, every, notes = drive.seen[0], log.sample_time, [*log.notes]
     if len(log.usable) > MOST:
         notes.append(f"only the first {MOST * every:.4g} s are used ({MOST} samples)")
@@ -144,16 +144,16 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     return log._replace(values=values | {name: right}, usable=usable, notes=notes)
 
 
-#: So many samples in a row exactly at the largest or the smallest value are an end of a scale,
-#: if it comes there faster than by this share of its usual change in a sample, and by so many steps
-#: of its encoder: where it turns, what stays for so long came by two.
+#: Saturation: at least so many consecutive samples exactly at the largest or the smallest value,
+#: reached faster than this share of the usual change in a sample, and than so many steps of the
+#: encoder: at a reversal, a value that is constant for so long is reached by two steps.
 STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
 def saturated(values: Floats) -> Mask:
-    """(steps,) where a measured signal that was still moving is ends at its extreme.
+    """(steps,) samples where a measured signal stops at its extreme during a motion.
 
-    One that comes to rest there slows down before; one that is cut off does not.
+    A signal that comes to rest there slows down before; a saturated one does not.
     """
     mask = np.zeros(len(values), bool)
     change = np.abs(np.diff(values))
@@ -175,13 +175,13 @@ def resampled(
     """Signals (rows,) at even times.
 
     Args:
-        time: stamps [s], of each row; None: they follow each other ``sample_time`` apart.
-        sample_time: [s]; None: the median of the stamps' distances.
+        time: time stamps [s] of the rows; None: rows are ``sample_time`` apart.
+        sample_time: [s]; None: the median distance of the stamps.
         values: the signals by name.
-        breaks: (rows,) where an unknown number of samples is missing before a row.
+        breaks: (rows,) True where an unknown number of samples is missing before a row.
 
     Raises:
-        ValueError: there is no time; stamps fall; too little is left.
+        ValueError: there is no time; stamps decrease; too few samples are left.
     """
     rows = len(next(iter(values.values())))
     broken = np.zeros(rows, bool) if breaks is None else breaks
@@ -218,10 +218,10 @@ def resampled(
 
 
 def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
-    """The sample time where ``stamps`` of a coarse clock begin at ``rows`` and last for several.
+    """Sample time of rows with ``stamps`` of a coarse clock, which change at ``rows``.
 
     Raises:
-        ValueError: their samples do not follow each other evenly: some are missing.
+        ValueError: the samples are not evenly spaced: some are missing.
     """
     stamps, first = stamps[1:], rows[1:].astype(float)  # the first one may have begun before
     if len(first) < FEWEST:
@@ -239,10 +239,10 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
 
 
 def _places(time: Floats, period: float) -> Floats:
-    """Which sample of an even clock each stamp is.
+    """Index of each stamp among the samples of an even clock.
 
-    The clock follows the stamps by a share, so that neither their trembling nor a ``period`` that
-    is a little off miscounts them; a gap is a whole number of periods.
+    The clock follows the stamps by a share, so that neither their jitter nor a slightly wrong
+    ``period`` leads to a miscount; a gap is a whole number of periods.
     """
     places, now, clock = [0.0], 0.0, float(time[0])
     for stamp in time[1:].tolist():
@@ -254,10 +254,10 @@ def _places(time: Floats, period: float) -> Floats:
 
 
 def _period(place: Floats, time: Floats) -> float:
-    """The shortest number for the sample time that the stamps do not speak against.
+    """The shortest number for the sample time that is consistent with the stamps.
 
-    Its error is three standard errors of the line through them, or a hundredth of a sample over
-    the whole log: what a control is made for is 0.5 ms and not 0.499999988 ms.
+    Its tolerance is three standard errors of the line through them, or a hundredth of a sample over
+    the whole log: controls are made for 0.5 ms and not for 0.499999988 ms.
     """
     period, start = np.polyfit(place, time, 1)
     off = time - start - period * place
@@ -270,7 +270,7 @@ def _period(place: Floats, time: Floats) -> float:
 def _filled(
     time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
 ) -> EvenLog:
-    """At every place; what is missing lies on a straight line, a command stays as it was."""
+    """Signals at every place; missing samples are on a straight line, a command is held."""
     start = float(np.mean(time - period * place))  # of the clock, by all stamps
     off = (time - start) / period - place
     tremble = float(np.sqrt(np.mean(off**2)))
@@ -294,7 +294,7 @@ def _filled(
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
-    """The samples between cuts that are most: what happened in one of them nobody knows."""
+    """The longest part between cuts, since the motion during a cut is unknown."""
     ends = [0, *cuts.tolist(), len(time)]
     parts = [slice(a, b) for a, b in pairwise(ends) if b > a]
     part = max(parts, key=lambda one: one.stop - one.start)

@@ -1,4 +1,4 @@
-"""Logs as text: CSV of any program, and what halscope, halsampler and TwinCAT's Scope write."""
+"""Logs as text: CSV of any program, and the formats of halscope, halsampler and TwinCAT's Scope."""
 
 import csv
 import re
@@ -12,20 +12,20 @@ from hfc_design.core.numbers import Floats, number_of, number_or_none
 from hfc_design.logs.columns import MOST_COLUMNS, TOLD, Log, is_unit
 from plants import in_a_name
 
-#: What may stand between columns; a comma is tried last, for it may stand in numbers too.
+#: Possible separators; the comma is tried last, since it may also be part of numbers.
 SEPARATORS = ("\t", ";", ",")
-#: What a spreadsheet writes above its table.
+#: Line of a spreadsheet above its table.
 SAID = re.compile(r'"?sep=([\t;,])"?', re.IGNORECASE)
 #: First line of halscope, and of its older versions: the period of the samples.
 SCOPE = re.compile(r"# Sampling period is ([0-9]{1,12}) ns\s*")
 OLD_SCOPE = re.compile(r"Sampling period is ([0-9]{1,12}) nSec\s*")
-#: What halsampler writes where samples were lost.
+#: Line of halsampler where samples were lost.
 OVERRUN = "overrun"
-#: Columns of a file without names are called so.
+#: Name of columns in a file without names.
 UNNAMED = "column_{}"
-#: So many lines from the middle of a file tell what its columns are: no head is there.
+#: Number of lines from the middle of a file, away from its head, that determine the columns.
 LOOKED_AT = 20
-#: In the place of a unit, what has none.
+#: Texts in the place of a unit of columns without one.
 NO_UNIT = frozenset({"", "-", "1", "[]", "[-]", "[1]"})
 
 
@@ -34,14 +34,14 @@ Rows: TypeAlias = list[tuple[int, str]]
 
 
 class Form(NamedTuple):
-    """How the rows of a table are written."""
+    """Format of the rows of a table."""
 
     separator: str | None  # None: blanks
     columns: int
     numeric: list[int]  # columns with numbers in them
 
     def cells(self, line: str) -> list[str]:
-        """What stands in a line; quoted, a separator is a letter like others."""
+        """Cells of a line; a quoted separator is an ordinary character."""
         if self.separator is None or '"' not in line:
             return [cell.strip() for cell in line.split(self.separator)]
         try:
@@ -52,29 +52,29 @@ class Form(NamedTuple):
 
     @property
     def commas(self) -> bool:
-        """Whether a comma is a decimal one: semicolons or tabs part the columns."""
+        """True if the comma is the decimal sign: semicolons or tabs separate the columns."""
         return self.separator in (";", "\t")
 
     def pointed(self, text: str) -> str:
-        """With points for decimal commas."""
+        """The text with points for decimal commas."""
         return text.replace(",", ".") if self.commas else text
 
     def number(self, cell: str) -> float | None:
-        """A number, with a decimal comma too."""
+        """A number, also with a decimal comma."""
         return number_or_none(self.pointed(cell))
 
     def is_data(self, line: str) -> bool:
-        """Whether it is a whole row of numbers."""
+        """True for a complete row of numbers."""
         cells = self.cells(line)
         whole = len(cells) == self.columns
         return whole and all(self.number(cells[k]) is not None for k in self.numeric)
 
 
 def text_log(text: str) -> Log:
-    """The log that a text is.
+    """The log in a text.
 
     Raises:
-        ValueError: it is none, with the line that says why.
+        ValueError: it is not a log; the message names the line and the reason.
     """
     lines = text.splitlines()
     first = lines[0] if lines else ""
@@ -154,12 +154,12 @@ def _table(rows: Rows, separator: str | None) -> Log:
 
 
 def _rows(lines: Sequence[str], first: int) -> Rows:
-    """What is neither empty nor a comment; ``first`` is the number of the first line."""
+    """Lines that are neither empty nor a comment; ``first`` is the number of the first line."""
     return [(k, x) for k, x in enumerate(lines, first) if x.strip() and not x.startswith("#")]
 
 
 def _form(lines: Sequence[str], separator: str | None) -> Form:
-    """What most of the lines in the middle of a file are like."""
+    """Format of most of the lines in the middle of a file."""
     if not lines:
         raise ValueError("must have samples")
     some = lines[len(lines) // 2 :][:LOOKED_AT]
@@ -180,7 +180,7 @@ def _form(lines: Sequence[str], separator: str | None) -> Form:
 
 
 def _names(head: Rows, form: Form) -> list[str]:
-    """The names that stand directly above the numbers, with the units in a line between."""
+    """The names directly above the numbers, with the units from a line between, if there is one."""
     if not head:
         return [UNNAMED.format(k + 1) for k in range(form.columns)]
     above = list[list[str]]()
@@ -207,14 +207,14 @@ def _names(head: Rows, form: Form) -> list[str]:
 
 
 def _with_unit(name: str, unit: str) -> str:
-    """``name [unit]``, unless the name tells it already."""
+    """``name [unit]``, unless the name contains the unit already."""
     bare = unit.strip("[]()")
     known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(bare)}")
     return name if known else f"{name} [{bare}]"
 
 
 def _scope_names(head: Rows, form: Form) -> list[str]:
-    """Of TwinCAT's Scope: lines of a key before each group, ``Name a Name b``; time is in ms."""
+    """Names of TwinCAT's Scope: lines with a key per group, ``Name a Name b``; time in ms."""
     every = [form.cells(line) for _, line in head]
     keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
     if "Name" not in keys:
@@ -229,7 +229,7 @@ def _scope_names(head: Rows, form: Form) -> list[str]:
 
 
 def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats]:
-    """The first time of TwinCAT's Scope alone, named in ``names``; all have to be the same."""
+    """Keep the first of TwinCAT's time columns, named in ``names``; all have to be equal."""
     times = [place for place, k in enumerate(form.numeric) if not names[k]]
     if not times:
         raise ValueError("must have a time: export it from Scope with timelines")
@@ -244,7 +244,7 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
 
 
 def _at(place: int, text: str) -> float:
-    """The number in a line; ValueError: it is none."""
+    """The number in a line; ValueError: the text is not a number."""
     try:
         return number_of(text)
     except ValueError as error:
@@ -275,7 +275,7 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
 
 
 def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
-    """ValueError: which line is not like the others.
+    """ValueError: a line differs from the others; the message names it.
 
     It has another length, no number (in a ``damaged`` table) or another decimal sign where others
     have numbers, or a number where others have texts or nothing.
@@ -303,7 +303,7 @@ def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
 def _named(
     names: Sequence[str], table: Floats, places: Sequence[int] | None = None
 ) -> dict[str, Floats]:
-    """The columns by their names, which have to differ; ``places`` are those in the file."""
+    """The columns by their names, which must be distinct; ``places`` are those in the file."""
     where = range(len(names)) if places is None else places
     cleaned = [x.strip() or UNNAMED.format(k + 1) for x, k in zip(names, where, strict=True)]
     for name, count in Counter(cleaned).items():

@@ -1,1 +1,1 @@
-"""Figures of designs, of searches and of paths; none touches pyplot."""
+"""Figures of designs, of searches and of paths; none uses pyplot."""

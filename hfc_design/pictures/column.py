@@ -1,8 +1,8 @@
-"""A figure of a page laid out anew for the column of a paper: narrower, its letters still read.
+"""Layout of a page's figure for the column of a paper: narrower, with its text still legible.
 
-Letters, lines and margins become ``SMALLER``, heights with them; widths become what the column
-leaves; then there is room made for legends, and for texts and numbers side by side. Nothing is
-drawn again, so that this works on the figures of a user's own kind too.
+Letters, lines, margins and heights are scaled by ``SMALLER``; widths are fitted to the column; then
+room is made for legends, and for adjacent texts and numbers. Nothing is drawn again, so that this
+works on the figures of a user's own kind too.
 """
 
 from collections.abc import Iterable
@@ -22,16 +22,16 @@ from matplotlib.text import Annotation, Text
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
-#: What letters, lines and margins of a page become.
+#: Scale factor of letters, lines and margins of a page.
 SMALLER = 0.8
-#: What gaps between columns become; numbers stand there, whose letters may be the least already.
+#: Scale factor of gaps between columns, which contain numbers with possibly the smallest letters.
 GAPS = 0.9
-#: Of the letters of a paper's figure [pt].
+#: Smallest and largest letters of a paper's figure [pt].
 LEAST, MOST = 7.0, 9.0
-#: Of texts side by side that would touch, as numbers in cells: the least size [pt],
-#: and the share of their place that they then have.
+#: Texts side by side that would touch, such as numbers in cells: the smallest size [pt],
+#: and the share of their place that they then take.
 CELL, FILLED = 5.0, 0.85
-#: Between a legend and what is below it, and between numbers of an axis, in dots of 1/100 in.
+#: Distance of a legend from what is below it, and of numbers of an axis, in dots of 1/100 in.
 ROOM, APART = 3.0, 5.0
 
 
@@ -62,8 +62,8 @@ def in_column(figure: Figure, width: float) -> None:
 def _ends(figure: Figure, axes: Axes, width: float) -> tuple[float, float]:
     """Left and right end of axes in the new figure, as shares of its ``width``.
 
-    Margins become ``SMALLER``, what is between has the rest; in a grid the columns share what the
-    gaps leave.
+    Margins are scaled by ``SMALLER``, the axes fill the rest; in a grid the columns share the width
+    without the gaps.
     """
     before, margins = figure.get_figwidth(), figure.subplotpars
     share = SMALLER * before / width
@@ -83,14 +83,14 @@ def _ends(figure: Figure, axes: Axes, width: float) -> tuple[float, float]:
 
 
 def _label_place(axes: Axes) -> float:
-    """How far the label of the y axis was put to the left of it [in]; 0 where it places itself."""
+    """Distance of the y axis' label to the left of the axis [in]; 0 if placed automatically."""
     x, _ = axes.yaxis.label.get_position()
     box = axes.get_position(original=True)
     return x * box.width * cast(Figure, axes.get_figure()).get_figwidth() if -1.0 < x < 0.0 else 0.0
 
 
 def _shrink_ticks(axis: Axis) -> None:
-    """Ticks and their numbers; more of them may be made later."""
+    """Shrink ticks and their numbers, including those that are created later."""
     each: Any = {"major": axis.get_major_ticks(1)[0], "minor": axis.get_minor_ticks(1)[0]}
     for which, tick in each.items():
         axis.set_tick_params(
@@ -103,7 +103,7 @@ def _shrink_ticks(axis: Axis) -> None:
 
 
 def _shrink(artist: Any) -> None:
-    """Letters and lines of what is no tick."""
+    """Shrink letters and lines of an artist that is not a tick."""
     if isinstance(artist, Text):
         artist.set_fontsize(_size(artist))
         if isinstance(artist, Annotation) and artist.anncoords == "offset points":
@@ -122,7 +122,7 @@ def _size(text: Text) -> float:
 
 
 def _lower(figure: Figure, share: float) -> None:
-    """What has one scale for both directions becomes lower by the ``share`` that its width did."""
+    """Reduce the height of axes with equal scales by the ``share`` lost from their width."""
     height = figure.get_figheight()
     for axes in figure.axes:
         if axes.get_aspect() != "auto" and share < 1.0:
@@ -132,12 +132,12 @@ def _lower(figure: Figure, share: float) -> None:
 
 
 def _stretch(figure: Figure, places: list[float], more: list[float]) -> None:
-    """Move axes, and make the figure higher by the last of ``more`` [in].
+    """Move axes, and increase the height of the figure by the last of ``more`` [in].
 
     Args:
-        figure: it all.
+        figure: the whole figure.
         places: heights in it, from 0 to 1.
-        more: how far up each goes [in]; between them in proportion.
+        more: upward shift of each of them [in]; interpolated between them.
     """
     before = figure.get_figheight()
     after = before + more[-1]
@@ -150,13 +150,13 @@ def _stretch(figure: Figure, places: list[float], more: list[float]) -> None:
 
 
 def _extents(figure: Figure, artists: Iterable[Text | Legend]) -> list[Bbox]:
-    """Where artists stand in a figure, in dots."""
+    """Bounding boxes of artists in a figure, in dots."""
     renderer: Any = FigureCanvasAgg(figure).get_renderer()
     return [artist.get_window_extent(renderer) for artist in artists]
 
 
 def _part_texts(axes: Axes) -> None:
-    """Make texts in the axes smaller that would touch where they stand side by side."""
+    """Reduce the size of texts in the axes that would touch side by side."""
     texts = [text for text in axes.texts if text.get_horizontalalignment() == "center"]
     boxes = _extents(cast(Figure, axes.get_figure()), texts)
     shares = [1.0]
@@ -169,7 +169,7 @@ def _part_texts(axes: Axes) -> None:
 
 
 def _thin_ticks(axes: Axes) -> None:
-    """Fewer numbers below the axes where they would touch, unless a figure has chosen each."""
+    """Reduce the numbers below the axes if they would touch, unless a figure has fixed them."""
     locator = axes.xaxis.get_major_locator()
     if isinstance(locator, MaxNLocator):
         for count in range(len(axes.get_xticks()) - 1, 0, -1):
@@ -179,7 +179,7 @@ def _thin_ticks(axes: Axes) -> None:
 
 
 def _touching(axes: Axes) -> bool:
-    """Whether numbers below the axes are closer than ``APART``."""
+    """True if numbers below the axes are closer than ``APART``."""
     low, high = sorted(axes.get_xlim())
     labels = [x for x in axes.get_xticklabels() if low <= x.get_position()[0] <= high]
     boxes = _extents(cast(Figure, axes.get_figure()), (x for x in labels if x.get_text()))
@@ -188,7 +188,7 @@ def _touching(axes: Axes) -> bool:
 
 
 def _fit(figure: Figure, legend: Legend) -> None:
-    """Names below each other where side by side they are wider than the figure; room for them."""
+    """Make room for a legend, in one column if its columns are wider than the figure."""
     (box,) = _extents(figure, [legend])
     if box.width > figure.bbox.width:
         (box,) = _extents(figure, [_listed(figure, legend)])

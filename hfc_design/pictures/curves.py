@@ -1,4 +1,4 @@
-"""Long curves with as many points as a picture can show."""
+"""Reduction of long curves to the number of points that a picture can show."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import drawable
 
-#: A curve is drawn with at most two points in each of this many slices of time.
+#: Slices of time of a drawn curve, with at most two points in each.
 SLICES = 500
 
 

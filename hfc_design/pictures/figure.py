@@ -1,7 +1,7 @@
-"""How a figure is framed, and what the axes of all have in common.
+"""Frames of figures, and common properties of their axes.
 
-Every picture is a ``matplotlib.figure.Figure`` of its own; none touches pyplot. They are narrow on
-purpose: they are to be read on a phone too.
+Every picture is a ``matplotlib.figure.Figure`` of its own; none uses pyplot. They are narrow so
+that they are legible on a phone too.
 """
 
 from collections import Counter
@@ -27,17 +27,17 @@ LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far bey
 DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
-#: All of them without the yellow that is hard to see on white, and black; of many curves.
+#: Colours without the yellow that is hard to see on white, and black; colours of many curves.
 COLOURS = (OWN, "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 STYLES = ("-", "--", "-.", ":")
-#: Height of a line of a legend that ``list_above`` makes [in].
+#: Height of a line of a legend of ``list_above`` [in].
 LINE = 0.16
 
 
 def framed(
     height: float, top: float, left: float = 0.9, right: float = 0.15, bottom: float = 0.5
 ) -> Figure:
-    """A figure with margins in inches; measuring the labels would draw everything twice."""
+    """A figure with margins in inches; automatic margins would draw everything twice."""
     figure = Displayed(figsize=(WIDTH, height))
     figure.subplots_adjust(
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height
@@ -54,7 +54,7 @@ def gridded(axes: Axes, x: str = "", y: str = "", color: str = "0.9") -> None:
 
 
 def finish(axes: Axes, label: str, x: str = "") -> None:
-    """The same, with the label of the y axis at a fixed place, which long numbers leave free."""
+    """As ``gridded``, with the y axis' label at a fixed place that leaves room for long numbers."""
     gridded(axes, x, label)
     axes.yaxis.set_label_coords(-0.155, 0.5)
     numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
@@ -68,8 +68,8 @@ def finish(axes: Axes, label: str, x: str = "") -> None:
 def logarithmic(axes: Axes) -> None:
     """A logarithmic y axis with plain numbers, unless the data lie close together.
 
-    What is smaller than ``DEEPEST`` of the largest, zeros too, is drawn at the lower edge, which
-    the picture says: an error is at times 0, and rounding is not worth twelve decades.
+    Values below ``DEEPEST`` of the largest, including zeros, are drawn at the lower edge, with a
+    note in the picture: an error is at times 0, and rounding is not worth twelve decades.
     """
     values = np.concatenate([line.get_ydata() for line in axes.lines])
     positive = values[values > 0]
@@ -94,26 +94,26 @@ def logarithmic(axes: Axes) -> None:
 
 
 def _tick(value: float, power: bool) -> str:
-    """A number on a logarithmic axis, all of them with powers of ten or none."""
+    """A number on a logarithmic axis; all numbers of an axis have powers of ten, or none has."""
     if not power or value <= 0.0:
         return f"{value:g}"
     mantissa, exponent = f"{value:.0e}".split("e")
     return f"{mantissa}e{int(exponent)}"
 
 
-#: How a note stands in the lower right corner of a picture.
+#: Placement of a note in the lower right corner of a picture.
 _INSIDE: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 7.5, "color": "0.3"}
 
 
 def plain(label: str, longest: int = LABEL) -> str:
-    """A label that every font has the letters for."""
+    """A label with letters that every font contains."""
     known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
     known = "".join(letter if letter.isprintable() else "?" for letter in known)
     return known if len(known) <= longest else known[: longest - 3] + "..."
 
 
 def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
-    """Labels of names, each another one: those that are alike at the beginning keep their ends."""
+    """Distinct labels of names: names with the same beginning keep their ends."""
     shortened = {name: plain(name, longest) for name in names}
     ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in shortened}
     same = Counter(shortened.values())
@@ -126,7 +126,7 @@ def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
 
 
 def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2, **where: Any) -> None:
-    """The legend of ``axes`` above everything, or ``where`` it says; names in it may be any."""
+    """Place the legend of ``axes`` above everything, or at ``where``; its names may be any text."""
     look: dict[str, Any] = {"frameon": False, "loc": "upper center", **where}
     handles = axes.get_legend_handles_labels()
     legend = figure.legend(*handles, fontsize=size, ncols=columns, **look)
@@ -135,21 +135,22 @@ def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2, **whe
 
 
 def list_above(figure: Figure) -> None:
-    """The legend above everything, a line of the height ``LINE`` for each name."""
+    """Place the legend above everything, with a line of the height ``LINE`` for each name."""
     where: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.9 / WIDTH, 1)}
     where |= {"borderaxespad": 0.2, "borderpad": 0, "labelspacing": 0.2}
     above(figure, figure.axes[0], columns=1, **where)
 
 
 def colour(k: int) -> str:
-    """Of the curve of a number, from 0."""
+    """Colour of a curve by its number, from 0."""
     return COLOURS[k % len(COLOURS)]
 
 
 def stroke(k: int) -> dict[str, Any]:
-    """Colour, width and dashes of the curve of a number among others, told apart in grey too.
+    """Colour, width and dashes of a curve by its number, distinguishable in grey too.
 
-    The first is to lie below the others, and is broader; these have gaps that it is seen through.
+    The first curve is meant to lie below the others, and is broader; the others have gaps through
+    which it is visible.
     """
     return {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
 
@@ -165,7 +166,7 @@ def label_margin(labels: Iterable[str], size: float) -> float:
 
 
 def drawable(values: Any) -> NDArray[Any]:
-    """The numbers as a picture shows them: none beyond ``LARGEST``, 0 below its inverse."""
+    """Values limited for a picture: none beyond ``LARGEST``, 0 for those below its inverse."""
     seen = np.where(np.abs(values) < 1.0 / LARGEST, 0, values)
     return np.asarray(np.clip(seen, -LARGEST, LARGEST))
 
@@ -177,7 +178,7 @@ def round_above(value: float) -> float:
 
 
 def colour_strip(figure: Figure, axes: Axes, drawn: Any, meaning: str, **options: Any) -> Colorbar:
-    """What the colours of a picture stand for, in the margin on its right."""
+    """A strip in the right margin with the meaning of the colours."""
     place = axes.get_position()
     strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
     bar = figure.colorbar(drawn, cax=strip, label=meaning, **options)

@@ -22,22 +22,22 @@ FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-#: Text stays text: a file is much smaller, and can be searched; publishers refuse fonts of Type 3.
+#: Text stays text, for small files that can be searched; publishers refuse fonts of Type 3.
 SETTINGS: Any = {"svg.hashsalt": "hfc-design", "svg.fonttype": "none", "pdf.fonttype": 42}
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure; the suffix of the file says whether png, svg or pdf.
+    """Write a figure as png, svg or pdf, according to the suffix of the file.
 
     Raises:
-        UserError: another suffix.
+        UserError: the suffix is another one.
         RunError: the file cannot be written.
     """
     write_whole(path, image(figure, kind_of(path)))
 
 
 def kind_of(path: Path) -> str:
-    """The one in ``FORMATS`` that the suffix of a file says; UserError: it says another."""
+    """The kind in ``FORMATS`` of a file's suffix; UserError: the suffix is another one."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise UserError(f"{path}: must end in .png, .svg or .pdf")
@@ -57,15 +57,15 @@ TAIL = r"""\end{pgfpicture}%
 
 
 class Renderer(RendererPgf):
-    """Draws what matplotlib's does; texts are escaped, and measured without TeX.
+    """Matplotlib's renderer with escaped texts that are measured without TeX.
 
-    matplotlib's canvas for this asks a TeX program how wide every text is. Here its own letters are
-    measured instead: no TeX need be there. Texts stand where they are anchored, so that only what
-    lies around them, as a legend, is as large as those letters ask for.
+    Matplotlib's canvas for this format has a TeX program measure every text. Here matplotlib's own
+    letters are measured instead, so that TeX need not be installed. Texts are placed at their
+    anchors, so that only surrounding boxes, such as a legend, have the size of those letters.
     """
 
     def draw_text(self, gc, x, y, s, prop, angle, ismath=False, mtext=None):  # type: ignore[no-untyped-def]
-        """Draw a text; of its formulas matplotlib's own parser has read every command."""
+        """Draw a text; matplotlib's own parser has checked every command of its formulas."""
         parts = re.split(r"(?<!\\)\$", s) if ismath else [s]
         texts = (f"${part}$" if k % 2 else escaped(part) for k, part in enumerate(parts))
         super().draw_text(gc, x, y, "".join(texts), prop, angle, ismath, mtext)
@@ -80,12 +80,12 @@ class Renderer(RendererPgf):
 
 
 def picture(figure: Figure) -> bytes:
-    r"""A PGF picture, which a paper has by ``\input`` in the letters of its own.
+    r"""A PGF picture, which a paper includes by ``\input`` in its own fonts.
 
     The same figure gives the same bytes.
 
     Raises:
-        UserError: there is an image in it.
+        UserError: the figure contains an image.
     """
     file = io.StringIO()
     width, height = figure.get_size_inches()
@@ -100,7 +100,7 @@ def picture(figure: Figure) -> bytes:
 
 
 def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
-    """The figure as a file of a kind in ``FORMATS``, or as pgf; the same gives the same bytes."""
+    """A figure as a file of a kind in ``FORMATS``, or pgf; equal figures give the same bytes."""
     if kind == "pgf":
         return picture(figure)
     buffer = io.BytesIO()
@@ -110,12 +110,12 @@ def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
 
 
 def address(figure: Figure) -> str:
-    """A figure as the address of an image, so that its names cannot clash with a page's."""
+    """A figure as the address of an image, so that its names cannot clash with those of a page."""
     return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
 
 
 def small_svg(figure: Figure) -> str:
-    """A figure as SVG in few letters: curves to a hundredth of a point, text as it is."""
+    """A figure as compact SVG: curves to a hundredth of a point, texts as texts."""
     svg = image(figure, "svg").decode()
     for pattern, by in _SMALLER:
         svg = pattern.sub(by, svg)
@@ -123,12 +123,12 @@ def small_svg(figure: Figure) -> str:
 
 
 def small_address(figure: Figure) -> str:
-    """The same as the address of an image, in a third of the letters."""
+    """The compact SVG as the address of an image, in a third of the letters."""
     return "data:image/svg+xml," + quote(small_svg(figure), safe=" /:=;,()!*'-._~")
 
 
 def _rounded(curve: re.Match[str]) -> str:
-    """What a path says, in fewer letters."""
+    """Commands of a path with rounded numbers."""
     numbers = (
         x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
     )
@@ -136,7 +136,7 @@ def _rounded(curve: re.Match[str]) -> str:
 
 
 _LETTER = re.compile(r",?([A-Za-z]),?")
-#: What stands in a picture of matplotlib's and nobody sees -> what is left of it.
+#: Invisible parts of an SVG of matplotlib -> their replacement.
 _SMALLER: tuple[tuple[re.Pattern[str], Any], ...] = (
     (re.compile(r"<metadata>.*</metadata>", re.DOTALL), ""),
     (re.compile(r"'DejaVu Sans', [^;\"]*sans-serif"), "'DejaVu Sans', sans-serif"),
@@ -144,12 +144,12 @@ _SMALLER: tuple[tuple[re.Pattern[str], Any], ...] = (
     (re.compile(r"\n\s*"), " "),
 )
 
-#: Letters of an SVG above which a picture in points may be the smaller one, and these per inch.
+#: Letters of an SVG above which a PNG may be smaller, and the resolution of the PNG [1/in].
 LARGE, FINE = 50_000, 110.0
 
 
 class Displayed(Figure):
-    """As the last line of a cell it is drawn below it, in few bytes: SVG, or else PNG."""
+    """A figure that a notebook displays below a cell in few bytes: as SVG, or else as PNG."""
 
     def _repr_mimebundle_(self, **options: Any) -> tuple[dict[str, str], dict[str, Any]]:
         svg = small_svg(self)

@@ -19,16 +19,16 @@ def heat_map(
     meaning: str,
     shades: Floats | None = None,
 ) -> Figure:
-    """A table with a number in every cell, its first row on top as the papers print it.
+    """A table with a number in every cell, its first row on top as in the papers.
 
     Args:
-        values: what is written.
+        values: numbers in the cells.
         labels: names of the terms of the rows' input, and of the columns'.
         row: name of the input of the rows.
         column: name of the input of the columns.
-        title: stands above.
-        meaning: what the colours stand for, with its unit.
-        shades: what is coloured; without it the values.
+        title: title above the table.
+        meaning: meaning of the colours, with its unit.
+        shades: values of the colours; default: the numbers in the cells.
     """
     longest = max(map(len, labels[0]), default=0)
     figure = framed(4.0, top=0.35, left=0.48 + 0.08 * longest, right=STRIP)

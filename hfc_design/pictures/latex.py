@@ -1,4 +1,4 @@
-"""Texts and tables for LaTeX; nothing in them is a command."""
+"""Texts and tables for LaTeX, with all commands escaped."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ _NAMES = (
     "upsilon varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
 )
 GREEK = dict(zip("αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΦΨΩ", _NAMES.split(), strict=True))
-#: What stands for a letter that means something to TeX, or that its fonts may not have.
+#: Replacements of letters that have a meaning in TeX, or that its fonts may lack.
 LETTERS = {
     "\\": r"\textbackslash{}",
     **{letter: "\\" + letter for letter in "{}$&#%_"},
@@ -45,41 +45,41 @@ LETTERS = {
     "\N{RIGHTWARDS ARROW}": r"$\rightarrow$",
     **{letter: rf"$\{name}$" for letter, name in GREEK.items()},
 }
-#: Digits below the line, in what follows a letter as one.
+#: Subscript digits, which follow a letter.
 BELOW = {0x2080 + digit: str(digit) for digit in range(10)}
-#: Of two dashes or commas in a row TeX would make another sign.
+#: TeX would merge two consecutive dashes or commas into another sign.
 _SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "[₀-₉]+", "-(?=-)", ",(?=,)"]))
-#: How a cell of a column of numbers begins; "–" stands where there is none.
+#: Beginning of a cell of a column of numbers; "–" marks a missing number.
 NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|unstable$|diverged$)|$")
 #: A number, and its power of ten.
 NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w.])")
 MINUS = re.compile(r"(?<![\w.)])-(?=[\d.])")
-#: A column of words with more letters than that gets this share of the width.
+#: Letters above which a column of words is wide, and its share of the width.
 LONG, SHARE = 40, 0.4
-#: Digits of a number, unless more stand before the point; a number from there on has a power.
+#: Digits of a number, unless it has more before the point; digits from which it has a power of ten.
 DIGITS, LARGE = 4, 6
 #: Powers of ten up to which digits are written out.
 PLAIN = range(-3, 4)
 #: Letters of 10 points in a column of 88 mm and on a page of 181 mm, and between two columns.
 COLUMN, PAGE, GAP = 50, 103, 2.4
-#: What of a text in TeX is no letter on paper.
+#: Parts of a text in TeX that are not letters on paper.
 COMMAND = re.compile(r"\\[a-z]+(?:\{\})?|[{}$^]")
-#: The unit that a head ends with, and a power in it.
+#: The unit at the end of a head, and a power in it.
 UNIT = re.compile(r"\[(1/)?[A-Za-zµΩ][A-Za-zµΩ 23/().]*\]$")
 POWER = re.compile(r"(?<=[A-Za-zµΩ])[23](?![\w.])")
 
 
 def escaped(text: str) -> str:
-    """A text that LaTeX prints as it is.
+    """A text that LaTeX prints literally.
 
-    Letters beyond Latin are left as they are: LuaLaTeX and XeLaTeX print those that the font has.
+    Letters beyond Latin are kept: LuaLaTeX and XeLaTeX print those that the font has.
     """
     plain = harmless(re.sub(r"\s+", " ", text))
     return _SPECIAL.sub(lambda match: LETTERS.get(match[0]) or _other(match[0]), plain)
 
 
 def _other(letters: str) -> str:
-    """Digits below the line, or a letter that is not to join with the next."""
+    """Subscript digits, or a letter that must not join with the next."""
     below = letters.translate(BELOW)
     return f"{letters}{{}}" if below == letters else f"$_{{{below}}}$"
 
@@ -87,8 +87,8 @@ def _other(letters: str) -> str:
 def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
     r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:label-name}``.
 
-    Numbers stand on the right, words on the left, long ones in lines of their own; cells that are
-    the best are bold, and a comment says where a table is wider than a column.
+    Numbers are aligned right, words left, long ones wrapped; the best cells are bold, and a comment
+    marks a table that is wider than a column.
     """
     kinds, columns = [], []
     for k, (head, *cells) in enumerate(zip(listing.head, *listing.rows, strict=True)):
@@ -124,7 +124,7 @@ def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
 
 
 def _width(columns: Sequence[Sequence[str]], kinds: Sequence[str]) -> list[str]:
-    """What a comment says of a table that is wider than a column."""
+    """Comment on a table that is wider than a column."""
     sizes: list[float] = []
     for cells, kind in zip(columns, kinds, strict=True):
         longest = max(len(COMMAND.sub("", cell)) for cell in cells)
@@ -145,7 +145,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _words(cell: str) -> str:
-    """Words, behind which a unit in brackets has its powers above the line."""
+    """Words, followed by a unit in brackets with superscript powers."""
     return escaped(UNIT.sub(lambda unit: _powers(unit[0]), cell))
 
 
@@ -158,7 +158,7 @@ def _powers(unit: str) -> str:
 
 
 def _number(cell: str) -> str:
-    """A cell whose numbers have few digits, very large and small ones a power of ten."""
+    """A cell with shortened numbers, very large and small ones with a power of ten."""
     parts = NUMBER.split(MINUS.sub("\N{MINUS SIGN}", cell))
     texts = [escaped(parts[0])]
     for mantissa, exponent, rest in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
@@ -167,7 +167,7 @@ def _number(cell: str) -> str:
 
 
 def _digits(mantissa: str, exponent: str | None) -> str:
-    """A number without a sign; what has neither a point nor a power is a count and stays."""
+    """A number without a sign; a count, with neither a point nor a power, is kept."""
     value = Decimal(f"{mantissa}e{exponent or 0}")
     if exponent is None and "." not in mantissa:
         return mantissa

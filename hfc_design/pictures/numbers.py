@@ -1,10 +1,10 @@
-"""Numbers as people read them: a score, and one with a unit that suits its size."""
+"""Numbers for readers: scores, and numbers with a unit that suits their size."""
 
 from math import isfinite
 
 from plants import in_a_name
 
-#: Units that have names for a thousandth and a millionth, in which small numbers are read.
+#: Units with names for a thousandth and a millionth, which are used for small numbers.
 SMALLER = {
     unit: tuple(
         (factor, f"{prefix}{unit}") for factor, prefix in ((1e6, "µ"), (1e3, "m"), (1.0, ""))
@@ -14,13 +14,13 @@ SMALLER = {
 
 
 def readable(unit: str, size: float) -> tuple[float, str]:
-    """Factor and unit that make of a number of a ``size`` one that needs no power of ten."""
+    """Factor and unit that turn a number of a ``size`` into one without a power of ten."""
     steps = SMALLER.get(unit, ((1.0, unit),))
     return next((step for step in steps if abs(size) * step[0] < 1e3), steps[-1])
 
 
 def metric(key: str, meaning: str) -> tuple[str, str]:
-    """What tables call a metric, and its unit, with which its ``meaning`` ends: rms error, rad."""
+    """Name of a metric in tables, and its unit, the end of its ``meaning``: rms error, rad."""
     unit = meaning.rpartition("[")[2].rstrip("]")
     words = key.replace("_", " ")
     for end in (in_a_name(unit), unit) if unit else ():
@@ -29,12 +29,12 @@ def metric(key: str, meaning: str) -> tuple[str, str]:
 
 
 def digits(value: float, count: int = 4) -> str:
-    """So many digits, or all that stand before the point; from 1e6 on a power of ten."""
+    """A number with so many digits, or all before the point; from 1e6 on with a power of ten."""
     return f"{value:.0f}" if 10.0**count <= abs(value) < 1e6 else f"{value:.{count}g}"
 
 
 def score(value: float) -> str:
-    """A fitness or a merit as people read it: of contour errors small, by Lin & Lee large."""
+    """Text of a fitness or a merit: small for contour errors, large as defined by Lin & Lee."""
     if not isfinite(value):
         return "diverged"
     return f"{value:.1f}" if 10 <= abs(value) < 1e6 else f"{value:.4g}"

@@ -1,4 +1,4 @@
-"""What a part of a page is made of: tables, figures, and both under a heading."""
+"""Parts of a page: tables, figures, and sections with both under a heading."""
 
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ class Listing(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A figure, what it is for those who cannot see it, and its caption."""
+    """A figure with its alternative text and its caption."""
 
     figure: Figure
     alt: str

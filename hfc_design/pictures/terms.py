@@ -1,4 +1,4 @@
-"""Terms of fuzzy inputs drawn: degrees of membership, a panel an input."""
+"""Terms of fuzzy inputs drawn as degrees of membership, with one panel for each input."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,12 +10,12 @@ from matplotlib.textpath import TextPath
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed
 
-#: Margins beside a panel, and its height where it is alone and where there are several [in].
+#: Margins beside a panel, and height of a single panel and of one of several [in].
 LEFT, RIGHT, ALONE, SHARED = 0.9, 0.15, 1.55, 1.25
-#: Of names: their letters, the way from one row of them to the next, what is free between two and
-#: up to the edge of the figure [pt].
+#: Names: size of the letters, distance of the rows, free space between two names and to the edge of
+#: the figure [pt].
 SIZE, ROW, FREE = 9.0, 11.0, 4.0
-#: In the column of a paper a panel becomes narrower than its letters do, by this factor.
+#: Factor by which a panel in the column of a paper shrinks more than its letters.
 TIGHTER = 1.31
 #: Highest degree that an axis shows.
 TOP = 1.08
@@ -34,7 +34,7 @@ class Panel(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where the name of a term stands."""
+    """Place of the name of a term."""
 
     top: float  # where the term is highest
     shift: float  # of the name from there, so that the figure does not cut it off [pt]
@@ -42,7 +42,7 @@ class Place(NamedTuple):
 
 
 def terms(panels: Sequence[Panel], title: str) -> Figure:
-    """Degrees of membership; names stand above their terms, in as many rows as keeps them apart."""
+    """Degrees of membership; names are above their terms, in as many rows as keep them apart."""
     places = [_places(panel) for panel in panels]
     rows = 1 + max(place.row for row in places for place in row)
     band = (3.0 + ROW * rows) / POINTS_PER_INCH
@@ -80,7 +80,7 @@ def _draw(axes: Axes, panel: Panel, places: Sequence[Place]) -> None:
 
 
 def _places(panel: Panel) -> list[Place]:
-    """Each name in the lowest row in which it is clear of those before, on a page and a paper."""
+    """Each name in the lowest row that keeps it clear of previous ones, on a page and a paper."""
     (low, high), wide = panel.ends, POINTS_PER_INCH * (WIDTH - LEFT - RIGHT)
     places: list[Place] = []
     filled: list[float] = []  # up to where each row is

@@ -1,4 +1,4 @@
-"""A two-input fuzzy unit drawn: what it commands over both inputs."""
+"""A two-input fuzzy unit drawn as its output over both inputs."""
 
 from typing import Any
 
@@ -10,13 +10,13 @@ from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import STRIP, WIDTH, colour_strip, framed, round_above
 from hfc_design.pictures.files import Displayed
 
-#: Points a side that a surface is computed at, and that curved terms are drawn with.
+#: Points per side of a computed surface, and points of curved terms.
 POINTS = 81
-#: About so many colours stand for an output of one sign.
+#: Approximate number of colours for outputs of one sign.
 BANDS = 12
-#: Of those points so many are one step of a surface in space.
+#: Number of these points in one step of a surface in space.
 EVERY = 2
-#: What stands so low in the picture of a surface are its shades.
+#: Height of the shades below the picture of a surface.
 BELOW = 0.0
 
 
@@ -27,11 +27,11 @@ def surface(
 
     Args:
         column: (columns,) values of the column's input, in the unit of its label.
-        row: (rows,) the same of the row's input.
-        values: (rows, columns) the output.
-        labels: of the column's axis and of the row's.
-        title: stands above.
-        meaning: what the colours stand for, with its unit.
+        row: (rows,) values of the row's input, in the unit of its label.
+        values: (rows, columns) output.
+        labels: labels of the column's axis and of the row's.
+        title: title above the figure.
+        meaning: meaning of the colours, with its unit.
     """
     figure = framed(4.0, top=0.35, right=STRIP)
     axes = figure.subplots()
@@ -58,7 +58,7 @@ def surface(
 def solid(
     column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
 ) -> Figure:
-    """The same as a surface in space; the output is its height."""
+    """The output of a unit as a surface in space, with the output as its height."""
     figure = Displayed(figsize=(WIDTH, 4.6))
     axes: Any = figure.add_axes((0.0, 0.0, 0.9, 1.0), projection="3d")
     limit = float(np.abs(values).max()) or 1.0

@@ -1,1 +1,1 @@
-"""The reference: what there is, as it was gathered from the code. Never imports JAX."""
+"""The reference of all parts and keys, as gathered from the code. Never imports JAX."""

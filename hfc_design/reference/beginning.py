@@ -1,4 +1,4 @@
-"""The scenario that ``hfc init`` begins with: a move of a plant, and what a good one is."""
+"""The initial scenario of ``hfc init``: a move of a plant, and the goals of a good one."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ HIERARCHY = "pd+hierarchical-fuzzy"
 
 
 class Move(NamedTuple):
-    """A move from rest to rest in a unit of positions, and the error that is tolerated there."""
+    """A move from rest to rest in a unit of positions, and its tolerated error."""
 
     distance: float
     velocity: float
@@ -22,7 +22,7 @@ class Move(NamedTuple):
     scale: float  # of the error for a fuzzy unit
 
     def path(self) -> dict[str, float]:
-        """What a trapezoidal reference has of it."""
+        """Keys of the trapezoidal reference of the move."""
         return {key: getattr(self, key) for key in ("distance", "velocity", "acceleration")}
 
 
@@ -32,9 +32,9 @@ MOVES = {
     "mm": Move(20.0, 40.0, 200.0, 0.01, 20.0),
     "BLU": Move(1000.0, 2000.0, 10000.0, 1.0, 0.1),
 }
-#: Of another unit, as an own plant may have it.
+#: Move in a unit without an entry above, as an own plant may have it.
 OTHER = Move(1.0, 1.0, 5.0, 1e-3, 100.0)
-#: Time of a sample [s] of the controls that these plants are known with.
+#: Usual sample times [s] of the controls of these plants.
 SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
 
@@ -73,7 +73,7 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
 def _live(
     named: dict[str, str], axes: list[str], of_axes: dict[str, str], units: dict[str, str]
 ) -> dict[str, Plain]:
-    """The keys that people change first; ``of_axes`` are units of the signals of several axes."""
+    """Keys that users change first; ``of_axes`` are units of the signals of several axes."""
     plant, controller = named[reference.PLANT], named[reference.CONTROLLER]
     move, several = MOVES.get(units.get("error", ""), OTHER), axes != ["one"]
     live: dict[str, Plain] = {

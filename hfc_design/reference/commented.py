@@ -1,6 +1,6 @@
-"""Keys of a scenario as lines of TOML: those that hold, others commented out, with their meanings.
+"""Keys of a scenario as lines of TOML with their meanings; keys that are not set are commented out.
 
-``# text`` is for people, ``#key = value`` becomes a key without its first letter.
+``# text`` is a remark for readers, ``#key = value`` becomes a key without its first character.
 """
 
 import re
@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Json, Plain
 from hfc_design.reference.entries import Entry, entry_of, in_units, leaves
 
 WIDTH = 98
-#: Tables of which nothing is left where they are empty: their heads may stand without a key.
+#: Tables that may be left empty: their heads may stand without a key.
 HARMLESS = (
     *("plant", "plant.parameters", "simulation", "reference", "load", "limits", "sensors"),
     *("fitness", "controller", "search", "run"),
@@ -21,9 +21,9 @@ HARMLESS = (
 #: Lists whose entries are tables of their own in a file.
 LISTED = "motions", "windows"
 NOT_SET = "# Keys that are not set, with their defaults; to set one, move it into its table."
-#: Lines of ``tomli_w`` that begin a table, and a key with a value.
+#: Lines of ``tomli_w`` that begin a table, and lines with a key and a value.
 HEAD, KEY = re.compile(r"\[\[?([\w.-]+)\]\]?"), re.compile(r"([\w-]+) = ")
-#: What stands for a value that has no default.
+#: Placeholder of a value that has no default.
 STANDS_FOR = {"number": "NUMBER", "whole number": "NUMBER", "text": '"TEXT"', "file": '"FILE"'}
 
 
@@ -33,7 +33,7 @@ def commented(live: Mapping[str, Plain], known: Sequence[Entry], units: Mapping[
 
 
 def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
-    """The keys that a scenario does not say, all commented out, to be written behind it."""
+    """Keys that a scenario does not set, all commented out, to be appended to it."""
     said = [key for key, _ in leaves(data)]
     listed = tuple(f"{key}.N." for key in ("motions", "windows") if data.get(key))
     left = [
@@ -47,7 +47,7 @@ def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
 
 
 def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> str:
-    """A file as ``tomli_w`` writes it, with what a table or a key means in front of its first."""
+    """Text of ``tomli_w`` with the meaning of each table or key before its first occurrence."""
     lines, written_before, table = [], {""}, ""
     counts: dict[str, int] = {}
     for line in text.splitlines():
@@ -74,9 +74,9 @@ def _text(
     units: Mapping[str, str],
     heads: Sequence[str],
 ) -> str:
-    """Lines of these rows, each table under its head, which is a comment where nothing is alive.
+    """Lines of these rows, each table under its head, which is commented out if no key is live.
 
-    Keys without a table come first, then each table whole, where its first key stands.
+    Keys without a table come first, then each complete table, at the place of its first key.
     """
     known_as = {one.key: one for one in known}
     tables: dict[str, list[Entry]] = {"": []}
@@ -97,7 +97,7 @@ def _text(
 
 
 def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> bool:
-    """Whether an entry is a key with a value, and no table of keys that have lines themselves."""
+    """True if an entry is a key with a value, not a table whose keys have lines themselves."""
     parts = one.key.split(".")
     if {"AXIS", "NAME"} & {*parts} or ("N" in parts and parts[0] not in LISTED):
         return False
@@ -111,7 +111,10 @@ def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> b
 
 
 def _line(one: Entry, head: bool, live: Mapping[str, Plain], units: Mapping[str, str]) -> str:
-    """A key with what it means; of a table of names, whose ``head`` says that, what it holds."""
+    """Line of a key with its meaning; for a table of names, with the meaning of its values.
+
+    The ``head`` of such a table already has the meaning of the table.
+    """
     if head:
         inside = live.get(one.key) or {}
         return "".join(f"{key} = {written(x)}\n" for key, x in inside.items())
@@ -132,7 +135,7 @@ def _line_of(one: Entry, units: Mapping[str, str]) -> str:
 
 
 def written(value: Plain) -> str:
-    """A value as TOML has it, in a line."""
+    """A value in TOML, on one line."""
     if isinstance(value, Mapping):
         inside = ", ".join(f"{key} = {written(one)}" for key, one in value.items())
         return f"{{ {inside} }}" if inside else "{}"

@@ -1,7 +1,7 @@
-"""The entries of the reference, from the data file that comes with the package; keys of a scenario.
+"""Entries of the reference from the data file of the package, and keys of a scenario.
 
-``make reference`` writes the file anew, from ``hfc_design.gather``. Reading it starts no JAX. A key
-may have a place for names: ``plant.axes.AXIS``, ``motions.N.weight``.
+``make reference`` rewrites the file from ``hfc_design.gather``. Reading it does not start JAX. A
+key may contain placeholders for names: ``plant.axes.AXIS``, ``motions.N.weight``.
 """
 
 import json
@@ -18,7 +18,7 @@ from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import NUMBER, Keys, near, of_its_name, one_of
 
 FILE = Path(__file__).parent / "reference.json"
-#: What an entry may be about.
+#: Kinds of things that an entry describes.
 PLANT, CONTROLLER, STRATEGY, OBJECTIVE = "plant", "controller", "strategy", "objective"
 REFERENCE, METRIC, FORMAT = "reference", "metric", "format"
 SCENARIO, DESIGN, KEY, DESIGN_KEY = "scenario", "design", "key", "design-key"
@@ -42,12 +42,12 @@ class Entry(NamedTuple):
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Every entry, in the order in which people read them."""
+    """Every entry, in reading order."""
     return tuple(Entry(**one) for one in json.loads(FILE.read_text("utf-8")))
 
 
 def written(every: Iterable[Entry]) -> str:
-    """The data file of these entries: a line each, what is as usual left out."""
+    """Text of the data file of these entries: one line each, default values omitted."""
     usual = Entry._field_defaults
     lines = [
         {key: x for key, x in one._asdict().items() if key not in usual or x != usual[key]}
@@ -57,12 +57,12 @@ def written(every: Iterable[Entry]) -> str:
 
 
 def things(kind: str) -> list[Entry]:
-    """The things of a kind themselves, without their parts."""
+    """Entries of the things of a kind themselves, without their parts."""
     return [one for one in entries() if one.kind == kind and not one.part]
 
 
 def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
-    """The parts of a thing, which may be one of a user whose entries are among ``others``."""
+    """Entries of the parts of a thing, which may be a user's own with entries among ``others``."""
     for every in (entries(), others):
         if listed := [one for one in every if (one.kind, one.name) == (kind, name) and one.part]:
             return listed
@@ -72,7 +72,7 @@ def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
 def unknown(
     what: str, name: str, known: Iterable[str], listed: Iterable[str] | None = None
 ) -> UserError:
-    """The line for a name that there is not: what is near it, and what there is or is listed."""
+    """The error for an unknown name, with similar names and the known or ``listed`` ones."""
     names = [*known]
     if listed is None:
         there = one_of(name, names)
@@ -83,7 +83,7 @@ def unknown(
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
-    """A unit of the reference with those of a plant: command/error of a C-axis is V/rad."""
+    """A unit of the reference in the units of a plant: command/error of a C-axis is V/rad."""
 
     def unit_of(match: re.Match[str]) -> str:
         text = units.get(match[0], match[0])
@@ -94,7 +94,7 @@ def in_units(unit: str, units: Mapping[str, str]) -> str:
 
 
 def units_of(plant: str, others: Iterable[Entry] = ()) -> dict[str, str]:
-    """Unit of each signal of a plant; of one with several axes those of its first one."""
+    """Unit of each signal of a plant; for a plant with several axes, of the first one."""
     units: dict[str, str] = {}
     for one in parts(PLANT, plant, others):
         if one.part == "signal":
@@ -102,7 +102,7 @@ def units_of(plant: str, others: Iterable[Entry] = ()) -> dict[str, str]:
     return units
 
 
-#: Of a scenario: what names a thing, and its kind.
+#: Keys of a scenario that name a thing -> kind of that thing.
 NAMED = {
     "plant.name": PLANT,
     "reference.kind": REFERENCE,
@@ -110,17 +110,17 @@ NAMED = {
     "controller.kind": CONTROLLER,
     "search.preset": STRATEGY,
 }
-#: Tables whose axes have the keys of the table, and those of a motion, which a scenario has too.
+#: Tables whose axes have the keys of the table, and tables of a motion that a scenario has too.
 ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
 IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
 OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
-#: Units of the reference that say none: one of whatever it is, one of a plant that it has not.
+#: Units of the reference without a fixed meaning: the signal's own, and one that a plant lacks.
 ANY = re.compile(r"^of the |\b(error|command|load|signal)\b")
 #: Types of the reference that are numbers.
 NUMBERS = "number", "whole number"
-#: A place for names in a key of the reference.
+#: Placeholder for a name in a key of the reference.
 PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
-#: What has keys of its own for each name that it says, which are not looked at here.
+#: Tables with their own keys for each name in them, which are not checked here.
 OWN = re.compile(r"^(motions\.\d+\.)?(reference\.axes|controller\.(axes|inner|start))\.")
 
 
@@ -137,10 +137,9 @@ def chosen(data: Json) -> dict[str, str]:
 
 
 def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entry]:
-    """The keys that a scenario may have which names these things, kind -> name.
+    """Keys of a scenario that names the things ``named``, kind -> name.
 
-    ``others`` are entries of a user's own parts. Each table follows on the one before it in the
-    file.
+    ``others`` are entries of a user's own parts. The tables are in the order of the file.
     """
     keys = things(KEY)
     order = {one.key.partition(".")[0]: k for k, one in enumerate(keys)}
@@ -151,7 +150,7 @@ def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entr
 
 
 def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
-    """The keys that the scenario of a file may have, those of its motions' references last."""
+    """Keys that the scenario of a file may have, with those of its motions' references last."""
     keys = keys_of(chosen(data), others)
     motions = data.get("motions")
     for motion in motions if isinstance(motions, list) else ():
@@ -162,7 +161,7 @@ def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
 
 
 def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
-    """The entry of a key of a file: its own, or that of the table of names that it stands in."""
+    """Entry of a key of a file: its own, or that of the table of names that contains it."""
     key = ALIKE.sub(r"\1.", IN_MOTION.sub("", key))
     if any(one.key.startswith("plant.parameters.") for one in known):  # axes of one drive
         key = OF_AXIS.sub("plant.parameters.", key)
@@ -177,13 +176,13 @@ def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
 
 
 def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
-    """The unit of what stands at a key of a file, whose ``entry`` is this, in those of a plant."""
+    """Unit of the value at a key of a file with this ``entry``, in the units of a plant."""
     measured = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
     return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
 
 
 def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: []) -> Keys:
-    """The keys of the scenario in ``data``; they are looked up when the first one is asked for.
+    """Keys of the scenario in ``data``, which are looked up when the first one is needed.
 
     ``unlisted`` gives the entries of a plant that is a user's own.
     """
@@ -203,19 +202,19 @@ def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: [
     return Keys(unit, lambda: (one.key for one in known()[0]), whose)
 
 
-#: A key that more things have than this belongs to none of them.
+#: A key that more things have than this is attributed to none of them.
 FEW = 3
 
 
 def whose(key: str) -> str:
-    """The things that have a key of a file which another of their kind does not have."""
+    """Names of the things that have a key of a file which others of their kind do not have."""
     every = (one for one in entries() if one.part in ("setting", "parameter"))
     names = {f"{one.kind} {one.name}" for one in every if _fits(one.key, key)}
     return " or ".join(sorted(names)) if len(names) <= FEW else ""
 
 
 def _fits(pattern: str, key: str) -> bool:
-    """Whether a key is one of a pattern with places for names."""
+    """True if a key matches a pattern with placeholders for names."""
     if not PLACES.keys() & set(pattern.split(".")):
         return pattern == key
     expression = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
@@ -223,7 +222,7 @@ def _fits(pattern: str, key: str) -> bool:
 
 
 def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
-    """What a file says by dotted keys, motions and windows by number; an empty table too."""
+    """Dotted keys and values of a file, motions and windows by number; empty tables included."""
     listed = prefix in ("motions", "windows")
     if isinstance(data, Mapping) and (data or not prefix):
         for key, value in data.items():
@@ -236,7 +235,7 @@ def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
 
 
 def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
-    """UserError: a file has keys that there are not, each with what may be meant; or no number."""
+    """UserError: a file has unknown keys, listed with similar ones, or a value is not a number."""
     wrong = []
     for key, value in leaves(data):
         entry = entry_of(key, known)

@@ -1,4 +1,4 @@
-"""What a scenario file says, beside what it leaves as it is: where each value comes from."""
+"""Values of a scenario file and values left at their defaults, with the origin of each."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
 
 FILE, DEFAULT, SCENARIO = "the file", "default", "the scenario"
-#: What a motion may say itself, and where it is from if it does not.
+#: Keys that a motion may set itself -> origin of the value if it does not.
 OF_MOTION = {
     "duration_s": "simulation.duration_s",
     "settled_after_s": "fitness.settled_after_s",
@@ -19,7 +19,7 @@ OF_MOTION = {
 
 
 class Value(NamedTuple):
-    """A key of a scenario with what stands there."""
+    """A key of a scenario with its value."""
 
     key: str
     value: Plain
@@ -30,9 +30,9 @@ class Value(NamedTuple):
 
 
 def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> list[Value]:
-    """The keys that a file sets, as they stand there, then those that it leaves at a default.
+    """Keys that a file sets, in the order of the file, then those that it leaves at a default.
 
-    ``known`` are the keys that there are, ``others`` the entries of a user's own parts.
+    ``known`` are the existing keys, ``others`` the entries of a user's own parts.
     """
     named = reference.chosen(data)
     units = reference.units_of(named[reference.PLANT], others)
@@ -69,7 +69,7 @@ def _set(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str
 
 
 def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:
-    """Name of each motion, and what holds in it: said there, or by the scenario, or nowhere."""
+    """Name of each motion and its values: set in the motion, by the scenario, or nowhere."""
     listed = data.get("motions", [])
     for k, motion in enumerate(listed if isinstance(listed, list) else ()):
         if isinstance(motion, Mapping):
@@ -85,7 +85,7 @@ def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:
 
 
 def _at(data: Any, key: str) -> Plain:
-    """What stands at a dotted key; None where nothing does."""
+    """Value at a dotted key; None if the key is not set."""
     for part in key.split("."):
         data = data.get(part) if isinstance(data, Mapping) else None
     return data

@@ -1,4 +1,4 @@
-"""The report of a run: one page that needs nothing else, not even a network; its pictures."""
+"""The report of a run: a self-contained page that works without a network, and its pictures."""
 
 import base64
 import hashlib
@@ -17,12 +17,12 @@ from hfc_design.pictures.section import Listing
 from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
-#: Letters of the name of a file.
+#: Largest number of letters in the name of a file.
 LONGEST = 120
 
 
 class Page(NamedTuple):
-    """A page, and what stands on it by names that files can have, in its order."""
+    """A page, with its figures and tables by valid file names, in the order of the page."""
 
     html: bytes
     figures: dict[str, Figure]
@@ -39,10 +39,10 @@ def rendered(
     label: str = "",
     **values: object,
 ) -> Page:
-    """The page of a template; everything that stands in the values is escaped.
+    """The page of a template; all values are escaped.
 
-    ``of`` is what it is about, ``label`` the same where captions do not need it; ``picture`` is
-    how a figure becomes the address of an image.
+    ``of`` is the subject of the page, ``label`` a short form of it for labels; ``picture`` converts
+    a figure to the address of an image.
     """
     environment = Environment(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
@@ -73,20 +73,20 @@ def rendered(
 
 
 def plain_name(called: str) -> str:
-    """Letters and digits of what something is called, as files and labels may have them."""
+    """Letters and digits of a title, as valid in file names and labels."""
     letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
     return letters[:LONGEST].rstrip("-") or "unnamed"
 
 
 def _free(called: str, taken: Container[str]) -> str:
-    """A name for a file: letters and digits of what it is called, with a number if need be."""
+    """An unused file name from a title: its letters and digits, with a number if necessary."""
     name = plain_name(called)
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
 
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
-    """The same with the shades of a surface as pixels: a third of the letters."""
+    """As ``picture``, with the shades of a surface as pixels, in a third of the letters."""
     axes = figure.axes[0]
     axes.set_rasterization_zorder(BELOW)
     image = picture(figure)
@@ -95,16 +95,16 @@ def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
 
 
 def inside(*names: str) -> Markup:
-    """Files of this folder, one after the other, as they are to stand in a page."""
+    """Files of this folder, concatenated for inclusion in a page."""
     texts = [(files(__name__) / name).read_text(encoding="utf-8") for name in names]
     return Markup("\n").join(map(Markup, texts))
 
 
 def capital(text: str) -> str:
-    """A line with its first letter as a sentence has it."""
+    """A line with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def digest(text: str) -> str:
-    """By which a page says that a script or style of its own is the one that it means."""
+    """Digest by which a page identifies its own scripts and styles."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -1,4 +1,4 @@
-"""Where searches end; how a design's metrics spread over machines."""
+"""Final scores of searches, and distributions of a design's metrics over machines."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -36,19 +36,19 @@ from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 WIDE = 8.4
 COLUMNS, PANEL = 2, 1.2  # panels of distributions side by side; height of each [in]
 TITLE = 30  # letters of a line above such a panel
-#: Ratios of less than this, either way, count as close.
+#: Ratios closer to 1 than this factor count as close.
 CLOSE = 1.1
 #: Share of the machines that a panel shows: a few that run away would make the others a line.
 SHOWN = 0.99
 
 
 def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
-    """The final score of every run, a column each group, with median and quartiles.
+    """The final score of every run, a column for each group, with median and quartiles.
 
     Args:
-        scores: by the label of each group, which begins with its number and a colon, (runs,), at
-            least one; what is not finite is not drawn.
-        measure: what the scores are, merit or fitness.
+        scores: (runs,) scores of each group, at least one, by its label, which begins with its
+            number and a colon; values that are not finite are not drawn.
+        measure: name of the scores, merit or fitness.
     """
     top = 0.15 + LINE * len(scores)
     figure = framed(3.05 + top, top)
@@ -74,7 +74,7 @@ def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
 
 
 def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
-    """Simulated over published figures, each more than 0, a line each, from the top down."""
+    """Positive ratios of simulated to published figures, one line for each, from the top down."""
     place = np.arange(len(values))
     height = 0.75 + 0.2 * len(values)
     figure = Figure(figsize=(WIDE, height))
@@ -105,11 +105,11 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
 
 
 def distributions(judged: Robustness | Usable, title: str) -> Figure:
-    """The share of the machines up to a value, and the nominal one's value, dashed.
+    """Share of the machines up to a value for each metric, with the nominal value dashed.
 
-    Of each metric of the stable machines, with a band from the 5 % to the 95 % quantile; one that
-    is the same on every machine is left out. Of what can be used a row for each motion and a column
-    for each measure, with machines that do not pass among them.
+    For the stable machines, with a band from the 5 % to the 95 % quantile; metrics that are the
+    same on every machine are left out. ``Usable`` has a row for each motion and a column for each
+    measure, including machines that do not pass.
     """
     if isinstance(judged, Usable):
         return _in_motions(judged, title)

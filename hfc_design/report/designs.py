@@ -1,4 +1,4 @@
-"""Pictures of what a design is, one at a time; its report has them all."""
+"""Single pictures of a design; its report contains all of them."""
 
 from matplotlib.figure import Figure
 
@@ -11,12 +11,12 @@ from hfc_design.runtime.explain import part
 
 
 def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> Figure:
-    """What a design is as a figure, as ``hfc plot`` has it.
+    """Return a picture of a design as a figure, as ``hfc plot`` draws it.
 
-    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it, or
-    that of a controller inside; ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root
-    if none is named; ``axis`` that of a controller whose axes differ. Axes have the units of the
-    plant.
+    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", if the kind of the controller,
+    or of one inside it, has this picture; ``unit`` is the fuzzy unit of a hierarchy, as in
+    "unit-1"; default: the root. ``axis`` selects one of a controller whose axes differ. Axes have
+    the units of the plant.
 
     Raises:
         UserError: the kind has no such picture, or there is no such unit or axis.

@@ -1,4 +1,4 @@
-"""Errors of a design beside those of others, logarithmic."""
+"""Errors of a design beside those of others, on a logarithmic scale."""
 
 from itertools import chain, cycle
 
@@ -30,9 +30,9 @@ from hfc_design.report.panels import (
 )
 from hfc_design.simulation.evaluating import Evaluation
 
-#: So many panels stand one below the other.
+#: Largest number of large panels one below the other.
 HIGHEST = 3
-#: Behind the name of a design.
+#: Mark after the name of a design.
 DIVERGED = " (diverged)"
 RIVALS = tuple(map(stroke, range(1, len(COLOURS))))
 
@@ -50,12 +50,13 @@ def motion_errors(evaluations: Evaluations) -> Figure:
 
 
 def errors(evaluations: Evaluations) -> Figure:
-    """Largest error in each hundredth of the time, logarithmic; the first stands out.
+    """Largest error in each hundredth of the time, logarithmic, with the first design emphasised.
 
-    The contour error of an X-Y machine, else the tracking error, a panel for each axis; of a
-    program of any axes both. More than ``HIGHEST`` panels are small, two in a row.
+    The contour error of an X-Y machine, otherwise the tracking error, with a panel for each axis;
+    both for a program of any axes. More than ``HIGHEST`` panels are small, two in a row.
 
-    Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
+    On a linear scale, errors that differ by orders of magnitude and change their sign cannot be
+    compared.
     """
     first = next(iter(evaluations.values()))
     count = len(_errors(first))
@@ -75,7 +76,7 @@ def errors(evaluations: Evaluations) -> Figure:
 
 
 def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
-    """A panel for each motion, the designs in it, and the number of an error in ``_errors``."""
+    """A panel for each motion with the designs in it, and the number of an error in ``_errors``."""
     rows, names = -(-len(each) // 2), max(len(errors) for _, errors, _ in each)
     top = 0.45 + 0.2 * -(-names // 2)  # the legend
     figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
@@ -97,7 +98,7 @@ def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
 
 
 def _errors(evaluation: Evaluation) -> list[PathError]:
-    """Each error that a motion is judged by; the name of what it is of may be empty."""
+    """Errors by which a motion is judged; the name of the measured thing may be empty."""
     path = evaluation.contour
     if path is not None and not path.any_axes:
         return [("", 1.0, path.unit, path.error)]
@@ -110,7 +111,7 @@ def _errors(evaluation: Evaluation) -> list[PathError]:
 
 
 def _draw_errors(axes: Axes, evaluations: Evaluations, k: int) -> tuple[str, str]:
-    """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
+    """Draw a curve for each design of error ``k`` of ``_errors``; return its name and unit."""
     what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
     labels = distinct(evaluations, LABEL - len(DIVERGED))
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))

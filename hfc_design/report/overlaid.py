@@ -1,4 +1,4 @@
-"""Several designs in one motion, over one another."""
+"""Several designs in one motion, in the same panels."""
 
 from itertools import chain
 
@@ -12,19 +12,19 @@ from hfc_design.report.panels import Evaluations, Panel
 
 #: Height of a line of the legend, and of the title below it [in].
 LINE, TITLE = 0.2, 0.4
-#: Room above and below what is drawn, as a share of it.
+#: Room above and below the curves, as a share of their height.
 AROUND = 0.05
 
 
 def motions(evaluations: Evaluations, title: str) -> Figure:
-    """Position, error and command of every axis; before them how far each design is off a path.
+    """Position, error and command of every axis, preceded by the errors off a path.
 
-    Of one axis without a path, panels one below the other, the deflection of a spring too. A
-    motion that diverged ends where it runs away, and may leave its panels.
+    For a single axis without a path, panels one below the other, including the deflection of a
+    spring. A diverged motion ends where it runs away, and may leave its panels.
 
     Args:
-        evaluations: by the names of the designs, all of the same scenario.
-        title: stands above.
+        evaluations: evaluations of the same scenario by the names of the designs.
+        title: title above the figure.
     """
     first = next(iter(evaluations.values()))
     wide, count = panels.path_panels(evaluations), len(first.axes)

@@ -1,4 +1,4 @@
-"""The report of a run: one page that needs nothing else, and the rule tables as CSV."""
+"""The report of a run: a self-contained page, and the rule tables as CSV."""
 
 import json
 from collections.abc import Callable
@@ -33,9 +33,9 @@ from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
 OWN = "this design"
-#: What the page of a lone design lacks.
+#: Content that the page of a single design lacks.
 OF_RUNS = "run", "tables", "attained", "front", "search", "history", "structures"
-#: Letters of what a design says of how it was made; the rest is in its file.
+#: Largest number of letters about the making of a design; the rest is in its file.
 LONGEST = 400
 
 
@@ -46,11 +46,11 @@ def write_page(
     rivals: Evaluations | None = None,
     paper: Paper | None = None,
 ) -> Evaluations:
-    """Write ``report.html`` and ``tables/`` into the run folder; returns the ``rivals``.
+    """Write ``report.html`` and ``tables/`` into the run folder; return the ``rivals``.
 
-    These are other designs on the same scenario, the published ones if none are given. The page
-    has everything inside it, and the same run gives the same bytes; ``paper`` is what of it is
-    wanted for a paper.
+    The rivals are other designs on the same scenario; default: the published ones. The page is
+    self-contained, and the same run gives the same bytes; ``paper`` selects its figures and tables
+    for a paper.
 
     Raises:
         RunError: the folder cannot be written.
@@ -90,16 +90,16 @@ def write_page(
 def design_page(
     design: Design, scenario: Scenario, again: str, rivals: Evaluations | None = None
 ) -> Page:
-    """The page of a lone design on a scenario: that of a run without how it was found.
+    """The page of a single design on a scenario: that of a run without its search.
 
     Args:
-        design: what it is about.
-        scenario: the one that it was made for, or another.
-        again: the command that scores it so.
-        rivals: other designs on the scenario, the published ones if none are given.
+        design: subject of the page.
+        scenario: the scenario that it was made for, or another.
+        again: the command that repeats this evaluation.
+        rivals: other designs on the scenario; default: the published ones.
 
     Raises:
-        UserError: it does not run on the scenario.
+        UserError: the design does not run on the scenario.
     """
     if rivals is None:
         rivals = _published(scenario)
@@ -117,7 +117,7 @@ def design_page(
 
 
 def _published(scenario: Scenario) -> Evaluations:
-    """What the published designs for its plant do, those that fit it."""
+    """Evaluations of the published designs for the scenario's plant that fit the scenario."""
     rivals = {}
     for name in parts.baselines(scenario):
         with suppress(UserError):  # it does not fit the plant or the sampling
@@ -134,7 +134,7 @@ def _rendered(
     of: str,
     **others: Any,
 ) -> Page:
-    """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
+    """The page of a design on a scenario, of a run or by itself; ``of`` is its title."""
     missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
     evaluations = {OWN: evaluation, **rivals}
     scores = parts.metric_rows(scenario, [*evaluations.values()])
@@ -172,7 +172,7 @@ def _rendered(
 
 
 def _made(design: Design) -> dict[str, str]:
-    """What a design says of how it was made, a line each; the configuration has its scenario."""
+    """The making of a design, one line each; its scenario is in the configuration."""
     origin = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
     texts = {
         key: x if isinstance(x, str) else json.dumps(x, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""Motions as panels of curves against time: what is drawn of them, in which units, how laid out."""
+"""Motions as panels of curves against time: quantities, units and layout."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -15,9 +15,9 @@ from hfc_design.pictures.numbers import readable
 from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 Evaluations = Mapping[str, Evaluation]  # by the names of the designs, all of the same motion
-#: Of what, factor and unit in which it is drawn, (steps,) values.
+#: Name, factor and unit for drawing, (steps,) values.
 PathError = tuple[str, float, str, Floats]
-#: A diverged motion is not drawn once its error is this many times the largest reference.
+#: A diverged motion is drawn until its error is this many times the largest reference.
 RUNAWAY = 10.0
 
 
@@ -30,9 +30,9 @@ class Panel(NamedTuple):
 
 
 def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[Panel]:
-    """Position with its reference, error and command of axis ``k``, up to where each runs away.
+    """Position with its reference, error and command of axis ``k``, until each motion runs away.
 
-    The deflection of a ``spring`` as well, where the drive has one.
+    With the deflection of a ``spring``, if the drive has one.
     """
     first = next(iter(evaluations.values()))
     axis, units = first.axes[k], first.axes[k].drive.units
@@ -59,7 +59,7 @@ def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[P
 
 
 def path_panels(evaluations: Evaluations) -> list[Panel]:
-    """How far each design is off its path, as ``path_errors``; none where there is no path."""
+    """Errors of each design off its path, as in ``path_errors``; none without a path."""
     each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
     ends = [drawn_samples(one) for one in evaluations.values()]
     panels = []
@@ -71,10 +71,10 @@ def path_panels(evaluations: Evaluations) -> list[Panel]:
 
 
 def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> list[PathError]:
-    """The contour error, and of a machine that turns the tool how far it is turned off its path.
+    """The contour error, and for a machine that turns the tool the error of its direction.
 
-    In X-Y in the unit of the path, else in one that suits the errors of all that are ``scaled``
-    alike, of the ``evaluation`` alone without any. None where there is no path.
+    In X-Y in the unit of the path, otherwise in a unit that suits the errors of all evaluations
+    ``scaled`` alike, or of the ``evaluation`` alone if there are none. None without a path.
     """
     path = evaluation.contour
     if path is None:
@@ -86,7 +86,7 @@ def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> li
 
 
 def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, str]:
-    """Factor and unit in which all errors in a ``unit`` are easy to read, of axes and off a path.
+    """Factor and unit in which all errors in a ``unit`` are legible, of axes and off a path.
 
     The same for all, so that none is in mm beside others in µm.
     """
@@ -101,7 +101,7 @@ def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, st
 
 
 def drawn_samples(evaluation: Evaluation) -> int:
-    """Number of samples before a diverged motion runs away, at least one; else all."""
+    """Number of samples before a diverged motion runs away, at least one; otherwise all."""
     if not evaluation.diverged:
         return len(evaluation.time)
     if evaluation.contour is not None:
@@ -112,7 +112,7 @@ def drawn_samples(evaluation: Evaluation) -> int:
 
 
 def _within(axis: AxisMotion) -> Mask:
-    """(steps,) whether an axis does not run away."""
+    """(steps,) True until an axis runs away."""
     limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
     error: Floats = axis.motion.error
     within = np.isfinite(axis.motion.command)
@@ -122,7 +122,7 @@ def _within(axis: AxisMotion) -> Mask:
 
 
 def stacked(panels: Sequence[Panel], top: float, room: float = 0.5) -> tuple[Figure, list[Axes]]:
-    """The panels one below the other, still empty; ``top`` and ``room`` [in] are around them."""
+    """Empty panels one below the other; ``top`` and ``room`` [in] are around them."""
     figure = framed(1.3 * len(panels) + top + room, top=top)
     shape: Any = {"sharex": True, "squeeze": False, "gridspec_kw": {"hspace": 0.12}}
     return figure, [*figure.subplots(len(panels), 1, **shape)[:, 0]]
@@ -131,7 +131,7 @@ def stacked(panels: Sequence[Panel], top: float, room: float = 0.5) -> tuple[Fig
 def small(
     wide: Sequence[Panel], rows: Sequence[Sequence[Panel]], height: float, top: float
 ) -> tuple[Figure, list[Axes]]:
-    """A row for each of the ``wide`` panels, then rows of small ones; still empty."""
+    """A row for each of the ``wide`` panels, then rows of small ones; all empty."""
     count = len(wide) + len(rows)
     figure = framed(1.4 * count + height, top=top)
     grid = figure.add_gridspec(count, 3, hspace=0.6, wspace=0.4)
@@ -148,9 +148,9 @@ def draw(
     shape: Callable[[Floats, Floats], tuple[Floats, Floats]] = thinned,
     ls: str = ":",
 ) -> None:
-    """Draw each curve in its style, and the reference in black in dashes ``ls``.
+    """Draw each curve in its style, and the reference in black with dashes ``ls``.
 
-    ``shape`` makes few points of the samples of a curve.
+    ``shape`` reduces the samples of a curve to few points.
     """
     for values, style in zip(panel.curves.values(), styles, strict=True):
         axes.plot(*shape(time[: len(values)], values), **style)
@@ -160,7 +160,7 @@ def draw(
 
 
 def titled(axes: Axes, label: str) -> None:
-    """Give a small panel its label above, small numbers and few of them."""
+    """Give a small panel a label above it, and few small numbers."""
     spec = axes.get_subplotspec()
     finish(axes, "", "time [s]" if spec and spec.is_last_row() else "")
     axes.set_title(label, fontsize=9, loc="right")

@@ -16,15 +16,15 @@ from hfc_design.report import Page
 #: Millimetres in an inch.
 INCH = 25.4
 KINDS = "pdf", "svg", "pgf"
-#: A column of most journals of two, and what is allowed [mm].
+#: Column of most two-column journals, and allowed widths [mm].
 COLUMN, LEAST, MOST = 88.9, 40.0, 400.0
-#: Millimetres of what a width may be given in; a point is TeX's.
+#: Units of a width -> millimetres; a point is TeX's.
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.27}
 WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 
 
 def millimetres(width: str) -> float:
-    """A width of a column, as in 88mm, 3.5in, 252pt; ValueError: it is none."""
+    """Width of a column, as in 88mm, 3.5in, 252pt; ValueError: the text is not a width."""
     match = WIDTH.fullmatch(width)
     size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
@@ -35,7 +35,7 @@ def millimetres(width: str) -> float:
 
 
 class Paper(NamedTuple):
-    """What of a page is wanted for a paper, and where."""
+    """Selection of the parts of a page for a paper, and their folders."""
 
     kind: str  # of the files of figures: pdf, svg or pgf
     width: float  # of a column [mm]
@@ -43,10 +43,10 @@ class Paper(NamedTuple):
     tables: Path | None  # folder; None: no tables
 
     def write(self, page: Page) -> list[Path]:
-        """Write what is wanted, and say where; the figures of the ``page`` change their size.
+        """Write the selected parts and return their paths; this resizes the ``page``'s figures.
 
         Raises:
-            UserError: there is an image in a figure, which a pgf cannot have.
+            UserError: a figure contains an image, which a pgf cannot have.
             RunError: a folder cannot be written.
         """
         if self.figures is not None:
@@ -60,7 +60,7 @@ class Paper(NamedTuple):
         return [path for path in (self.figures, self.tables) if path is not None]
 
     def _file(self, name: str, figure: Figure) -> tuple[str, bytes]:
-        """Name and content."""
+        """Name and content of the file of a figure."""
         in_column(figure, self.width / INCH)
         try:
             return f"{name}.{self.kind}", image(figure, self.kind)

@@ -1,4 +1,4 @@
-"""What the page of a design tells in its parts: use, bounds, structures, the controller."""
+"""Parts of the page of a design: usability, bounds, structures, the controller."""
 
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -30,21 +30,21 @@ from hfc_design.simulation.stability_criteria import reasons_text
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs
 
-#: This many structures are listed.
+#: Number of listed structures.
 BEST = 10
-#: What a meaning has between brackets: a signal of the machine, or a unit.
+#: Content of brackets in a meaning: a signal of the machine, or a unit.
 SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 
 def first_metrics(evaluation: Evaluation, scenario: Scenario) -> Collection[str]:
-    """What stands in the first table: all, or of several motions what counts and their errors."""
+    """Metrics of the first table: all, or with several motions the scored ones and their errors."""
     titles, motions = scenario.judge().titles.values(), evaluation.motions.items()
     errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in motions)
     return [*titles, *(errors if motions else evaluation.metrics)]
 
 
 def metric_rows(scenario: Scenario, evaluations: Sequence[Evaluation]) -> dict[str, list[str]]:
-    """By the keys of the metrics, of scores their titles: rows of tables, a cell an evaluation."""
+    """Rows of tables by the keys of the metrics or titles of scores, a cell for each evaluation."""
     texts = meanings(scenario)
     rows = {row[0]: row for row in score_rows(scenario.judge(), evaluations, "", NONE)}
     for key in rows.keys() & texts:
@@ -55,7 +55,7 @@ def metric_rows(scenario: Scenario, evaluations: Sequence[Evaluation]) -> dict[s
 
 
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
-    """Whether a design can be used; None if nobody can say. RunError: what says so is damaged."""
+    """Usability of a design; None if unknown. RunError: its file is damaged."""
     try:
         return usable_numbers(numbers())
     except RunError:
@@ -65,7 +65,7 @@ def whether_used(numbers: Callable[[], Json]) -> Json | None:
 
 
 def usable_numbers(numbers: Json) -> Json:
-    """The numbers of ``usable`` with a table of the motions, and why others do not pass them."""
+    """The numbers of ``usable`` with a table of the motions, and why other machines do not pass."""
     motions, tracking = numbers["motions"], next(iter(numbers["units"]))
     measures = zip(*(one["measures"].values() for one in motions.values()), strict=True)
     scales = []  # of each measure, one for all motions, in which medians are easy to read
@@ -93,7 +93,7 @@ def usable_numbers(numbers: Json) -> Json:
 
 
 def pass_conditions(scenario: Scenario) -> str:
-    """What a machine has to meet to pass, in words."""
+    """Conditions that a machine has to meet to pass, in words."""
     bounds = constraints_on(scenario.constraints, scenario.units)
     if not bounds:
         return (
@@ -109,7 +109,7 @@ def pass_conditions(scenario: Scenario) -> str:
 
 
 def how_near(folder: Path) -> Json | None:
-    """How near the design comes to what any controller could do; None if nobody has asked."""
+    """Comparison of the design with the best attainable control; None if it was not computed."""
     attained = kept_attained(folder)
     if attained is None:
         return None
@@ -122,7 +122,7 @@ def how_near(folder: Path) -> Json | None:
 
 
 def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
-    """The best structures of the search and their scores; None where there is but one."""
+    """The best structures of the search and their scores; None if there is only one."""
     genome = genome_of(scenario)
     if genome.structures == 1:
         return None
@@ -139,7 +139,7 @@ def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
 
 
 def sections(design: Design, evaluation: Evaluation, scenario: Scenario) -> list[Section]:
-    """What there is to say about a controller of this kind; UserError: a user's own cannot."""
+    """Sections on a controller of this kind; UserError: a user's own kind fails."""
     plant = scenario.plant
     # With sensors of the scenario's own nobody knows what the control has measured.
     known = scenario.sensors == SensorSettings() and not evaluation.diverged
@@ -153,7 +153,7 @@ def sections(design: Design, evaluation: Evaluation, scenario: Scenario) -> list
 
 
 def _loop(design: Design, scenario: Scenario) -> Section:
-    """Margins of the loop as it is simulated, and its response."""
+    """Margins of the loop as simulated, and its response."""
     title = "The loop"
     try:
         margins = loop_margins(design, scenario)
@@ -172,7 +172,7 @@ def _loop(design: Design, scenario: Scenario) -> Section:
 
 
 class Baseline(NamedTuple):
-    """What a published design is called."""
+    """Names of a published design."""
 
     short: str  # in the table
     name: str = ""  # in the summary; "": it is not compared with there
@@ -205,13 +205,13 @@ BASELINES = {
 
 
 def baselines(scenario: Scenario) -> dict[str, Baseline]:
-    """The published designs that the machine of a scenario is for, by their names."""
+    """The published designs for the machine of a scenario, by their names."""
     known = BASELINES.get(scenario.plant.name, {})
     return {k: one for k, one in known.items() if not one.nominal or _at_home(k, scenario)}
 
 
 def _at_home(name: str, scenario: Scenario) -> bool:
-    """Whether a scenario has the machine that a published design was made for."""
+    """True if a scenario has the machine that a published design was made for."""
     design = load_design(name)
     return machine(design, own_scenario(design, name)).values() == scenario.plant.values()
 
@@ -219,9 +219,9 @@ def _at_home(name: str, scenario: Scenario) -> bool:
 def summary(
     scenario: Scenario, evaluation: Evaluation, rivals: Evaluations, yes: bool = True
 ) -> str:
-    """What the run achieved, in a sentence.
+    """Result of the run in a sentence.
 
-    Beside published designs only where the design can be used, ``yes``, and on their own machine.
+    Published designs are mentioned only if the design is usable, ``yes``, and on their own machine.
     """
     if evaluation.diverged:
         return f"The controller diverges on {scenario.name}{_why(evaluation)}."
@@ -248,7 +248,7 @@ def _compared(evaluation: Evaluation, rival: Evaluation, name: str) -> str:
 
 
 def _fitness(evaluation: Evaluation) -> str:
-    """As people read it; the range of a chaotic one."""
+    """Text of the fitness; a range if it is chaotic."""
     many = evaluation.ranges.get("fitness")
     return score(evaluation.fitness) if many is None else range_text(many)
 
@@ -264,14 +264,14 @@ def _rms(evaluation: Evaluation) -> float:
 
 
 def measure(scenario: Scenario) -> str:
-    """What the fitness is, and what designs are ranked by."""
+    """Definition of the fitness, and the number that ranks designs."""
     judge = scenario.judge()
     tail = f"; designs are ranked by {judge.title}" if "merit" in judge.titles else ""
     return fitness_told(scenario) + tail
 
 
 def fitness_told(scenario: Scenario) -> str:
-    """What the fitness is, with the units of the machine."""
+    """Definition of the fitness, with the units of the machine."""
     fitness, units = scenario.judge().objectives[0], scenario.units.signals
     meaning = fitness.meaning or f"{fitness.name}, defined in your code"
     return f"The fitness is {SIGNAL.sub(lambda x: units.get(x[0], x[0]), meaning)}"

@@ -1,4 +1,4 @@
-"""What a design does: its response, the contour of its path, or both; how much of it is drawn."""
+"""Motions of a design: its response, the contour of its path, or both."""
 
 from itertools import chain
 from typing import Any
@@ -30,7 +30,7 @@ from hfc_design.simulation.evaluating import Evaluation
 
 
 def motion(evaluation: Evaluation, title: str) -> Figure:
-    """What a design did: ``contour`` in X-Y, ``program`` in any axes, else ``response``."""
+    """Motion of a design: ``contour`` in X-Y, ``program`` in any axes, otherwise ``response``."""
     path = evaluation.contour
     if path is None:
         return response(evaluation, title)
@@ -44,9 +44,9 @@ def motion(evaluation: Evaluation, title: str) -> Figure:
 def response(evaluation: Evaluation, title: str) -> Figure:
     """Position, tracking error, spring deflection, command and load against time.
 
-    The C-axis as LL fig. 6 and 7, c to f; of several axes one below the other. There is no panel
-    of a deflection that the drive has not, or of a load where there is none. A diverged motion
-    ends where it runs away.
+    The C-axis as in LL fig. 6 and 7, c to f; several axes one below the other. A drive without a
+    deflection, or a motion without a load, has no panel for it. A diverged motion ends where it
+    runs away.
     """
     shown = []
     for k, axis in enumerate(evaluation.axes):
@@ -73,7 +73,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
 
 
 def program(evaluation: Evaluation, title: str) -> Figure:
-    """How far a machine is off the path; then of every axis position, error and command, small."""
+    """Errors off the path, followed by small panels of position, error and command of each axis."""
     wide = panels.path_panels({"": evaluation})
     rows = [axis_panels({"": evaluation}, k, spring=False) for k in range(len(evaluation.axes))]
     figure, places = panels.small(wide, rows, height=1.1, top=0.75)
@@ -90,7 +90,7 @@ def program(evaluation: Evaluation, title: str) -> Figure:
 SHARE = 0.08
 #: The smallest division, in units of the positions; rounding is not worth a picture.
 SMALLEST = 0.1
-#: Points that an outline of the path is drawn with, at least.
+#: Least number of points of an outline of the path.
 POINTS = 2000
 
 
@@ -98,12 +98,12 @@ def contour(measured: Contour, time: Floats, title: str) -> Figure:
     """The path with the contour error enlarged across it, and the error against time.
 
     As on the chart of a ballbar test: grey lines run one division on both sides of the path.
-    Dots mark what follows where an axis reverses. A diverged motion ends where it is no number.
+    Dots mark the motion after reversals of an axis. A diverged motion ends at its first NaN.
 
     Args:
-        found: what was commanded, and the positions of the machine.
+        measured: commanded motion, and positions of the machine.
         time: (steps,) [s].
-        title: stands above.
+        title: title above the figure.
     """
     trajectory, actual = measured.planar, measured.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
@@ -137,7 +137,7 @@ def contour(measured: Contour, time: Floats, title: str) -> Figure:
 
 
 def draw_path(axes: Axes, trajectory: Trajectory, division: float, label: str = "") -> float:
-    """Draw a path and a grey line one ``division`` [mm] off on both sides; how often enlarged."""
+    """Draw a path and grey lines one ``division`` [mm] off on both sides; return the scale."""
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     enlarged = SHARE * float(np.ptp(outline.position, axis=1).max()) / division
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
@@ -150,7 +150,7 @@ def draw_path(axes: Axes, trajectory: Trajectory, division: float, label: str = 
 
 
 def _parallel(samples: PathSamples, left: float) -> Floats:
-    """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
+    """(2, steps) the positions moved to the left of the motion [mm], interrupted at corners."""
     tangent = samples.tangent
     moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
     ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)

@@ -1,4 +1,4 @@
-"""How searches converge: one with its median, or the bands of several."""
+"""Convergence of searches: one with its median, or the bands of several."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,12 +25,12 @@ from hfc_design.pictures.figure import (
 )
 from hfc_design.search.loop import History
 
-#: A band is drawn with at most this many points.
+#: Largest number of points of a band.
 POINTS = 150
 
 
 def history(history: History, title: str) -> Figure:
-    """Best and median merit, by its ``title``, and how many individuals diverged."""
+    """Best and median merit, by its ``title``, and number of diverged individuals."""
     figure = framed(4.15, top=0.4)
     ratios = {"height_ratios": (3, 1), "hspace": 0.12}
     scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
@@ -62,11 +62,11 @@ def convergence(
     """Best merit so far against generation: the median of each group over a band of quartiles.
 
     Args:
-        labels: of each group.
-        searches: of each group the merits of its runs, (generations,) each, nan while all failed;
-            at least one run.
-        order: of each group the number that chooses its colour and line style.
-        measure: what it is that was ranked by.
+        labels: label of each group.
+        searches: merits of the runs of each group, at least one run; (generations,) each, nan while
+            all individuals failed.
+        order: number of each group that selects its colour and line style.
+        measure: name of the number that ranked the individuals.
     """
     top = 0.15 + LINE * len(labels)
     figure = framed(3.6 + top, top, right=0.25)  # half of the last number stands outside
@@ -92,7 +92,7 @@ def convergence(
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
-    """Generations, and lower quartile, median and upper quartile of the runs that got there."""
+    """Generations, and lower quartile, median and upper quartile of the runs that reached them."""
     longest = max(len(run) for run in runs)
     drawn = np.unique(np.round(np.linspace(0, longest - 1, POINTS)).astype(int))
     scores = np.full((len(runs), len(drawn)), np.nan)

@@ -11,7 +11,7 @@ from hfc_design.pictures.numbers import readable, score
 from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.runs.front import Front, marks
 
-#: Rows that are shown of a front; ``front.csv`` has all.
+#: Largest number of rows of a front; ``front.csv`` has all.
 SHOWN = 12
 EMPTY = (
     "No design meets every constraint on every machine, so there is no front; the "
@@ -20,7 +20,7 @@ EMPTY = (
 
 
 def section(front: Front) -> Section:
-    """What there was to choose from."""
+    """Section with the points of the front."""
     title = "Pareto front"
     if not len(front.merit):
         return Section(title, EMPTY, None, [])

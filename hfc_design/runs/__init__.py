@@ -1,1 +1,1 @@
-"""A run and its folder: what a search needs of a scenario, the run itself, batches of runs."""
+"""A run and its folder: the search problem of a scenario, the run, and its stored results."""

@@ -1,4 +1,4 @@
-"""How near designs come to what any controller could do: sums of |e| beside their bounds."""
+"""Comparison of designs with the best attainable control: sums of |e| beside their bounds."""
 
 import json
 from pathlib import Path
@@ -14,18 +14,18 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.runs.number_files import AttainableFile, read_numbers
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 
-#: In a run folder: what ``attained`` gives.
+#: File in a run folder with the result of ``attained``.
 ATTAINABLE = "attainable.json"
 
 
 def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
-    """Bound and best known voltage of every motion, and what a ``design`` does, as plain data.
+    """Bound and best known voltage of every motion, and the results of a ``design``, as plain data.
 
-    Of a design the machine is its own with what the scenario sets laid over it.
+    The machine of a design is its own, with the settings of the scenario applied to it.
 
     Raises:
         UserError: the scenario has no bound, or the design does not fit.
-        RunError: the solver of linear programmes found nothing.
+        RunError: the solver of linear programmes found no solution.
     """
     if design is None:
         return _numbers(scenario, attainable(scenario), None)
@@ -38,7 +38,7 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
 def _numbers(
     scenario: Scenario, bounds: dict[str, Attainable], evaluation: Evaluation | None
 ) -> Json:
-    """As plain data; what neither bound nor best voltage considers is told where it is limited."""
+    """The results as plain data, with the limits that neither bound nor best voltage considers."""
     motions = {name: x.numbers() for name, x in bounds.items()}
     if evaluation is not None:
         evaluations = [*evaluation.motions.values()] or [evaluation]
@@ -51,11 +51,11 @@ def _numbers(
 
 
 def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
-    """``attained`` of the design of a run, which its folder keeps for its page.
+    """Write ``attained`` of a run's design to the run folder, for its page, and return it.
 
     Raises:
         UserError: the scenario has no bound.
-        RunError: the solver found nothing, or the folder cannot be written.
+        RunError: the solver found no solution, or the folder cannot be written.
     """
     numbers = attained(scenario, design)
     checkpoint.write_whole(folder / ATTAINABLE, (json.dumps(numbers, indent=1) + "\n").encode())
@@ -63,16 +63,16 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 
 def kept_attained(folder: Path) -> Json | None:
-    """How near a run's design comes to its bound; None if nobody said. RunError: it is damaged."""
+    """Stored result of ``attained`` for a run; None if there is none. RunError: it is damaged."""
     return read_numbers(folder / ATTAINABLE, AttainableFile)
 
 
-#: Of ``attained_rows``.
+#: Heads of the columns of ``attained_rows``.
 HEADS = ("bound", "best voltage", "this design", "times bound", "times best")
 
 
 def attained_rows(attained: Json) -> list[list[str]]:
-    """A row a motion: its name, then ``HEADS``; sums of |e| [rad]."""
+    """Rows of the table of motions: the name, then ``HEADS``; sums of |e| [rad]."""
     rows = []
     for name, sums in attained["motions"].items():
         best, error = (sums["bound"], sums["reached"]), sums.get("sum_error")
@@ -83,7 +83,7 @@ def attained_rows(attained: Json) -> list[list[str]]:
 
 
 def attained_told(numbers: Json) -> str:
-    """The line of a design with one motion, "" of others."""
+    """Line of text for a design with one motion; "" for others."""
     ((_, bound, reached, error, by_bound, by_reached), *others) = attained_rows(numbers)
     if others or error == "–":
         return ""
@@ -94,5 +94,5 @@ def attained_told(numbers: Json) -> str:
 
 
 def left_out(numbers: Json) -> str:
-    """What the numbers do not know of, to stand behind them; "" where that is nothing."""
+    """Effects that the numbers leave out, to be appended to them; "" if there are none."""
     return f" ({numbers['left_out']} is left out)" if "left_out" in numbers else ""

@@ -1,8 +1,8 @@
-"""Which individual of a search becomes its design, and whether another search is to follow.
+"""Choice of the individual of a search that becomes its design, and of whether to search again.
 
-A search goes on in laps, each on other machines, until a design is usable. Each lap starts
-elsewhere: one that went on from the design of the last has not mended it more often. Each has a
-checkpoint: a stopped run ends as one that was not.
+A search is repeated in laps, each on other machines, until a design is usable. Each lap starts
+elsewhere: starting from the design of the previous lap did not repair it more often. Each lap has
+a checkpoint: a stopped and resumed run ends with the same result as an uninterrupted one.
 """
 
 from collections.abc import Iterator
@@ -22,28 +22,28 @@ from hfc_design.simulation.acceptance import NO, ON_THIS_MODEL, YES, Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 from hfc_design.simulation.usable import usable
 
-#: This many of the archive's best are simulated again in float64 before one is chosen.
+#: Number of the archive's best that are simulated again in float64 before one is chosen.
 FINALISTS = 16
-#: So many of those on many machines may stand the trial.
+#: Number of these that may take the trial, on several machines.
 TRIED = 3
-#: What to try where a search found nothing that stays finite.
+#: Advice if a search found no design whose simulation stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
     "simulation.duration_s, another run.seed or start"
 )
 SPREAD_HINT = "try a smaller robust.spread; "
-#: In the score of a design that violates the constraints least; none that was tried meets them.
+#: Key in the score of a design that violates the constraints least, if none meets them.
 LEAST_VIOLATED = "least_violated"
-#: In the score of a design that a later lap has found: which.
+#: Key in the score of a design for the number of the lap that found it, if not the first.
 LAP = "lap"
-#: A lap is seeded so far beyond the one before.
+#: Offset of the seed of each lap from that of the previous one.
 BEYOND = 2**34
-#: The machines of the trial are drawn with a seed so far beyond that of the run.
+#: Offset of the seed of the trial's machines from that of the run.
 TRIAL = 2**40
 
 
 class Lap(NamedTuple):
-    """A finished search, and what its design is worth."""
+    """A finished search, and the evaluation of its design."""
 
     number: int  # from 0
     search: Search
@@ -54,41 +54,41 @@ class Lap(NamedTuple):
 
     @property
     def use(self) -> Usable | None:
-        """What was asked last."""
+        """Result of the last test of usability."""
         return self.answer or self.trial
 
     @property
     def rank(self) -> tuple[int, float, float]:
-        """By what was asked last, then the share of the machines, then the merit."""
+        """Sort key: the last test's answer, then the share of the machines, then the merit."""
         assert self.use is not None
         verdict = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
         return verdict, float(self.use.good.mean()), self.finalist[2].worth
 
 
 def laps(scenario: Scenario) -> int:
-    """How many there may be: one of a search that has no answer, or looks for a front."""
+    """Largest number of laps: one if the search has no such test, or looks for a front."""
     return scenario.run.extend if scenario.robust and not scenario.traded else 1
 
 
 def lap_of(scenario: Scenario, number: int) -> Scenario:
-    """The scenario as a lap has it."""
+    """The scenario with the settings of a lap."""
     run = scenario.run.model_copy(update={"seed": scenario.run.seed + number * BEYOND})
     return scenario.model_copy(update={"run": run})
 
 
 def lap_file(name: str, number: int) -> str:
-    """A file of a lap, by its name in the first one."""
+    """Name of a file of a lap, from its name in the first lap."""
     stem, dot, rest = name.partition(".")
     return f"{stem}-{number + 1}{dot}{rest}" if number else name
 
 
 def tried_lap(scenario: Scenario, number: int, search: Search, front: Front | None) -> Lap:
-    """A lap with the first of its best designs that stands the trial, or the nearest to it.
+    """A lap with the first of its best designs that passes the trial, or the closest to it.
 
-    Of one that does the answer is asked.
+    A design that passes is then tested for usability.
 
     Raises:
-        RunError: all have diverged.
+        RunError: all designs diverged.
     """
     one = front.individual(search, front.best) if front and len(front.merit) else None
     best: Lap | None = None
@@ -107,13 +107,13 @@ def tried_lap(scenario: Scenario, number: int, search: Search, front: Front | No
 def best_of(
     search: Search, scenario: Scenario, one: Population | None = None
 ) -> Iterator[tuple[Population, Design, Evaluation]]:
-    """The best of the archive and of the last generation in float64, or that ``one``.
+    """The best of the archive and of the last generation in float64, or the given ``one``.
 
-    On many machines the next best follow, ``TRIED`` in all. float32 and a single try flatter loops
-    that are nearly chaotic: of one machine each is ranked by its ``worth``.
+    On several machines the next best follow, up to ``TRIED`` in all. float32 and a single attempt
+    overrate loops that are nearly chaotic: on one machine individuals are ranked by ``worth``.
 
     Raises:
-        RunError: all have diverged.
+        RunError: all individuals diverged.
     """
     finalists = _finalists(search) if one is None else [one]
     if not finalists:
@@ -136,7 +136,7 @@ def best_of(
 
 
 def _in_turn(finalists: Population, scenario: Scenario) -> list[tuple[list[Population], bool]]:
-    """Those that rank first within the tolerances, and whether most machines keep everything."""
+    """Finalists by rank within the tolerances, and whether most machines keep everything."""
     rank = final_problem(scenario).rank_of_finalists(finalists)
     sound = rank > -0.5 * BEHIND  # of others the one that breaks least is enough
     first = np.argsort(-rank, kind="stable")[: np.clip(sound.sum(), 1, TRIED)]
@@ -144,7 +144,7 @@ def _in_turn(finalists: Population, scenario: Scenario) -> list[tuple[list[Popul
 
 
 def _why(search: Search, scenario: Scenario) -> str:
-    """Why one of a population diverges that has all diverged; "" if nobody knows."""
+    """Reason why an individual of a completely diverged population diverges; "" if unknown."""
     population = getattr(search.state, "population", None)
     if population is None:
         return ""

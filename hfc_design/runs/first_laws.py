@@ -1,4 +1,4 @@
-"""First individuals that were found by simulation: laws of few numbers, laid down on every tree."""
+"""First individuals from a simulated search: laws of few numbers, transferred to every tree."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -11,35 +11,38 @@ from hfc_design.core.numbers import Floats, Integers
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 from hfc_design.search.multistart_cma import ISLANDS, SAMPLES, multistart, room
 
-#: Share of a search's evaluations that goes to laws, and as much to laying them down; and how many
+#: Share of a search's evaluations for the search of laws, and again for their transfer to trees;
+#: and the largest number for each, because more have brought nothing.
 #: each of them takes at most, because more have brought nothing.
 SHARE, MOST_SEARCHED, MOST_LAID = 0.25, 11_000, 6_700
-#: First laws in shares of those evaluations; a shorter search does without laws.
+#: Share of the first laws in those evaluations; and evaluations of the shortest search with laws.
 FIRST, FEWEST = 0.05, 15_000
-#: Shares of the second part: laws, ways and trees are drawn; the best of it meet every tree; what
+#: Shares of the transfer: random laws, ways and trees; the best of them on every tree; the rest
+#: improves the best on their trees. Random are all laws that are worth ``GOOD`` of the best: the
+#: sharpest ones do not tolerate the bends of tables.
 #: is best there climbs on its tree. Drawn are all laws that are worth ``GOOD`` of the best: the
 #: sharpest ones do not stand the bends of tables.
 DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
-#: First standard deviation there, and how many rounds a tree that climbs has before it.
+#: First standard deviation of an improvement, and the rounds planned for each improved tree.
 NEAR, ROUNDS = 0.1, 30
 
 
 def worthwhile(evaluations: int) -> bool:
-    """Whether a search of so many is long enough to search laws first."""
+    """True if a search with so many evaluations is long enough for a search of laws."""
     return evaluations >= FEWEST
 
 
 def first_laws(
     problem: Any, of_laws: Any, evaluations: int, tree: Integers, rng: np.random.Generator
 ) -> Population | None:
-    """(n,) individuals on the given trees, of each its best ones; None: no law is finite.
+    """(n,) individuals on the given trees, the best ones of each tree; None: no law is finite.
 
     Args:
         problem: ``runs.problem.Problem`` of the hierarchies.
-        of_laws: the same of the laws.
-        evaluations: of the whole search.
+        of_laws: ``runs.problem.Problem`` of the laws.
+        evaluations: number of evaluations of the whole search.
         tree: (n,) numbers of trees.
-        rng: what all draws are from.
+        rng: source of all random numbers.
     """
     laws: Any = of_laws.genome
     total = min(int(SHARE * evaluations), MOST_SEARCHED)
@@ -89,7 +92,7 @@ def _climbed(
     evaluations: int,
     rng: np.random.Generator,
 ) -> tuple[Floats, Integers, Floats]:
-    """These, and what the best of the best trees become there."""
+    """The given points, and the improved ones of the best trees."""
     order = np.argsort(-score, kind="stable")
     alive = order[np.isfinite(score[order])]
     best = alive[np.sort(np.unique(trees[alive], return_index=True)[1])][:ISLANDS]

@@ -1,4 +1,4 @@
-"""The front of a run: what its points cost in float64, as a file, and the design of any of them."""
+"""The front of a run: costs of its points in float64, its file, and the design of any point."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,7 +24,7 @@ FRONT = "front.csv"
 
 
 class Front(NamedTuple):
-    """Points that no other one beats, by their first cost; they keep every constraint."""
+    """Nondominated points in the order of their first cost; all keep every constraint."""
 
     objectives: tuple[Traded, ...]
     costs: Floats  # (points, objectives)
@@ -33,12 +33,12 @@ class Front(NamedTuple):
 
     @property
     def best(self) -> int:
-        """The point of ``design.json``: the largest merit."""
+        """The point of ``design.json``: the one with the largest merit."""
         return int(np.argmax(self.merit))
 
     @property
     def knee(self) -> int:
-        """The point after which a little more of one costs much of another."""
+        """The knee: the point beyond which a small gain in one cost is a large loss in another."""
         return knee(self.costs)
 
     def individual(self, search: Search, point: int) -> Population:
@@ -47,11 +47,11 @@ class Front(NamedTuple):
 
 
 def front_of(search: Search, scenario: Scenario) -> Front | None:
-    """The front that a search has found, its points judged again in float64 on all machines.
+    """The front of a search, its points evaluated again in float64 on all machines.
 
-    None where the strategy trades nothing. float32 and few machines flatter: what then breaks
-    constraints on more machines than what can be used may, or is beaten, leaves the front, and
-    perhaps nothing is left.
+    None if the strategy has no trade-off. float32 and few machines overrate points: a point that
+    violates constraints on more machines than a usable design may, or is dominated, leaves the
+    front, which may then be empty.
     """
     objectives = scenario.traded
     if not objectives:
@@ -77,14 +77,14 @@ def _heads(objectives: tuple[Traded, ...]) -> list[str]:
 
 
 def marks(front: Front) -> list[str]:
-    """What is told of each point beside its costs."""
+    """Marks of each point beside its costs."""
     marked = [(front.knee, "knee"), (front.best, "design")] if len(front.merit) else []
     points = range(len(front.merit))
     return [" ".join(text for place, text in marked if place == k) for k in points]
 
 
 def write_front(front: Front, folder: Path) -> None:
-    """Write ``front.csv``; RunError: it cannot be."""
+    """Write ``front.csv``; RunError: it cannot be written."""
     lines = [",".join(_heads(front.objectives))]
     rows = zip(front.costs.tolist(), front.merit.tolist(), marks(front), front.places, strict=True)
     for k, (costs, merit, mark, place) in enumerate(rows, 1):
@@ -93,10 +93,10 @@ def write_front(front: Front, folder: Path) -> None:
 
 
 def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front | None:
-    """The front of a finished run; None where it has none.
+    """The front of a finished run; None if it has none.
 
     Raises:
-        RunError: its file is gone or damaged.
+        RunError: the file of the front is missing or damaged.
     """
     objectives, path = scenario.traded, folder / FRONT
     if not objectives or search is None:
@@ -119,10 +119,10 @@ def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front
 def chosen(
     front: Front, scenario: Scenario, point: int | None, wanted: Mapping[str, float | str] | None
 ) -> int:
-    """The point that is meant, counted from 0: of a number from 1 on, of costs, or the knee.
+    """Index from 0 of a point: by its number from 1, by costs, or the knee.
 
     Raises:
-        UserError: there is no such point, or costs are of something else.
+        UserError: there is no such point, or a cost is not one of the front's.
     """
     size = len(front.merit)
     if point is not None:
@@ -136,7 +136,7 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
     """The point closest to the ``wanted`` costs, in shares of the front's width.
 
     Raises:
-        UserError: one is no objective of the front, or has another unit.
+        UserError: a cost is not an objective of the front, or has another unit.
     """
     names = [one.name for one in front.objectives]
     low, width = front.costs.min(axis=0), np.ptp(front.costs, axis=0)

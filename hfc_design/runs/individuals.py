@@ -1,4 +1,4 @@
-"""What a search varies, and the designs that its individuals become."""
+"""The genome of a search, and conversion of its individuals to designs."""
 
 from pathlib import Path
 
@@ -16,10 +16,10 @@ from hfc_design.simulation.evaluating import Evaluation
 
 
 def genome_of(scenario: Scenario) -> Genome:
-    """What the search of ``scenario`` varies.
+    """Genome of the search of ``scenario``.
 
     Raises:
-        UserError: it names no controller, and the default does not fit its machine.
+        UserError: the scenario names no controller, and the default does not fit its machine.
     """
     if "controller" not in scenario.model_fields_set and (fault := scenario.unfit):
         raise UserError(
@@ -31,15 +31,15 @@ def genome_of(scenario: Scenario) -> Genome:
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
-    """A population of one as a design file."""
+    """Design file of a population of one."""
     return design_with(genome_of(scenario).record(individual), scenario)
 
 
 def design_with(controller: Json, scenario: Scenario) -> Design:
-    """A controller as a design file spells it, its sample time left out, for ``scenario``.
+    """Design for ``scenario`` with a controller as in a design file, without its sample time.
 
     Raises:
-        UserError: it is no controller that can run.
+        UserError: the controller is not valid or cannot run.
     """
     own_parts = sources(parts_of(scenario, controller))
     carried = embedder()
@@ -72,13 +72,13 @@ def noted(design: Design, more: Json) -> Design:
 
 
 def parts_of(scenario: Scenario, controller: Json) -> References:
-    """Group and name of everything that a scenario and a controller name."""
+    """Group and name of every part that a scenario and a controller name."""
     used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
     return [*used, ("strategy", scenario.search.preset), *kinds_of(controller)]
 
 
 def kinds_of(controller: Json) -> References:
-    """Every kind of a controller or of its settings, those inside it too."""
+    """Every kind of a controller or of its settings, including nested ones."""
     inside = [*controller.get("axes", {}).values(), *filter(None, [controller.get("inner")])]
     outer = [("controller", controller["kind"])]
     return outer + [kind for part in inside for kind in kinds_of(part)]

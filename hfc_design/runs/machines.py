@@ -1,4 +1,4 @@
-"""Machines that a search meets, and the margins that it asks of their loops."""
+"""Machines of a search, and the margins that it requires of their loops."""
 
 from contextlib import suppress
 from typing import Any
@@ -11,14 +11,14 @@ from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import Applied, rubbing
 
-#: So many machines are sorted by how they slide, the same in all runs.
+#: Number of machines that are sorted by their sliding friction, the same in all runs.
 RUBBING = 199
 
 
 def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
     """The nominal machine of a robust scenario and ``count`` others within its tolerances.
 
-    These are wider by the factor ``margin``.
+    The tolerances are widened by the factor ``margin``.
     """
     robust = scenario.robust
     assert robust is not None
@@ -29,9 +29,10 @@ def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) ->
 
 
 def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMargins | None:
-    """What the scenario requires of the linearised loop, of finalists ``final``; None: nothing.
+    """Margins that the scenario requires of the linearised loop; None: it requires none.
 
-    A robust scenario requires at least that it is stable, where that can be told of such laws.
+    ``final`` selects those of finalists. A robust scenario requires at least stability, if it can
+    be determined for such laws.
     """
     if not scenario.margins and not scenario.robust:
         return None
@@ -43,7 +44,7 @@ def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> A
 
 
 def _with_stress_friction(scenario: Scenario) -> Machines | None:
-    """Machines within the tolerances with the friction of the stress; None: none is asked for."""
+    """Machines within the tolerances with the friction of the stress; None: none is required."""
     if not (scenario.robust and scenario.margins) or scenario.stress.friction <= 1.0:
         return None
     machines = drawn_for(scenario, RUBBING, 0)

@@ -1,4 +1,4 @@
-"""Files of numbers that a run keeps with its design, checked when they are read back."""
+"""Files of numbers that a run stores with its design, checked when they are read."""
 
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -10,12 +10,12 @@ from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserE
 from hfc_design.core.texts import as_user_error, content, decoded, json_of
 
 Item = TypeVar("Item")
-#: By the names of motions; of at least one.
+#: Values by the names of motions; at least one.
 Named = Annotated[dict[str, Item], Field(min_length=1)]
 
 
 class Numbers(Record):
-    """What a page needs of a file; it may have more. No number stands where one is not finite."""
+    """Content of a file that a page needs; other keys are allowed. Numbers must be finite."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -27,7 +27,7 @@ class _Reached(Numbers):
 
 
 class AttainableFile(Numbers):
-    """``attainable.json``."""
+    """Content of ``attainable.json``."""
 
     motions: Named[_Reached]
     left_out: str = ""
@@ -75,7 +75,7 @@ class _WhyNot(Numbers):
 
 
 class UsableFile(Numbers):
-    """``usable.json``."""
+    """Content of ``usable.json``."""
 
     usable: bool
     verdict: Literal["yes", "on this model only", "no"] | None = None  # of older files
@@ -97,7 +97,7 @@ class UsableFile(Numbers):
 
 
 def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
-    """What such a file of a run says; None if there is none. RunError: it is damaged."""
+    """Content of a file of numbers of a run; None if it does not exist. RunError: it is damaged."""
     if not path.exists():
         return None
     try:

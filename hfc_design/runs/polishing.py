@@ -1,6 +1,6 @@
-"""The design of a finished search polished: what is ranked, with which derivatives, how it goes on.
+"""Polish of the design of a finished search: its ranking, its derivatives, its checkpoints.
 
-A polish that was stopped goes on from a checkpoint in the folder of its run.
+A stopped polish is resumed from a checkpoint in the folder of its run.
 """
 
 from collections.abc import Callable
@@ -28,26 +28,29 @@ from hfc_design.simulation.error_weights import RECORDED, Traces, motion_slopes
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 CHECKPOINT = "polish.npz"
-#: In the score of a design: how many steps, and what is ranked before and after them.
+#: Key in the score of a design: number of steps, and rank before and after them.
 POLISH = "polish"
-#: Doubles of an individual on a single machine, a millionth off: a lucky one has worse ones.
+#: Doubles of an individual on a single machine, a millionth off: a lucky one has worse doubles.
 DOUBLES = 7
-#: Of many machines a step tries the nominal one, some on which the design that it began with
+#: A step with several machines uses the nominal one, some on which the initial design passes with
+#: the smallest reserve, and some random ones; it is linearised on a few of these.
 #: passes with least to spare, and some at random; it is linearised on a few of these.
 HARD, RANDOM, LINEARISED = 8, 7, 3
-#: Individuals of a step on one machine and on many; with what there is they fill the lanes. Of
+#: Individuals of a step on one machine and on several; with the present one they fill the lanes.
+#: Numbers of these that are evaluated like the result.
 #: these so many are judged as the result is.
 PROPOSED, JUDGED = (127, 63), (4, 2)
-#: Residuals below a share of the largest one weigh no more; the share is drawn for every step
+#: Residuals below a share of the largest one get no more weight; the share is drawn for every step
+#: between these powers of ten, since a polish that is stuck at one may progress at another.
 #: between these powers of ten, since what is stuck at one may go on at another.
 SMALLEST = (-6.0, -2.0)
 
 
 def check_polish(scenario: Scenario) -> None:
-    """Refuse a polish of what has no coordinates to move in.
+    """Refuse a polish of a controller without continuous coordinates.
 
     Raises:
-        UserError: it is asked for, and the kind of controller has none.
+        UserError: a polish is requested, and the kind of controller has no coordinates.
     """
     if not scenario.run.polish:
         return
@@ -67,13 +70,13 @@ def polished(
     needed: dict[str, str],
     on_step: Callable[[Polished], None],
 ) -> tuple[Design, Evaluation]:
-    """What became of the design that it ``begun`` with, which stays where nothing is better.
+    """Polish the design ``begun``, which is returned unchanged if nothing better is found.
 
-    Stopped at any moment and called again, it ends the same.
+    A polish that is stopped and called again ends with the same result as an uninterrupted one.
 
     Raises:
-        RunError: its checkpoint is damaged or not made by what is ``needed``, or the folder cannot
-            be written.
+        RunError: its checkpoint is damaged or was not made with the ``needed`` versions and files,
+            or the folder cannot be written.
     """
     individual, design, evaluation = begun
     path, steps = folder / CHECKPOINT, scenario.run.polish
@@ -94,7 +97,7 @@ def polished(
 
 
 def polish_told(design: Design) -> str:
-    """What a polish has brought, in a line; "" where there was none, or nobody can say."""
+    """Line with the improvement by a polish; "" if there was none or it is unknown."""
     numbers: Any = design.score.get(POLISH)
     try:
         ends = (numbers["before"], numbers["after"])
@@ -105,7 +108,7 @@ def polish_told(design: Design) -> str:
 
 
 def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished | None:
-    """The polish in a file, as ``stored.read`` gives it."""
+    """The polish stored in a file, as ``stored.read`` returns it."""
     genome = genome_of(scenario)
 
     def polished(arrays: archive.Arrays) -> Polished:
@@ -123,7 +126,7 @@ def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished 
 
 
 class PolishTask:
-    """A scenario as what a polish of ``individual`` needs of it."""
+    """A scenario as the problem of a polish of ``individual``."""
 
     def __init__(self, scenario: Scenario, individual: Population):
         self._final = final_problem(scenario)
@@ -135,7 +138,7 @@ class PolishTask:
 
     @property
     def task(self) -> Polishable:
-        """For the polish."""
+        """The functions that the polish uses."""
         derived = self.quadratic if self._final.has_derivative else None
         sizes = (PROPOSED[self._many], JUDGED[self._many])
         return Polishable(self._final.genome, self.worth, self.screened, derived, *sizes)
@@ -143,7 +146,7 @@ class PolishTask:
     def worth(self, population: Population) -> Floats:
         """(n, 1) rank on all machines; on a single one (n, 2) its own and that of its worst double.
 
-        The one place that says what a polish has to make better.
+        This is the only place that defines what a polish has to improve.
         """
         if self._many:  # every one on every machine: a bound by the best is the worth of another
             return self._final.rank_on(population, np.arange(self._parts.machines.size))[:, None]
@@ -166,7 +169,7 @@ class PolishTask:
     def quadratic(self, individual: Population, rng: np.random.Generator) -> Quadratic | None:
         """Normal equations of the cost of all motions of a few machines about a population of one.
 
-        None where a motion or its derivative is not finite, or nothing weighs.
+        None if a motion or its derivative is not finite, or all weights are zero.
         """
         smallest = 10.0 ** rng.uniform(*SMALLEST)
         machines = np.append(0, rng.permutation(self._some(rng)[1:])[: LINEARISED - 1])
@@ -185,7 +188,7 @@ class PolishTask:
     def _of_motion(
         self, individual: Population, machine: int, motion: int, smallest: float
     ) -> Quadratic | None:
-        """Iteratively reweighted least squares: a residual weighs as much as the cost follows it.
+        """Iteratively reweighted least squares: the weight of a residual is its effect on the cost.
 
         Steps of encoders and converters are left out: their derivative is 0, so that the loop
         would look open.

@@ -1,4 +1,4 @@
-"""What a search needs of a scenario: individuals simulated on its machines, judged and ranked."""
+"""The search problem of a scenario: individuals simulated on its machines, judged and ranked."""
 
 from copy import copy
 from functools import partial
@@ -29,29 +29,32 @@ from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
 from hfc_design.simulation.stress import among
 
-#: Machines that everybody meets before it is asked who can still reach what it needs, and how
+#: Number of machines that all individuals meet before those that cannot reach the needed rank are
+#: dropped, and tolerance of this comparison for rounding.
 #: much of that rounding may take away.
 FEW, SLACK = 4, 1e-9
-#: The machines on which the choice is made in the end are drawn with a seed so far beyond.
+#: Offset of the seed of the machines on which the final choice is made.
 CHOSEN = 2**33
-#: What the penalty of broken constraints grows to in a search whose scores are compared within a
+#: Final penalty of violated constraints in a search whose scores are compared within a generation
+#: only, and power of the share of its generations with which it grows.
 #: generation only, and the power of the share of its generations by which it grows.
 PENALTY, GROWING = 1000.0, 2.0
-#: Machines that the points of a front meet where a single design was looked for before; the search
+#: Machines for the points of a front if a single design was looked for before; the search for one
+#: design uses twice as many in turn.
 #: for one design meets twice as many in turn.
 HARD = 40
-#: Power of ``robust.tighter`` that counts there: these machines are hard enough.
+#: Exponent of ``robust.tighter`` for a front: these machines are hard enough.
 TRADED = 0.5
-#: How often half of the finalists are left, on twice the machines.
+#: Number of times that the finalists are halved, each time on twice the machines.
 HALVED = 4
-#: More than what a design can break.
+#: Number larger than any violation of a design.
 BEHIND = 1e3
-#: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
+#: A machine is close to a violation if dividing the limits by this factor causes one.
 NEAR = 2.0
 
 
 class Parts(NamedTuple):
-    """What a problem simulates."""
+    """Parts of the simulation of a problem."""
 
     loop: Loop
     machines: Machines
@@ -60,7 +63,7 @@ class Parts(NamedTuple):
 
 
 class Problem:
-    """A scenario with its genome, loop, machines and motions, and what ranks there.
+    """A scenario with its genome, loop, machines and motions, and the ranking of individuals.
 
     The choice among finalists (``final``) is on machines of its own within the tolerances, with the
     scenario's own constraints; a search has wider tolerances and tighter constraints.
@@ -95,18 +98,18 @@ class Problem:
         self._evaluations = settings.population * settings.generations
         #: Individuals and machines of a generation.
         self._lanes = settings.population * (robust.first if robust else 1)
-        #: Generations of which each has machines of its own.
+        #: Number of generations that each have machines of their own.
         self._fresh = STRATEGIES.get(settings.preset).forgets(settings)
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
     @property
     def has_derivative(self) -> bool:
-        """Whether there is one axis to follow, so that its error has a derivative."""
+        """True if a single axis follows a reference, so that its error has a derivative."""
         return len(self.parts.loop.machine.axes) == 1
 
     @property
     def task(self) -> Task:
-        """What a strategy is given; a derivative only where there is one axis to follow."""
+        """The task of a strategy; with a derivative only if a single axis follows a reference."""
         differs = hasattr(self.genome, "space") and self.has_derivative and not self.parts.ensemble
         by_margins = self._margins and self._robust
         return Task(
@@ -125,15 +128,15 @@ class Problem:
         needed: Floats | None = None,
         hard: Integers | None = None,
     ) -> Floats:
-        """Merit of every individual; -inf where it failed, negative where it is not allowed.
+        """Merit of every individual; -inf if it failed, negative if it violates constraints.
 
-        Where scores of different generations are never compared, broken constraints are weighed
-        against merit instead, the more the later. One that cannot reach what is ``needed`` of it
-        may have any merit below that.
+        If scores of different generations are never compared, violated constraints are weighed
+        against merit instead, with increasing weight. The merit of an individual that cannot reach
+        its ``needed`` value is any number below it.
 
-        Of many machines everybody meets a few, the best of them more. Where scores are not
-        compared, each generation has others of the same machines; half of them are ``hard`` ones
-        if there are any.
+        With several machines, all individuals meet a few and the best of them more. If scores are
+        not compared, each generation has others of the same machines; half of them are ``hard``
+        ones if there are any.
         """
         return self._in_rounds(population, generation, needed, hard)[:, 1]
 
@@ -145,10 +148,10 @@ class Problem:
         needed: Floats | None = None,
         broken: Floats | None = None,
     ) -> Floats | Scored | Weighed:
-        """What the strategy of the scenario is told: ranks, or with them what it trades off.
+        """Scores for the strategy of the scenario: ranks, or ranks with the costs of a trade-off.
 
-        Costs that are compared are those of the same ``machines``, without them the first ones.
-        Where nothing is traded they are the hard ones.
+        Costs that are compared are those on the same ``machines``; default: the first ones. Without
+        a trade-off, ``machines`` are the hard ones.
         """
         fresh = generation < self._fresh
         if self._traded and not fresh:
@@ -173,16 +176,16 @@ class Problem:
         return Scored(rank, costs, violation)
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
-        """What they are ranked by on some of the machines that were drawn.
+        """Ranks on some of the drawn machines.
 
-        ``at_once`` pairs of an individual and a machine are simulated together, or all.
+        ``at_once`` pairs of an individual and a machine are simulated together; default: all.
         """
         return self._ranked(population, machines, at_once=at_once)[:, 0]
 
     def rank_of_finalists(self, population: Population) -> Floats:
-        """What they are ranked by: half of them, the best, go on to twice the machines, ``HALVED``.
+        """Ranks of finalists: the better half advances to twice the machines, ``HALVED`` times.
 
-        The others cannot pass them. One program serves all.
+        The others cannot overtake them. One program serves all rounds.
         """
         rank, left = np.full(len(population.tree), np.inf), np.arange(len(population.tree))
         beyond = self._beyond_margins(self.genome.gains(population))
@@ -200,9 +203,9 @@ class Problem:
         return rank
 
     def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
-        """The machines that a population of one passes on, but with least to spare.
+        """Machines on which a population of one passes with the smallest reserve.
 
-        The nominal one is not among them, nor are those that are forgiven.
+        The nominal machine is left out, and so are those on which violations are tolerated.
         """
         ensemble = self.parts.ensemble or Ensemble((1.0,))
         judged = self._judged(self.genome.gains(individual), self._every)
@@ -211,7 +214,7 @@ class Problem:
         return order[verdict.sound[0, order] & (order > 0)][:count]
 
     def largest_signals(self, individual: Population) -> dict[str, float]:
-        """What each signal of the first axis reaches at most, on the nominal machine."""
+        """Largest magnitude of each signal of the first axis on the nominal machine."""
         loop, machines, motions, _ = self.parts
         return simulate.largest_signals(loop, machines, motions, self.genome.gains(individual))
 
@@ -227,7 +230,7 @@ class Problem:
         hard: Integers | None = None,
         beyond: Floats | None = None,
     ) -> Floats:
-        """(n, 2) rank with broken constraints below all others, and what ``rank`` gives."""
+        """(n, 2) rank with violated constraints below all others, and the result of ``rank``."""
         robust, penalty = self._robust, self._penalty(generation)
         if robust is None:
             loop, _, motions, ensemble = self.parts
@@ -259,9 +262,10 @@ class Problem:
         beyond: Floats | None = None,
         at_once: int = 0,
     ) -> Floats:
-        """(n, 2) rank with broken constraints below all others, and with them weighed.
+        """(n, 2) rank with violated constraints below all others, and with violations weighed.
 
-        On all ``machines``; on the first ``FEW`` alone who cannot reach what is ``needed``.
+        On all ``machines``; individuals that cannot reach their ``needed`` value only on the first
+        ``FEW``.
         """
         gains, ensemble = self.genome.gains(population), self.parts.ensemble
         beyond = self._beyond_margins(gains) if beyond is None else beyond
@@ -279,7 +283,7 @@ class Problem:
         return rank
 
     def _ranked_alone(self, population: Population, needed: Floats | None) -> Floats:
-        """As ``_ranked`` on one machine in one motion, which ends for whoever is lost."""
+        """As ``_ranked`` on one machine in one motion, which ends early for lost individuals."""
         least = np.full(len(population.tree), -np.inf) if needed is None else needed
         loop, machines, (samples,), _ = self.parts
         about = (loop, machines, samples, self.genome.gains(population), least)
@@ -288,9 +292,9 @@ class Problem:
         return self._verdict(judged, None)
 
     def _judged(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
-        """What individuals do on some of the machines.
+        """Simulate and judge individuals on some of the machines.
 
-        Of constraints a search allows those under a stress as much as the scenario does.
+        For machines under a stress, a search has the same constraints as the scenario.
         """
         judged = self._simulated(gains, machines, at_once)
         ensemble, stressed = self.parts.ensemble, ~np.isin(machines, self.calm)
@@ -308,7 +312,7 @@ class Problem:
         return judged
 
     def _beyond_margins(self, gains: Gains) -> Floats:
-        """(n,) by how much individuals break what is required of the margins of their loops."""
+        """(n,) violation of the required margins of the loops."""
         return self._margins.broken(gains) if self._margins else np.zeros(trailing(gains))
 
     def _verdict(
@@ -318,17 +322,17 @@ class Problem:
         penalty: float | None = None,
         beyond: Floats | float = 0.0,
     ) -> Floats:
-        """(n, 2) rank with broken constraints below all others, and with them weighed."""
+        """(n, 2) rank with violated constraints below all others, and with violations weighed."""
         if ensemble is None:
             return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
         verdict = ensemble.verdict(judged, penalty, beyond)
         return np.stack([verdict.rank, verdict.weighed], axis=1)
 
     def _final_rank(self, judged: Judged, beyond: Floats) -> Floats:
-        """As ``rank_on``, but where more is broken than is forgiven it counts on how many machines.
+        """As ``rank_on``, but with more violations than are tolerated the machines are counted.
 
         That is the share of those under no stress and that of the others, of the first machines, as
-        the answer asks for both; the nominal machine and what is asked of margins count as all.
+        the final test uses both; the nominal machine and required margins count as all machines.
         """
         if self.parts.ensemble is None:
             return self._verdict(judged, None)[:, 0]
@@ -352,7 +356,7 @@ class Problem:
         return some
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
-        """(n, objectives) what the search trades off."""
+        """(n, objectives) costs of the trade-off."""
         values = np.asarray(judged.values)[..., len(self.parts.loop.judge.objectives) :]
         costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
         measured = iter(costs.T)  # those of constraints come last
@@ -361,7 +365,7 @@ class Problem:
         return np.stack([*columns], axis=1).astype(float)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
-        """The tracking error about one individual; None where it cannot be differentiated."""
+        """The tracking error linearised about one individual; None if it is not differentiable."""
         loop, machines, motions, _ = self.parts
         about = (loop, machines, *motions, self.genome.gains(individual), self._dtype, chosen)
         error, jacobian = simulate.error_jacobian(*about)
@@ -369,10 +373,10 @@ class Problem:
         return Linear(error, jacobian, chosen) if finite else None
 
     def _hardest(self, population: Population, keeping: float) -> Integers:
-        """The nominal machine and those on which most is broken, or with least to spare.
+        """The nominal machine and those with the largest violations or the smallest reserve.
 
-        Left out are those on which less than a share ``keeping`` of the ``population`` keeps
-        everything by the scenario's own limits.
+        Machines are left out on which less than a share ``keeping`` of the ``population`` keeps all
+        of the scenario's own limits.
         """
         assert self.parts.ensemble is not None
         assert self._allowed is not None
@@ -387,7 +391,7 @@ class Problem:
         return np.sort(np.concatenate([[0], others[calm][: most - 1 - len(stressed)], stressed]))
 
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
-        """First individuals on the given trees, of laws that are searched; None: nobody knows."""
+        """First individuals on the given trees, from a search of laws; None: no law is known."""
         laws = self.genome.laws()
         if laws is not None and worthwhile(self._evaluations):
             of_laws = copy(self)
@@ -405,15 +409,15 @@ class Problem:
 
 
 def _on_both(some: Judged, others: Judged) -> Judged:
-    """What the same individuals do on some machines, then on others."""
+    """Results of the same individuals on some machines, followed by those on others."""
     pairs = zip(some, others, strict=True)
     return Judged(*(np.concatenate(pair, axis=1) for pair in pairs))
 
 
 def final_problem(scenario: Scenario) -> Problem:
-    """Where finalists compete: on machines within the tolerances themselves.
+    """The problem of the final choice: on machines within the tolerances themselves.
 
-    In float64 where there is but one, which flatters loops that are nearly chaotic.
+    In float64 if there is only one machine, since float32 overrates loops that are nearly chaotic.
     """
     if not scenario.robust:
         run = scenario.run.model_copy(update={"precision": "float64"})
@@ -422,10 +426,10 @@ def final_problem(scenario: Scenario) -> Problem:
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:
-    """Refuse a run, or so many ``at_once``, that need more memory than there is.
+    """Refuse a run, or ``at_once`` simultaneous ones, with too little memory.
 
     Raises:
-        UserError: they do.
+        UserError: more memory is needed than there is.
     """
     if design is None:
         with own_code("", *kinds_of(scenario.controller.model_dump())):

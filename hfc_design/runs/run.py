@@ -1,4 +1,4 @@
-"""A design run: scenario -> search -> run folder, with a checkpoint that survives anything."""
+"""A design run: scenario -> search -> run folder, with a checkpoint that survives interruptions."""
 
 import json
 import shlex
@@ -32,18 +32,18 @@ from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
-#: What the score in a design file keeps of it.
+#: Keys of the usability that the score of a design file contains.
 KEPT = "verdict", "share", "interval", "spread", "machines", "seed", "missed", "stress"
 HISTORY, DESIGN = "history.csv", "design.json"
-#: In the folder of a run that searches nothing: the design that it scores.
+#: File in the folder of a run without a search: the design that it scores.
 GIVEN = "given.json"
-#: Of constraints that contradict each other, or a spread that no design stands.
+#: Message for contradictory constraints, or a spread that no design tolerates.
 NO_DESIGN = "no design tried meets every constraint; this one violates them least"
 HINT = "; to continue nevertheless add --anyway"
 
 
 class Result(NamedTuple):
-    """What a run found."""
+    """Result of a run."""
 
     design: Design
     evaluation: Evaluation
@@ -63,12 +63,12 @@ class Result(NamedTuple):
 
 
 def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Scenario:
-    """Create the run folder of ``scenario``; returns the scenario as the folder holds it.
+    """Create the run folder of ``scenario``; return the scenario as the folder contains it.
 
-    With a design that is ``given`` the run scores it and searches nothing.
+    With a ``given`` design the run scores it and has no search.
 
     Raises:
-        UserError: the folder already holds a run.
+        UserError: the folder already contains a run.
         RunError: the folder cannot be written.
     """
     check_polish(scenario)
@@ -105,7 +105,7 @@ def opened_run(folder: Path) -> Scenario:
 
 
 def provenance(path: Path) -> Json:
-    """What a run's design says that it was made with; nothing where it cannot be read."""
+    """Versions and files with which a run's design was made; empty if it cannot be read."""
     try:
         return dict(json_of(read_text(path))["provenance"])
     except (UserError, ValueError, TypeError, KeyError):  # its own reader says what is wrong
@@ -120,15 +120,15 @@ def run(
     on_polish: Callable[[Polished], None] = lambda done: None,
     on_lap: Callable[[Lap], None] = lambda lap: None,
 ) -> Result:
-    """Search from the start, or from the folder's checkpoint, and fill the folder.
+    """Search from the start, or from the folder's checkpoint, and write the files of the folder.
 
-    While the answer is not yes it searches on (see ``laps``), up to ``run.extend`` times.
-    Stopped at any moment and called again, it ends with the same files as without the stop.
+    The search is repeated until the design is usable (see ``laps``), up to ``run.extend`` times.
+    A run that is stopped and called again ends with the same files as an uninterrupted one.
 
     Raises:
         UserError: it needs more memory than there is.
-        RunError: everything diverged; the checkpoint is damaged, or another version, file or own
-            part has made it and it is not to go on ``anyway``; or the folder cannot be written.
+        RunError: everything diverged; the checkpoint is damaged, or was made by another version,
+            file or own part and ``anyway`` is false; or the folder cannot be written.
     """
     checkpoint.tidy(folder)
     if (folder / GIVEN).exists():
@@ -165,7 +165,7 @@ def run(
 def _finished(
     scenario: Scenario, folder: Path, result: Result, use: Usable | None = None
 ) -> Result:
-    """The result with what is known of its use, its files written; the design finishes a run."""
+    """The result with its usability, after its files are written; the design is written last."""
     if scenario.robust:
         numbers = used(scenario, result, folder, use)
         result = result._replace(design=_with_use(result.design, numbers))
@@ -209,12 +209,12 @@ def front_needed(folder: Path, result: Result) -> Front:
 def picked(
     scenario: Scenario, result: Result, point: int
 ) -> tuple[Design, Evaluation, Json | None]:
-    """The design of a point of the front, counted from 0, what it does, and its use in numbers.
+    """Design of a point of the front, counted from 0, its evaluation, and its usability in numbers.
 
-    Of its use nothing is known (None) where the scenario names no tolerances.
+    The usability is unknown (None) if the scenario names no tolerances.
 
     Raises:
-        RunError: it diverges in float64.
+        RunError: the design diverges in float64.
     """
     assert result.front is not None  # see front_needed
     assert result.search is not None
@@ -231,9 +231,9 @@ def _with_use(design: Design, numbers: Json) -> Design:
 
 
 def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = None) -> Json:
-    """Whether the design of a run can be used, in numbers; the folder keeps them.
+    """Usability of the design of a run in numbers, which are also written to the folder.
 
-    ``use`` is that, if it is known.
+    ``use`` is the usability, if it is already known.
 
     Raises:
         RunError: the folder cannot be written.
@@ -249,7 +249,7 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 
 def kept_use(folder: Path) -> Json | None:
-    """What a run folder says of whether its design can be used; None if nothing.
+    """Stored usability of the design of a run folder; None if there is none.
 
     Raises:
         RunError: its file is damaged.
@@ -262,11 +262,11 @@ def _write_design(path: Path, design: Design) -> None:
 
 
 def finished_run(folder: Path) -> tuple[Scenario, Result]:
-    """The scenario and the result of a run that has ended, from its folder.
+    """The scenario and the result of a finished run, from its folder.
 
     Raises:
         UserError: there is no finished run in the folder, or its config or design is damaged.
-        RunError: its checkpoint is damaged, foreign or gone.
+        RunError: its checkpoint is damaged, made by another run or missing.
     """
     for name in (CONFIG, DESIGN):
         if not (folder / name).exists():

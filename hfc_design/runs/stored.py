@@ -1,4 +1,4 @@
-"""Checkpoints of a run: what decides its result, and how far its search or polish has come."""
+"""Checkpoints of a run: what determines its result, and the state of its search or polish."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -19,18 +19,18 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import genome_of, parts_of
 from hfc_design.search.loop import STRATEGIES, Search, fault
 
-#: Packages whose versions decide the last bits of a result.
+#: Packages whose versions affect the last bits of a result.
 PACKAGES = "jax", "jaxlib", "numpy", "scipy"
 version = cache(metadata.version)  # a batch has many short cells
-#: Bytes that a search may have beside its individuals, and beside the numbers of each.
+#: Allowed bytes of a search beside its individuals, and beside the numbers of each.
 SPARE, SPARE_EACH = 2**24, 64
-#: Seconds between checkpoints of what takes many steps in that time.
+#: Seconds between checkpoints of a process with many steps in that time.
 CHECKPOINT_EVERY = 2.0
 Step = TypeVar("Step")
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
-    """What decides the result of the run in a folder -> which it is: files, versions, own parts."""
+    """Identity of everything that determines the result of a run: files, versions, own parts."""
     files: list[AnyFile] = [folder / checkpoint.CONFIG]
 
     def noted(key: str, file: AnyFile) -> AnyFile:
@@ -56,8 +56,8 @@ def read(
     """The ``record`` of the arrays in a file of at most so many bytes; None: there is no such file.
 
     Raises:
-        RunError: it is damaged, or made by something else than is ``needed``; ``hint`` says what
-            to do then.
+        RunError: it is damaged, or was made by something else than ``needed``; ``hint`` is the
+            advice for this case.
     """
     if not path.exists():
         return None
@@ -75,7 +75,7 @@ def read(
 
 
 def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "") -> Search | None:
-    """The search in a file, as ``read`` gives it."""
+    """The search stored in a file, as ``read`` returns it."""
     settings, genome = scenario.search, genome_of(scenario)
     empty, state = genome.empty(), STRATEGIES.get(settings.preset).state
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
@@ -98,9 +98,9 @@ def checkpointed(
     save: Callable[[Any], None],
     on_step: Callable[[Step], None],
 ) -> Step:
-    """Take all ``steps`` after that ``before``, and ``save`` now and then and however they end.
+    """Take all ``steps`` after the step ``before``, with ``save`` now and then and at any end.
 
-    Returns the last of them, or that before if none was left.
+    Returns the last step, or ``before`` if none was left.
     """
     done, saved = before, time.monotonic()
     try:

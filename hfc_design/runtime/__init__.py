@@ -3,9 +3,10 @@
 >>> controller = load("design.json")                                    # doctest: +SKIP
 >>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
 
-A sample is faulty where a reading is not finite, or where what the law makes of it is not: its
-command is NaN, and the next one goes on as if it had not been. The first sample takes the axis to
-have stood as it does, so that no change of a signal kicks. C, Structured Text and HAL do alike.
+A sample is faulty if a reading is not finite, or if the output of the law for it is not: its
+command is NaN, and the next sample continues as if the faulty one had not occurred. Before the
+first sample the axis is assumed to have been at the same readings, so that no change of a signal
+causes a kick. C, Structured Text and HAL behave the same.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -25,20 +26,20 @@ from hfc_design.core.records import UserError
 from hfc_design.core.validation_errors import short
 from hfc_design.files.design import AnyDesign, Design, learned, named_design
 
-#: What a step raises of what it is given.
+#: Exceptions of a step that invalid input causes.
 WRONG = KeyError, TypeError, AttributeError
 
 
 class Missing(UserError, KeyError):
-    """A signal or an axis is missing; a KeyError, as the mapping of a script raises it."""
+    """A signal or an axis is missing; also a KeyError, as the mapping of a script raises it."""
 
 
 def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") -> Exception:
-    """The line for a step that failed with ``error``; that itself where nothing is wrong here.
+    """The exception for a step that failed with ``error``; ``error`` itself if the input is valid.
 
-    It is looked for only when a step has failed.
+    The input is examined only after a step has failed.
 
-    ``given`` are mappings of names to readings, or to what an axis has where ``what`` is "axis".
+    ``given`` are mappings of names to readings, or to the signals of an axis if ``what`` is "axis".
     """
     for one in given:
         if not isinstance(one, dict) and not hasattr(one, "keys"):
@@ -52,7 +53,7 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
 
 
 def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[Signals], bool]:
-    """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
+    """Test whether all readings of a ``record``'s law are finite; all signals if unknown."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
 
@@ -66,9 +67,10 @@ def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[
 
 
 class Controller:
-    """The controller of one axis, which remembers what it has to from one sample to the next.
+    """Controller of one axis, with its memory from one sample to the next.
 
-    ``law`` is another one for the same numbers, as that of tabulated terms; left out, the kind's.
+    ``law`` replaces the law of the kind for the same numbers, for example by one with tabulated
+    terms; default: the law of the kind.
     """
 
     def __init__(self, design: AnyDesign, axis: str = "", law: AxisLaw | None = None):
@@ -92,32 +94,32 @@ class Controller:
         self.reset()
 
     def step(self, signals: Signals) -> float:
-        """The command for this sample's ``signals``; NaN where the sample is faulty.
+        """Return the command for this sample's ``signals``; NaN if the sample is faulty.
 
         A C-axis takes volts for error [rad], error_rate [rad/s], ...; a feed drive takes units of
         its converter for error [BLU] and, with low-velocity compensation, velocity [BLU/s].
 
         Raises:
-            KeyError: a signal that the design reads is missing, a UserError too.
-            UserError: it is no mapping, or a reading no number.
+            KeyError: a signal that the design reads is missing; the exception is a UserError too.
+            UserError: ``signals`` is not a mapping, or a reading is not a number.
         """
         return self.step_in_parts(signals)[0]
 
     def step_in_parts(self, signals: Signals) -> tuple[float, Any]:
-        """Step: the command, and what it is made of.
+        """Return the command for this sample's ``signals`` and its components.
 
-        None where the kind does not tell, or the sample is faulty.
+        The components are None if the kind does not provide them, or the sample is faulty.
 
         Raises:
-            KeyError: a signal that the design reads is missing, a UserError too.
-            UserError: it is no mapping, or a reading no number.
+            KeyError: a signal that the design reads is missing; the exception is a UserError too.
+            UserError: ``signals`` is not a mapping, or a reading is not a number.
         """
         command, memory, parts = self._tried(signals)
         self._done(command, memory)
         return command, parts
 
     def _tried(self, signals: Signals) -> tuple[float, Memory, Any]:
-        """The command, what the law then remembers, and what the command is made of."""
+        """The command, the memory of the law after it, and the components of the command."""
         try:
             if self._reads(signals):
                 memory = self._memory
@@ -134,13 +136,13 @@ class Controller:
         return nan, self._memory, None
 
     def _done(self, command: float, memory: Memory) -> None:
-        """Remember a sample; of a faulty one there is nothing."""
+        """Store the memory after a sample; a faulty sample leaves none."""
         self._memory = memory
         if not isnan(command):
             self._command, self._fresh = command, False
 
     def remember(self, readings: dict[str, float]) -> None:
-        """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
+        """Set ``readings`` as those of the previous sample; ValueError: one is not finite."""
         if not finite(readings):
             raise ValueError(f"{readings}: must be finite")
         explain = require(
@@ -150,15 +152,15 @@ class Controller:
         self._fresh = self._fresh and not readings
 
     def reset(self) -> None:
-        """Forget the past, as before the first sample."""
+        """Reset the memory to the state before the first sample."""
         self._memory, self._command = self._law.begun(SCALARS, 0.0, self._gains), 0.0
         self._fresh = True
 
     def adapted(self) -> ControllerRecord:
-        """The controller's record with what it has learnt by now.
+        """The controller's record with its present adapted values.
 
         Raises:
-            ValueError: it is of a kind that does not adapt.
+            ValueError: the kind does not adapt.
         """
         adapted = self._whole.kind.adapted
         if adapted is None or (record := adapted(self.design, self._memory)) is None:
@@ -167,9 +169,9 @@ class Controller:
 
 
 class Machine:
-    """The controllers of every axis of a machine, for kinds that see all of it too.
+    """Controllers of all axes of a machine, also for kinds that read the whole machine.
 
-    ``axes`` names them in order; left out they are those of the design's ``plant.axes``, or one.
+    ``axes`` names them in order; default: those of the design's ``plant.axes``, or a single one.
 
     Raises:
         UserError: the limits are of axes by name, and nothing names all of the machine's.
@@ -189,7 +191,7 @@ class Machine:
         self._memory: Memory = None
         self._fresh = True
         self._begin()
-        #: Of each axis, where none sees another: a fault is of its axis alone.
+        #: One controller for each axis if no axis reads another; a fault concerns one axis only.
         self._each: dict[str, Controller] = {}
         whole = self._controller
         inside = whole.inner if isinstance(whole, controller.RateLimited) else whole
@@ -202,14 +204,15 @@ class Machine:
         path: PathView | None = None,
         nominal: Parameters = None,
     ) -> dict[str, float]:
-        """The command of every axis by its name, for what each axis tells at this sample.
+        """Return the command of every axis by its name, for the axes' signals at this sample.
 
-        A faulty axis has the command NaN and the others their own; where the controller sees the
-        whole machine, all have NaN if one is faulty or ``path`` is not finite.
+        A faulty axis has the command NaN and the others their own; if the controller reads the
+        whole machine, all commands are NaN if one axis is faulty or ``path`` is not finite.
 
         Raises:
-            KeyError: an axis, or a signal that the design reads, is missing, a UserError too.
-            UserError: it is no mapping, or a reading no number.
+            KeyError: an axis, or a signal that the design reads, is missing; the exception is a
+                UserError too.
+            UserError: ``signals`` is not a mapping, or a reading is not a number.
         """
         try:
             axes = tuple(signals[axis] for axis in self.axes)
@@ -243,25 +246,25 @@ class Machine:
         self._fresh = True
 
     def reset(self) -> None:
-        """Forget the past, as before the first sample."""
+        """Reset the memory to the state before the first sample."""
         self._begin()
         for one in self._each.values():
             one.reset()
 
     def learned(self) -> Design:
-        """The design with what it has learnt by now, an axis its own where they differ.
+        """The design with its learnt values, with separate axes if they differ.
 
         Raises:
-            UserError: it is of a kind that does not adapt.
+            UserError: the kind does not adapt.
         """
         memory = tuple(one._memory for one in self._each.values()) or self._memory
         return learned(self.design, self.axes, memory, {})
 
 
 def load(path: str | Path) -> Controller:
-    """The controller of a design file, of a run folder or of a built-in design.
+    """Return the controller of a design file, of a run folder or of a built-in design.
 
     Raises:
-        UserError: there is no such design, or it is not one that can run.
+        UserError: the design does not exist, or cannot run.
     """
     return Controller(path)

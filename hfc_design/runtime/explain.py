@@ -1,6 +1,6 @@
-"""Which rules of a design fire at a sample, and what the command is made of, as numbers.
+"""Rules of a design that fire at a sample, and the components of the command, as numbers.
 
-All of them come from the runtime's own step: nothing is computed here but shares of the firing.
+All of them come from the runtime's own step; only shares of the firing are computed here.
 """
 
 import math
@@ -22,12 +22,12 @@ TOO_LARGE = "--at {}: too large, the result is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
-    """The design of one axis; itself where ``axis`` is "" and all have the same.
+    """Design of one axis; the design itself if ``axis`` is "" and all axes have the same one.
 
-    Of a controller with others inside it is that of the controller inside.
+    For a controller with others inside it, the design of the inner controller.
 
     Raises:
-        UserError: it has no such axis, or axes that differ.
+        UserError: the axis does not exist, or none is named and the axes differ.
     """
     if isinstance(design.controller, OuterDesign):
         return _inside(design, axis)
@@ -62,12 +62,12 @@ def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
-    """The ``explanation`` of a design on the drive that it was made for, of one ``axis`` of it.
+    """``explanation`` of a design on the drive that it was made for, for one ``axis`` of it.
 
-    Of a controller around others it is that of what is inside, and "inside" names the kind around.
+    For a controller around others it is that of the inner one; "inside" names the outer kind.
 
     Raises:
-        UserError: as there; or there is no such axis.
+        UserError: as ``explanation``; or the axis does not exist.
     """
     from hfc_design.files.machine import PlantSettings  # with JAX
 
@@ -82,18 +82,17 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
 def explanation(
     design: Design, drive: Drive, parameters: Parameters, texts: Sequence[str]
 ) -> dict[str, Any]:
-    """The last of the samples ``texts`` as in ``error=1e-4,deflection=2e-4``, explained.
+    """Explanation of the last of the samples ``texts``, such as ``error=1e-4,deflection=2e-4``.
 
-    Those before it are stepped through first, from rest, as the runtime does. With one sample
-    only, what the controller reads of the sample before it has to be given too
-    (``previous_velocity=...``; of a feed drive ``previous_error=...`` or ``error_change=...``).
-    Then everything else is as before the first sample: the integral starts at 0, terms and
-    rules that adapt are not judged, because which rules fired before is not known, and no command
-    is on its way from the one before. The command is that for a ``drive`` with these
-    ``parameters``.
+    The samples before it are stepped through first, from rest, as the runtime does. A single sample
+    must also contain the readings of the previous sample that the controller uses
+    (``previous_velocity=...``; for a feed drive ``previous_error=...`` or ``error_change=...``).
+    Everything else is then as before the first sample: the integral starts at 0, terms and rules
+    that adapt are not judged, because the rules that fired before are not known, and no command is
+    delayed from the previous sample. The command is that for a ``drive`` with these ``parameters``.
 
     Raises:
-        UserError: the design has no rules, or signals are missing, unknown or no numbers.
+        UserError: the design has no rules, or signals are missing, unknown or not numbers.
     """
     record = design.controller
     kind: Explain = require(design.kind.explain, design, "it has no rules")
@@ -137,7 +136,7 @@ def explanation(
 
 
 def _own_names(kind: Explain, record: Any) -> dict[str, str]:
-    """Names of the file that a design comes from -> signals; a signal's own name is its own."""
+    """Names in the file that a design was imported from -> signals; also each signal's own name."""
     now, before = kind.signals(record)
     taken = {*now, *before, *kind.changes}
     aliases = kind.names(record)
@@ -164,7 +163,7 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
 def _check(
     design: Design, kind: Explain, sample: Sample, alone: bool, aliases: Mapping[str, str]
 ) -> None:
-    """Whether a sample holds what the controller reads and nothing else."""
+    """Check that a sample contains exactly the readings that the controller needs."""
     now, before = kind.signals(design.controller)
     others = {new: old for new, old in kind.changes.items() if old in before}
     names = [*now, *before, *others] if alone else now
@@ -188,7 +187,7 @@ def _check(
 
 
 def _memory(kind: Explain, sample: Sample) -> Sample:
-    """Readings of the sample before, as far as ``sample`` tells them."""
+    """Readings of the previous sample, as far as ``sample`` contains them."""
     before = (name for name in sample if name.startswith(PREVIOUS))
     readings = {name.removeprefix(PREVIOUS): sample[name] for name in before}
     for new, old in kind.changes.items():

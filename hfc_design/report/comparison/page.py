@@ -1,4 +1,4 @@
-"""The page of a comparison: one file that needs nothing else, with curves to zoom into."""
+"""The page of a comparison: a self-contained file with curves to zoom into."""
 
 from hfc_design.core.numbers import Json
 from hfc_design.pictures.files import small_address
@@ -8,12 +8,12 @@ from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import SCORES, Comparison, MotionComparison
 from hfc_design.simulation.stability_criteria import EXPLAINED
 
-#: So many panels below each other fit on a page.
+#: Largest number of panels below each other on a page.
 PRINTED = 5
 
 
 def page(comparison: Comparison, command: str = "") -> Page:
-    """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
+    """The page; the same comparison gives the same bytes. ``command`` is the one to repeat it."""
     names = list(comparison.designs)
     bouts = {bout.name: _shown(comparison, bout) for bout in comparison.bouts}
     motions = [bouts[bout.name] for bout in comparison.bouts if bout.scenario is not None]
@@ -49,7 +49,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
 
 
 def _shown(comparison: Comparison, bout: MotionComparison) -> Json:
-    """What the page shows of a motion: tables, and where it is not all together what moved."""
+    """Content of the page for a motion: tables, and curves unless it stands for all motions."""
     main, first = bout.compared()[0], next(iter(comparison.designs))
     differences = [x for x in comparison.differences if x.motion == bout.name]
     shown = [x for x in differences if (x.metric, x.first) == (main, first)]

@@ -32,9 +32,9 @@ from hfc_design.report.panels import Panel, draw, stacked
 from hfc_design.report.plots import SMALLEST, draw_path
 from hfc_design.simulation.comparison import Comparison, Difference, MotionComparison
 
-#: Slices of time of a curve that is printed.
+#: Slices of time of a printed curve.
 SLICES = 150
-#: An axis whose ends are further apart than by this factor has powers of ten enough.
+#: Ratio of the ends of an axis above which powers of ten are enough as ticks.
 MANY = 100.0
 #: Round steps for an axis of less than a decade.
 ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
@@ -42,19 +42,19 @@ ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
 THIN = {"lw": 1.0}
 #: Points of a circle, and slices of a deviation from a path.
 AROUND = 360
-#: Share of the radius that a division takes on the plot of a ball bar.
+#: Share of the radius of a division on the plot of a ball bar.
 BAR = 0.14
-#: A ratio that is further from 1 stands at the edge.
+#: Ratios that are further from 1 are drawn at the edge.
 FURTHEST = 1000.0
-#: Letters [pt].
+#: Size of letters [pt].
 SIZE = 8.0
 
 
 def machines(comparison: Comparison) -> Figure:
     """Error of every design in every motion: from the 5 % to the 95 % machine, and the median.
 
-    A line that ends in a triangle goes on to machines that are not stable; the share of those that
-    are stands at its right.
+    A line that ends in a triangle continues to machines that are not stable; the share of stable
+    machines is to the right of it.
     """
     bouts = [bout for bout in comparison.bouts if bout.scenario is not None]
     names = list(comparison.designs)
@@ -95,13 +95,13 @@ def machines(comparison: Comparison) -> Figure:
 def _right_of(
     axes: Axes, text: str, at: tuple[float, float], off: tuple[int, int], y: str, **look: Any
 ) -> None:
-    """A small text right of the axes, ``off`` [pt] a place whose height counts in ``y``."""
+    """A small text right of the axes, shifted by ``off`` [pt]; ``y`` is its height's coordinate."""
     places: Any = {"xycoords": ("axes fraction", y), "textcoords": "offset points"}
     axes.annotate(text, at, xytext=off, fontsize=7.5, **places, **look)
 
 
 def _rows(axes: Axes, motions: Sequence[str], designs: dict[int, str], size: float) -> None:
-    """Name rows: of each motion one for each design, by the number of its colour, and a gap."""
+    """Name the rows: for each motion, one per design by the number of its colour, and a gap."""
     count = len(designs)
     middle = np.arange(len(motions)) * (count + 1) + 0.5 * (count - 1)
     axes.set_yticks(middle, motions, fontsize=SIZE, parse_math=False)
@@ -117,7 +117,7 @@ def motion_label(name: str) -> str:
 
 
 def _few_decades(axes: Axes) -> None:
-    """Ticks of a logarithmic x axis with plain numbers where powers of ten would be too few."""
+    """Ticks of a logarithmic x axis with plain numbers if powers of ten would be too few."""
     low, high = axes.get_xlim()
     if high > MANY * low:
         return
@@ -157,10 +157,10 @@ def legend_room(names: int, columns: int) -> float:
 
 
 def contours(bout: MotionComparison) -> tuple[Figure, str] | None:
-    """Every design's deviations from a path in X-Y, enlarged alike, and by how much; None: no such.
+    """Deviations of all designs from a path in X-Y, with their magnification; None: no such path.
 
-    They are drawn normal to the path; around a circle as a ball bar shows them, by angle. What has
-    diverged is left out.
+    They are drawn normal to the path; around a circle by angle, as on a ball bar plot. Diverged
+    motions are left out.
     """
     labels = distinct(bout.results, 24)
     paths = ((k, name, one.motion.contour) for k, (name, one) in enumerate(bout.results.items()))
@@ -224,7 +224,7 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
 
 
 def _rough(error: Floats) -> Indices:
-    """Samples that a picture needs, those with the largest errors among them."""
+    """Samples that a picture needs, including those with the largest errors."""
     size = max(len(error) // AROUND, 1)
     starts = np.arange(0, len(error), size)
     parts = np.split(np.abs(error), starts[1:])
@@ -233,9 +233,9 @@ def _rough(error: Floats) -> Indices:
 
 
 def ratios(comparison: Comparison) -> Figure:
-    """Median ratio and its interval, of the first design over every other, a row each motion.
+    """Median ratio and its interval, of the first design to every other one, a row per motion.
 
-    A column for the first metric of each motion, and one for the change of the command.
+    One column for the first metric of each motion, and one for the change of the command.
     """
     first, *others = comparison.designs
     keys = {bout.name: bout.compared() for bout in comparison.bouts}

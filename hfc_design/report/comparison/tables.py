@@ -1,4 +1,4 @@
-"""What a comparison says in words and numbers, for the terminal and for the page alike."""
+"""A comparison in words and numbers, for the terminal and for the page."""
 
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isnan
@@ -19,7 +19,7 @@ from hfc_design.simulation.comparison import (
 )
 from hfc_design.simulation.repeats import range_text
 
-#: What stands where there is no number.
+#: Text for a missing number.
 NONE = "–"
 
 
@@ -33,20 +33,20 @@ class Line(NamedTuple):
 
     @property
     def row(self) -> list[str]:
-        """Its cells from the left to the right."""
+        """Cells of the row from left to right."""
         return [self.metric, self.of, *self.cells]
 
     @property
     def places(self) -> list[int]:
-        """Where in ``row`` the best ones stand."""
+        """Places of the best cells in ``row``."""
         return [k + 2 for k in self.best]
 
 
 def lines(bout: MotionComparison, every: bool = False) -> list[Line]:
-    """How stable the designs are and what they do, the most important first.
+    """Stability and metrics of the designs, the most important first.
 
-    Of each metric that is compared the median machine, of the first one the nominal machine and
-    that which 95 % are no worse than as well; ``every`` metric has all three.
+    Each compared metric has the median machine, the first one also the nominal machine and the 95 %
+    quantile; with ``every``, all metrics have all three.
     """
     sides = list(bout.sides.values())
     shares = [float(side.stable.mean()) for side in sides]
@@ -75,9 +75,9 @@ def lines(bout: MotionComparison, every: bool = False) -> list[Line]:
 
 
 def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """What a metric is called, with a unit for numbers of this size, and the factor to that.
+    """Title of a metric with a unit for numbers of this size, and the factor to this unit.
 
-    Its ``meaning`` ends with its unit, and is the title of a score.
+    Its ``meaning`` ends with its unit; the ``meaning`` of a score is its title.
     """
     if key in SCORES:
         return meaning, 1.0
@@ -88,17 +88,17 @@ def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str,
 
 
 def called(bout: MotionComparison, key: str) -> str:
-    """What a metric of a motion is called, without a unit."""
+    """Title of a metric of a motion, without a unit."""
     return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
 
 def short(value: float) -> str:
-    """Three digits, or all that stand before the point."""
+    """A number with three digits, or all before the point."""
     return digits(value, 3)
 
 
 def between(low: float, high: float, write: Callable[[float], str] = short) -> str:
-    """An interval."""
+    """Text of an interval."""
     return f"{write(low)}–{write(high)}"
 
 
@@ -113,19 +113,19 @@ def _cell(value: float | None, factor: float, side: DesignStatistics, what: str,
 
 
 def best(values: Sequence[float | None], sign: int) -> list[int]:
-    """Places of the least ``sign`` times a value; none where all are alike."""
+    """Places of the least ``sign`` times a value; none if all are alike."""
     known = [sign * x for x in values if x is not None]
     if not known or (len(known) == len(values) and max(known) == min(known)):
         return []
     return [k for k, x in enumerate(values) if x is not None and sign * x == min(known)]
 
 
-#: Heads of the columns of ``difference_row`` behind the two designs.
+#: Heads of the columns of ``difference_row`` after the two designs.
 DIFFERENCE_HEAD = ["median ratio", "better on", "p (Holm)", "both stable", "only one", "neither"]
 
 
 def difference_row(one: Difference) -> list[str]:
-    """A difference as a row of a table behind the names of the two designs."""
+    """A difference as a row of a table, after the names of the two designs."""
     low, high = (100.0 * x for x in one.better_interval)
     ratio = ratio_text(one.ratio)
     if one.ratio_interval:
@@ -136,19 +136,19 @@ def difference_row(one: Difference) -> list[str]:
 
 
 def ratio_text(value: float) -> str:
-    """A ratio: 0 where only the first, infinite where only the second is stable."""
+    """Text of a ratio: 0 if only the first, infinite if only the second is stable."""
     if isnan(value):
         return NONE
     return f"{value:.3g}" if isfinite(value) else "∞"
 
 
 def p_text(p: float) -> str:
-    """How a probability is read."""
+    """Text of a probability."""
     return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 
 def failures(comparison: Comparison) -> Iterator[str]:
-    """Which designs are not stable on every machine, a line a motion."""
+    """Designs that are not stable on every machine, a line for each motion."""
     for bout in comparison.bouts:
         lost = {name: int((~side.stable).sum()) for name, side in bout.sides.items()}
         unstable = [

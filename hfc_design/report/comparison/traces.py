@@ -1,4 +1,4 @@
-"""Motions as curves that a page can show and zoom into: few numbers, no peak of them lost."""
+"""Motions as curves that a page can zoom into: few numbers, without loss of peaks."""
 
 import base64
 from collections.abc import Callable
@@ -12,14 +12,14 @@ from hfc_design.report.panels import Evaluations, Panel, drawn_samples
 from hfc_design.simulation.comparison import MotionComparison
 from hfc_design.simulation.evaluating import AxisMotion
 
-#: A curve has the lowest and the highest value of each of at most so many slices of time.
+#: Largest number of slices of time of a curve, each with its lowest and its highest value.
 SLICES = 600
 
 
 def panels(bout: MotionComparison) -> list[Panel]:
-    """Error, command, velocity and position of every axis, of a path the errors off it first.
+    """Error, command, velocity and position of every axis; the errors off a path come first.
 
-    Of the nominal machine. A diverged motion ends where it runs away.
+    The motion is that of the nominal machine. A diverged motion ends where it runs away.
     """
     each = {name: result.motion for name, result in bout.results.items()}
     paths = {name: one.contour for name, one in each.items() if one.contour}
@@ -40,7 +40,7 @@ def panels(bout: MotionComparison) -> list[Panel]:
 
 
 def _curves(axis: AxisMotion) -> dict[str, tuple[str, Callable[[AxisMotion], Floats]]]:
-    """What is drawn of an axis -> the signal that its unit is that of, and its values."""
+    """Quantity of an axis -> the signal that has its unit, and its values."""
     return {
         "error": ("error", lambda axis: axis.motion.error),
         axis.drive.command_name: ("command", lambda axis: axis.motion.command),
@@ -69,9 +69,9 @@ def _panel(
 
 
 def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
-    """(2 slices,) the lowest and the highest of each slice as they come, and samples in a slice.
+    """(2 slices,) the lowest and the highest of each slice in order, and samples in a slice.
 
-    The values themselves, in slices of 1, where there are no more of them than that.
+    The values themselves, in slices of 1, if there are no more of them than that.
     """
     size = -(-len(values) // slices)
     if size <= 2:
@@ -85,7 +85,7 @@ def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
 
 
 def data(bout: MotionComparison, shown: list[Panel]) -> Json:
-    """What the page's script draws: every curve as 32-bit floats, little-endian, in base64."""
+    """Data for the page's script: every curve as 32-bit floats, little-endian, in base64."""
     first = next(iter(bout.results.values())).motion
     every = float(first.time[1] - first.time[0]) if len(first.time) > 1 else 1.0
     _, size = extremes(first.time)
