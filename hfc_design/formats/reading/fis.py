@@ -108,7 +108,7 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
 
 
 def _of_output(rule: Token, count: int, k: int) -> Token | None:
-    """Return a rule reduced to output number ``k`` of ``count``; None if it says nothing on it."""
+    """Return a rule reduced to output number ``k`` of ``count``; None if it has none there."""
     if count == 1 or not (match := rule.match(RULE)):
         return rule
     first, second, numbers, weight, connection = match

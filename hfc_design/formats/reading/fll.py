@@ -34,7 +34,7 @@ from hfc_design.formats.reading.system import (
 )
 
 KEYS = ALLOWED["fll"]
-#: How many of each block a two-input unit has.
+#: Allowed sums of a unit; number of blocks of each kind, and keys that they must have.
 SUMS = ("none", "UnboundedSum")
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}

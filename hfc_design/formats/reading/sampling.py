@@ -81,7 +81,7 @@ def _even(side: Side, axis: Floats) -> list[int]:
 
 
 def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
-    """Return the peaks of the file's terms; [] if their number is another one, or none is at 0."""
+    """Return the peaks of the file's terms; [] if their number differs, or no peak is at 0."""
     cores = sorted({core(term.degree(axis)) for term in variable.terms})
     if len(cores) != side.centres or (
         side.centre_place is not None and axis[cores[side.centre_place]] != 0.0
