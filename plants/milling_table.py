@@ -215,7 +215,7 @@ INNER = 16
 
 
 def coefficients(p: MillingTableParameters) -> MillingTableCoefficients:
-    """Return forces and masses as the table meets them through the screw."""
+    """Forces and masses as the table meets them through the screw."""
     turn = 2.0 * pi / p.lead  # [rad/mm]
     axis = Joined(
         driving_mass=1e3 * p.motor_inertia * turn * turn,

@@ -198,7 +198,7 @@ class Rectangle(NamedTuple):
     k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
 
     def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
-        """Largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
+        """The largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
         return self.k2_max
 
 
