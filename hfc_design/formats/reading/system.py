@@ -183,7 +183,7 @@ class Shape(NamedTuple):
         return self.label.fault(f"term {self.label.text}{message}")
 
     def centre(self, lowest: float, highest: float) -> float:
-        """Return where the term is 1 in a range, in the middle; straight ones must be triangles."""
+        """Return the place of degree 1, for a Gaussian the middle; else it must be a triangle."""
         if self.gaussian:
             return 0.5 * (self.low + self.high)
         if self.low == self.high:
