@@ -1,4 +1,4 @@
-"""Drives and machines: what a controller is designed against.
+"""Drives and machines that controllers are designed for.
 
 Plain data and pure functions written for one machine in scalars; ``hfc_design.simulation`` turns
 them into whole populations.
@@ -14,8 +14,8 @@ from plants.feed_drive import FEED_DRIVE
 from plants.machine import Machine, coupled, machine_of, plant_fault, side_by_side
 
 _MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__))
-#: Every drive and machine that a module here holds, by name; what users add comes in here too,
-#: see ``hfc_design.core.plugins``.
+#: All drives and machines of the modules here, by name; those of users are added, see
+#: ``hfc_design.core.plugins``.
 PLANTS: dict[str, Drive | Machine] = {
     thing.name: thing
     for name in _MODULES

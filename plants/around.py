@@ -1,6 +1,7 @@
-"""What stands around a drive and is not in its model: delay, lag, load, a mode, a gap, jitter.
+"""Effects around a drive that are not in its model: delay, lag, load, a mode, a gap, jitter.
 
-``surrounded`` makes another drive of any drive, own ones included, so that none has to know of it.
+``surrounded`` makes another drive of any drive, including users' own, so that no drive has to
+model these effects itself.
 """
 
 from collections import namedtuple
@@ -16,14 +17,15 @@ from numpy.typing import ArrayLike
 from plants.drive import Coefficients, Drive, Loads, Parameters, Scalar, State
 from plants.machine import Machine
 
-#: What the state of a drive ends with that has something around it.
+#: Fields that are added to the state of a drive with such effects.
 MORE = ("part", "lagged", "bent", "swing", "slack", "beat")
-#: Jitter is drawn from multiples of the golden ratio: even in any stretch, and alike everywhere.
+#: Jitter is computed from multiples of the golden ratio: evenly distributed in any stretch, and
+#: reproducible.
 GOLDEN = 0.6180339887498949
 
 
 class Around(NamedTuple):
-    """How much of each there is; numbers, or (machines,)."""
+    """Size of each effect; numbers, or (machines,)."""
 
     delay_samples: Any = 0.0  # of the command; fractions too
     lag_s: Any = 0.0  # time constant of the current loop, after the delay [s]
@@ -33,13 +35,13 @@ class Around(NamedTuple):
     jitter: Any = 0.0  # largest change of the time of a sample, as a share of it
     mode_hz: Any = 0.0  # of a mode in the force; 0: there is none [Hz]
     mode_damping: Any = 0.0  # ratio [1]
-    #: What swings as a share of what does not (Franklin et al., Feedback Control, sec. 2.1, two
-    #: masses pushed at the one that is measured); -1: what is measured is the mass that swings.
+    #: Swinging mass as a share of the other mass (Franklin et al., Feedback Control, sec. 2.1, two
+    #: masses pushed at the one that is measured); -1: the measured mass is the one that swings.
     mode_share: Any = 0.0
 
 
 class Sampled(NamedTuple):
-    """``Around`` for one length of a step; what a step needs of it, numbers or (machines,)."""
+    """``Around`` for one length of a step, as a step needs it; numbers or (machines,)."""
 
     waits: tuple[Scalar, ...]  # 1 at the whole samples of the delay, else 0
     late: Scalar  # share of a sample beyond these
@@ -54,16 +56,16 @@ class Sampled(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """Parameters of a drive, or what a step needs of them, and what stands around it."""
+    """Parameters of a drive, or what a step needs of them, and the effects around the drive."""
 
     inner: Any
     around: Sampled
 
 
 def sampled(around: Around, sample_time: float, substeps: int, waits: int) -> Sampled:
-    """``around`` in steps of ``sample_time / substeps`` [s].
+    """Return ``around`` in steps of ``sample_time / substeps`` [s].
 
-    ``waits`` are the samples that the longest delay takes, rounded up.
+    ``waits`` is the longest delay in samples, rounded up.
     """
     dt = sample_time / substeps
     delay, lag, hz = (np.asarray(x, float) for x in (around.delay_samples, around.lag_s, around[6]))
@@ -80,7 +82,7 @@ def sampled(around: Around, sample_time: float, substeps: int, waits: int) -> Sa
 
 
 def _turned(hz: ArrayLike, damping: ArrayLike, dt: float) -> tuple[ArrayLike, ...]:
-    """``s'' + 2 z w s' + w^2 s = u`` over a held u: off = w^2 s - u and swing = s' / dt."""
+    """Solve ``s'' + 2 z w s' + w^2 s = u`` over a held u: off = w^2 s - u and swing = s' / dt."""
     w = 2.0 * np.pi * np.asarray(hz)
     decay, damped = np.asarray(damping) * w, w * np.sqrt(1.0 - np.asarray(damping) ** 2)
     e, c, s = np.exp(-decay * dt), np.cos(damped * dt), np.sin(damped * dt)
@@ -90,23 +92,22 @@ def _turned(hz: ArrayLike, damping: ArrayLike, dt: float) -> tuple[ArrayLike, ..
 
 
 def _shaped(parts: Any, shape: tuple[int, ...]) -> Any:
-    """Each number as a float, or as (machines,)."""
+    """Return each number as a float, or as (machines,)."""
     if isinstance(parts, tuple):
         return tuple(_shaped(part, shape) for part in parts)
     return np.broadcast_to(parts, shape).astype(float) if shape else float(parts)
 
 
 def plain(parameters: Parameters) -> Parameters:
-    """The parameters of the drive itself."""
+    """Return the parameters of the drive itself."""
     return parameters.inner if isinstance(parameters, Standing) else parameters
 
 
 @cache  # the same machine for the same one: it is a key of compiled code
 def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
-    """The machine whose drives have what stands around them, ``Standing``, in their parameters.
+    """Return the machine whose drives have effects around them, with parameters ``Standing``.
 
-    ``waits`` are those of ``sampled``. What a step needs of parameters without it has nothing
-    around.
+    ``waits`` is as in ``sampled``. Coefficients of plain parameters have no effects around them.
     """
     drives = tuple(_around(drive, waits, substeps) for drive in machine.drives)
     machine_forces, forces = machine.forces, None
@@ -122,7 +123,7 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
 
 
 def commanded(state: State, command: Scalar) -> State:
-    """The state where this command is also what waits and lags."""
+    """Return the state in which this command is also the one that is delayed and lags."""
     if state._fields[-len(MORE) :] != MORE:
         return state
     names = [name for name in state._fields if name.startswith("sent_")]
@@ -130,7 +131,7 @@ def commanded(state: State, command: Scalar) -> State:
 
 
 def fine(drive: Drive) -> Drive:
-    """The drive without steps of its own converter and encoders, and with no limit of that."""
+    """Return the drive without steps and limits of its converter and steps of its encoders."""
     place = drive.seen[0]
 
     def measured(fixed: Coefficients, state: State) -> State:

@@ -1,4 +1,4 @@
-"""What drives are made of: a bell and a division that are fast, an integrator, friction.
+"""Building blocks of drives: a fast bell and a fast division, an integrator, friction.
 
 Six of ten operations of a control step are exponentials of memberships and of the Stribeck
 curve. Their arguments are never positive, so the library's range checks are of no use here, and
@@ -27,12 +27,12 @@ EXP2 = (1.0, 0.693146596, 0.24022166, 0.0555104738, 0.00967495193, 0.00132029823
 
 
 def bell(rate: float, distance: jax.Array) -> jax.Array:
-    """``exp(-rate * distance**2)``, elementwise, for a positive ``rate``.
+    """Return ``exp(-rate * distance**2)``, elementwise, for a positive ``rate``.
 
-    In float64 with the library's exponential. In float32 the relative error is below 1.1e-6 down to
-    exp(-10) and grows with the rounding of the exponent to 8e-6 at exp(-87); what would no longer
-    be a normal number is 0 or that small. A nan stays one only in float64: the float32 loop shows
-    a diverged individual by its state.
+    In float64 the library's exponential is used. In float32 the relative error is below 1.1e-6 down
+    to exp(-10) and grows with the rounding of the exponent to 8e-6 at exp(-87); results below the
+    normal numbers are 0 or that small. A nan is kept only in float64: the float32 loop shows a
+    diverged individual by its state.
     """
     if distance.dtype == jnp.float32:
         return _bell32(rate, distance)
@@ -68,7 +68,7 @@ def _bell32_jvp(
 
 @jax.custom_jvp
 def ratio(numerator: jax.Array, denominator: jax.Array) -> jax.Array:
-    """``numerator / denominator``, with a derivative that also ends in one division.
+    """Return ``numerator / denominator``, with a derivative that also ends in one division.
 
     The compiler computes a division once and repeats cheap operations in everything that uses
     them, so a division is where the pieces of a step are cut apart. Without this the derivative
@@ -89,10 +89,10 @@ def _ratio_jvp(
 
 @jax.custom_jvp
 def once(x: jax.Array) -> jax.Array:
-    """``x``, finite, computed once: XLA repeats cheap operations in all that use them.
+    """Return ``x``, finite, computed once: XLA repeats cheap operations in all that use them.
 
-    A division it does not repeat, and it may not drop this one, because 0 x need not be 0. With
-    it an adaptive step runs eight times as fast and compiles in half the time.
+    XLA does not repeat a division, and may not drop this one, because 0 x need not be 0. With it an
+    adaptive step runs eight times as fast and compiles in half the time.
     """
     return x / (1.0 + 0.0 * x)
 
@@ -103,24 +103,24 @@ def _once_jvp(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[ja
 
 
 def smaller(x: Scalar, bound: Scalar) -> jax.Array:
-    """``min(x, bound)`` in one instruction; a nan in ``x`` stays one, as Python's does."""
+    """Return ``min(x, bound)`` in one instruction; a nan in ``x`` stays one, as in Python."""
     return jnp.where(bound < x, bound, x)
 
 
 def larger(x: Scalar, bound: Scalar) -> jax.Array:
-    """``max(x, bound)`` in one instruction; a nan in ``x`` stays one, as Python's does."""
+    """Return ``max(x, bound)`` in one instruction; a nan in ``x`` stays one, as in Python."""
     return jnp.where(bound > x, bound, x)
 
 
 def counted(position: Scalar, resolution: Scalar) -> jax.Array:
-    """The nearest count of an encoder; a resolution of 0 is ideal."""
+    """Round a position to the nearest count of an encoder; a resolution of 0 is ideal."""
     ideal = resolution == 0.0
     step = jnp.where(ideal, 1.0, resolution)
     return jnp.where(ideal, position, step * jnp.round(position / step))
 
 
 def pick(values: Mapping[int, jax.Array], index: jax.Array) -> jax.Array:
-    """``values[index]`` for a traced index: a chain of selections, not a gather."""
+    """Return ``values[index]`` for a traced index: a chain of selections, not a gather."""
     (_, result), *others = values.items()
     for k, value in others:
         result = jnp.where(index == k, value, result)
@@ -130,7 +130,7 @@ def pick(values: Mapping[int, jax.Array], index: jax.Array) -> jax.Array:
 def rk4(
     derivative: Callable[[State, Scalar], State], state: State, loads: Loads, dt: Scalar
 ) -> State:
-    """One classical fourth-order Runge-Kutta step of length ``dt`` [s].
+    """Return the state after one classical fourth-order Runge-Kutta step of length ``dt`` [s].
 
     ``derivative(state, load)`` returns the rates in a record of the same type; ``loads`` are
     the load at the start, the middle and the end of the step. The state is a NamedTuple of
@@ -149,7 +149,7 @@ def rk4(
     return moved(type(state)(*total), dt / 6.0)
 
 
-#: Decay in a step up to which the explicit method is left alone; it is stable to 2.785.
+#: Largest decay in a step for which the explicit method is used; it is stable to 2.785.
 STIFF = 1.5
 
 
@@ -161,14 +161,15 @@ def rk4_tr_bdf2(
     field: str,
     decay_rate: Callable[[State], Scalar],
 ) -> State:
-    """One step of ``rk4`` in which one ``field`` may decay fast: where it does, it is implicit.
+    """Return the state after one step of ``rk4``, implicit in one ``field`` where that decays fast.
 
-    ``derivative(state, load, implicit)`` returns the rates of the state whose ``field`` is that
-    of ``state`` plus ``implicit`` [s] times its own rate: for a field that decays, one division.
-    ``decay_rate(state)`` [1/s] is how fast it decays, or a bound of that. Where that is fast, at
-    the start or at the speed that the step heads for, the field takes the trapezoidal rule to the
-    middle of the step and the second backward difference to its end (TR-BDF2, Bank et al. 1985;
-    L-stable), on the stages of the others. Elsewhere the whole step is the classical one.
+    ``derivative(state, load, implicit)`` returns the rates of the state whose ``field`` is that of
+    ``state`` plus ``implicit`` [s] times its own rate: for a field that decays, one division.
+    ``decay_rate(state)`` [1/s] is how fast the field decays, or an upper bound of that. Where it
+    decays fast, at the start or at the speed that the step approaches, the field takes the
+    trapezoidal rule to the middle of the step and the second backward difference to its end
+    (TR-BDF2, Bank et al. 1985; L-stable), on the stages of the others. Elsewhere the whole step is
+    the classical one.
     """
 
     def moved(rates: State, time: Scalar) -> State:

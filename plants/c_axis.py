@@ -54,7 +54,7 @@ class CAxisState(NamedTuple):
 
 
 class CAxisCoefficients(NamedTuple):
-    """What a step needs of the parameters, computed once (LL eq. 1c, 1d)."""
+    """Quantities that a step needs of the parameters, computed once (LL eq. 1c, 1d)."""
 
     current_decay: Scalar  # R_sigma / L_sigma [1/s]
     back_emf: Scalar  # L_s lambda_r / (L_sigma L_m) [A/rad]
@@ -123,7 +123,7 @@ def derivative(
 def step(
     c: CAxisCoefficients, x: CAxisState, voltage: Scalar, loads: Loads, dt: Scalar
 ) -> CAxisState:
-    """The state ``dt`` [s] later under a constant voltage: RK4, its bristle where fast TR-BDF2."""
+    """Return the state ``dt`` [s] later under a constant voltage: RK4, fast bristles TR-BDF2."""
     return rk4_tr_bdf2(
         lambda state, load, implicit: derivative(c, state, voltage, load, implicit),
         x,
@@ -135,7 +135,7 @@ def step(
 
 
 def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Scalar]:
-    """What the drive's sensors tell a controller, beside the tracking error."""
+    """Return the readings of the drive's sensors for a controller, beside the tracking error."""
     return {
         "deflection": x.rotor_angle - c.gear_ratio * x.spindle_angle,  # delta [rad]
         "deflection_rate": x.rotor_velocity - c.gear_ratio * x.spindle_velocity,  # [rad/s]
@@ -150,7 +150,7 @@ _sign_fault = only_positive(CAxisParameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NE
 
 
 def fault(changes: dict[str, float]) -> str | None:
-    """What makes the nominal machine with ``changes`` impossible, or None."""
+    """Return what makes the nominal machine with ``changes`` impossible, or None."""
     if sign_fault := _sign_fault(changes):
         return sign_fault
     p = CAxisParameters(**changes)

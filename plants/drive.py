@@ -1,4 +1,4 @@
-"""What a drive is: one axis with one command, as somebody writes it in thirty lines."""
+"""Definition of a drive: one axis with one command, which a user can write in thirty lines."""
 
 import re
 from collections.abc import Callable
@@ -8,27 +8,27 @@ from functools import cache
 from math import inf
 from typing import Any, TypeAlias, get_type_hints
 
-#: A number of one axis: a float, an array over axes, or a value being traced by JAX.
+#: Number of one axis: a float, an array over axes, or a value being traced by JAX.
 Scalar: TypeAlias = Any
-#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
+#: Types known to a drive only: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
 Coefficients: TypeAlias = Any
 State: TypeAlias = Any
 Loads: TypeAlias = tuple[Scalar, Scalar, Scalar]  # at the start, the middle, the end of a step
 
-#: What a command and a load with a unit are called; others are just "command" and "load".
+#: Names of a command and a load by their units; others are just "command" and "load".
 COMMANDS = {"V": "voltage", "A": "current", "N m": "torque"}
 LOADS = {"N m": "load_torque", "N": "force"}
 
 
-#: Whether a parameter may have a value, and what it may be, in words.
+#: Test whether a parameter may have a value, and the allowed values in words.
 Allowed: TypeAlias = tuple[Callable[[float], bool], str]
 POSITIVE: Allowed = (lambda value: value > 0, "greater than 0")
 NOT_NEGATIVE: Allowed = (lambda value: value >= 0, "at least 0")
 
 
 def in_a_name(unit: str) -> str:
-    """``unit`` as it ends the name of a column or of a metric: rad/s as rad_s, N m as Nm."""
+    """Return ``unit`` as the end of the name of a column or metric: rad/s as rad_s, N m as Nm."""
     return unit.replace(" ", "").replace("/", "_")
 
 
@@ -50,50 +50,51 @@ class Drive:
     name: str
     #: Record class of the physical parameters; its defaults are the nominal machine.
     parameters: type[Parameters]
-    #: What is wrong with a dict of changed parameters, in one line; None if nothing is.
+    #: Fault of a dict of changed parameters, in one line; None if there is none.
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, of "error", "error_rate", "command", "load" too, for people to read.
     units: dict[str, str]
     initial_state: Callable[[Scalar], State]
     step: Callable[[Coefficients, State, Scalar, Loads, Scalar], State]
-    #: Everything that a controller may read besides the tracking error and its rate.
+    #: Signals that a controller may read besides the tracking error and its rate.
     signals: Callable[[Coefficients, State], dict[str, Scalar]]
     #: State field that is to follow the reference, and the field of its rate.
     position: str
     velocity: str
-    #: Each angle that an encoder reads, with the state field of its rate.
+    #: Angles that encoders read, each with the state field of its rate.
     encoders: dict[str, str]
-    #: What a step needs of the parameters, computed once; the parameters themselves by default.
+    #: Quantities that a step needs of the parameters, computed once; by default the parameters.
     coefficients: Callable[[Parameters], Coefficients] = lambda parameters: parameters
     #: Parameters that are exact: counts, ratios of teeth, settings of the control. All others have
     #: a tolerance, because they were measured or identified, or change with load and warmth.
     exact: frozenset[str] = frozenset()
     #: Speed [of the position, per s] up to which an integration step of some length is stable.
     fastest: Callable[[Parameters, float], float] = lambda parameters, dt: inf
-    #: The command that reaches the drive, in the steps and within the limits of its converter.
+    #: Command that reaches the drive, in the steps and within the limits of its converter.
     accepted: Callable[[Coefficients, Scalar], Scalar] = lambda fixed, command: command
-    #: The state as the control's own sensors report it, in their resolution.
+    #: State as the control's own sensors report it, in their resolution.
     measured: Callable[[Coefficients, State], State] = lambda fixed, state: state
-    #: The parameter that is the step of an encoder, by the name of its angle; others read finely.
+    #: Parameter that is the step of an encoder, by the name of its angle; other encoders are exact.
     resolutions: dict[str, str] = field(default_factory=dict)
-    #: A reference (steps,) as the control is told it, in the steps of its interpolator.
+    #: Reference (steps,) as given to the control, in the steps of its interpolator.
     commanded: Callable[[Scalar], Scalar] = lambda reference: reference
-    #: State field that the control measures and feeds back, and that of its rate: an encoder at
-    #: the motor, say. Left out: what is to follow the reference, a scale at the table.
+    #: State field that the control measures and feeds back, and that of its rate, for example of
+    #: an encoder at the motor. Left out: those that are to follow the reference, as of a scale at
+    #: the table.
     feedback: tuple[str, str] | None = None
     #: Length of a unit of the position [mm]; None: not a length, so no path can be followed.
     millimetres: Callable[[Parameters], float] | None = None
-    #: Angle of a unit of the position [deg]; None: no angle. A program of G-code moves either.
+    #: Angle of a unit of the position [deg]; None: not an angle. A G-code program moves either.
     degrees: Callable[[Parameters], float] | None = None
     #: Speed [of the position, per s] that the largest command holds; a faster path is refused.
     top_speed: Callable[[Parameters], float] = lambda parameters: inf
-    #: K and tau of K/(s (tau s + 1)), where that is the drive without its friction.
+    #: K and tau of K/(s (tau s + 1)), if that is the drive without its friction.
     linear: Callable[[Parameters], tuple[float, float]] | None = None
-    #: Unit of each parameter, for people to read; left out: nobody is told.
+    #: Unit of each parameter, for people to read; left out: not shown.
     parameter_units: dict[str, str] = field(default_factory=dict)
     #: Unit of each field of the state that is no signal, for people to read.
     state_units: dict[str, str] = field(default_factory=dict)
-    #: What each signal, or the command, is and where it is positive; left out: its name says it.
+    #: Meaning and positive direction of each signal or the command; left out: its name only.
     meanings: dict[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -106,7 +107,7 @@ class Drive:
 
     @property
     def off_its_position(self) -> bool:
-        """Whether what is fed back is not what is to follow the reference."""
+        """True if the position that is fed back is not the one that is to follow the reference."""
         return self.seen[0] != self.position
 
     @property
@@ -117,9 +118,9 @@ class Drive:
     def largest_commands(
         self, parameters: Parameters, limit: float | None = None
     ) -> tuple[float, float]:
-        """The lowest and the highest command that reach the drive; infinite without a limit.
+        """Return the lowest and the highest command that reach the drive; infinite without a limit.
 
-        ``limit`` is one before the drive's own, None where there is none.
+        ``limit`` is an outer limit before the drive's own; None if there is none.
         """
         fixed = self.coefficients(parameters)
         limit = inf if limit is None else limit
@@ -127,27 +128,27 @@ class Drive:
 
     @property
     def command_name(self) -> str:
-        """What the command is called: by its unit."""
+        """Name of the command, by its unit."""
         return COMMANDS.get(self.units["command"], "command")
 
     @property
     def load_name(self) -> str:
-        """What the load is called: by its unit."""
+        """Name of the load, by its unit."""
         return LOADS.get(self.units["load"], "load")
 
 
 @cache  # the same drive for the same encoder: it is a key of compiled code
 def fed_back(drive: Drive, encoder: str) -> Drive:
-    """The drive with one of its encoders fed back."""
+    """Return the drive with feedback from one of its encoders."""
     return replace(drive, feedback=(encoder, drive.encoders[encoder]))
 
 
 def only_positive(
     parameters: type[Parameters], /, **others: Allowed
 ) -> Callable[[dict[str, float]], str | None]:
-    """A ``Drive.fault``: every parameter has to be one of the record's and more than zero.
+    """Return a ``Drive.fault``: every parameter must be one of the record's and more than zero.
 
-    ``others`` says of single ones what they may be instead.
+    ``others`` gives other allowed values of single parameters.
     """
 
     def fault(changes: dict[str, float]) -> str | None:
@@ -166,13 +167,13 @@ def only_positive(
 
 
 def units_of(parameters: type[Parameters]) -> dict[str, str]:
-    """``Drive.parameter_units`` of a record whose fields have them: ``Annotated[float, "kg"]``."""
+    """Return ``Drive.parameter_units`` of a record whose fields are ``Annotated[float, "kg"]``."""
     hints = get_type_hints(parameters, include_extras=True).items()
     return {name: hint.__metadata__[0] for name, hint in hints if hasattr(hint, "__metadata__")}
 
 
 def units_in(position: str, command: str, load: str) -> dict[str, str]:
-    """``Drive.units`` of a drive whose signals are the place that it controls, and its rate."""
+    """Return ``Drive.units`` of a drive whose signals are its controlled position and that rate."""
     signal_units = {
         "error": position,
         "error_rate": f"{position}/s",
@@ -182,9 +183,9 @@ def units_in(position: str, command: str, load: str) -> dict[str, str]:
     return signal_units | {"position": position, "velocity": f"{position}/s"}
 
 
-#: A unit: it stands in comments of code and in commands, where nothing in it may end them.
+#: Allowed units: they occur in comments of code and in commands, which they must not end.
 UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
-#: A signal or an axis, in every language.
+#: Allowed name of a signal or an axis, in every language.
 NAME = re.compile(r"[A-Za-z_]\w{0,31}", re.ASCII)
 NAMED = "at most 32 letters, digits and _"
 UNITS = "at most 32 letters, digits, spaces and /.^%°·()+-"
@@ -193,7 +194,7 @@ COMMON = ("error", "error_rate", "command", "load")
 
 
 def called(thing: Any, part: str, *given: Any) -> Any:
-    """What a function of a drive or machine gives; an error of it has the ``part`` as a note."""
+    """Return the result of a function of a drive or machine; an error gets ``part`` as a note."""
     try:
         return getattr(thing, part)(*given)
     except Exception as error:  # whatever the user's code raises
@@ -202,7 +203,7 @@ def called(thing: Any, part: str, *given: Any) -> Any:
 
 
 def drive_fault(drive: Drive) -> str | None:
-    """What keeps a drive from working, in a line; None if nothing that is seen at once."""
+    """Return a line on why a drive cannot work; None if nothing is seen at once."""
     try:
         parameters = drive.parameters()
     except TypeError:

@@ -46,7 +46,7 @@ class FeedDriveParameters(NamedTuple):
 
 
 class FeedDriveState(NamedTuple):
-    """Where the axis is; every field a scalar."""
+    """State of the axis; every field a scalar."""
 
     position: Scalar  # [BLU]
     velocity: Scalar  # [BLU/s]
@@ -61,7 +61,7 @@ class FrictionCurve(NamedTuple):
 
 
 class FeedDriveCoefficients(NamedTuple):
-    """What a step needs of the parameters, computed once; pins of HAL are called so."""
+    """Quantities that a step needs of the parameters, computed once; also names of HAL pins."""
 
     gain: Scalar  # K [(BLU/s)/unit]
     time_constant: Scalar  # tau [s]
@@ -94,7 +94,7 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
 
 
 def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
-    """Sliding friction [unit], never negative at rest, at ``speed`` [BLU/s] in ``direction``."""
+    """Return sliding friction [unit] at ``speed`` [BLU/s] in ``direction``; at rest at least 0."""
     curve = FrictionCurve(
         *(jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True))
     )
@@ -109,7 +109,7 @@ def at_low_speed(curve: FrictionCurve, speed: Scalar) -> Scalar:
 def step(
     c: FeedDriveCoefficients, x: FeedDriveState, command: Scalar, loads: Loads, dt: Scalar
 ) -> FeedDriveState:
-    """The state ``dt`` [s] later under a constant ``command`` and ``loads``, all in units.
+    """Return the state ``dt`` [s] later under a constant ``command`` and ``loads``, all in units.
 
     Solves tau dv/dt = K (u - load - friction) - v, dp/dt = v: see ``slid``.
     """
@@ -119,7 +119,7 @@ def step(
 
 
 def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:
-    """What the converter makes of ``command`` [unit]: the nearest whole unit within its limits."""
+    """Return the converter's output for ``command`` [unit]: a whole unit within its limits."""
     return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
 
 
@@ -135,9 +135,10 @@ _sign_fault = only_positive(
 
 
 def fault(changes: dict[str, float]) -> str | None:
-    """What makes the nominal axis with ``changes`` impossible, or None.
+    """Return what makes the nominal axis with ``changes`` impossible, or None.
 
-    That is a sign, or friction that would speed the free axis up somewhere, against its damping.
+    That is a wrong sign, or friction that would accelerate the free axis somewhere, against its
+    damping.
     """
     if sign_fault := _sign_fault(changes):
         return sign_fault

@@ -4,7 +4,7 @@ After the machine of Lin & Gai (2009, cited as LG09), of which Table 1 prints th
 control and nothing of the mechanics: masses and friction here are those of a machine of its size.
 Its largest error of 15 mm at 30 m/min on X (10 deg at 20,000 deg/min on A) is the speed over the
 gain of 33.33: the gain counts in 1/s, and the command is a speed, 8 V for the largest. So the
-amplifiers close a loop of the velocity, a proportional one: friction costs it speed.
+amplifiers close a proportional velocity loop, in which friction reduces the speed.
 """
 
 from collections import namedtuple
@@ -18,7 +18,7 @@ from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, unit
 from plants.machine import Each, coupled, side_by_side
 from plants.sliding import Slide, slid
 
-#: Parameter -> unit of a linear axis, unit of a rotary one, what it is.
+#: Parameter -> unit for a linear axis, unit for a rotary axis, meaning.
 UNITS = {
     "inertia": ("kg", "kg m2", "of all moving parts, including motor and screw or gear"),
     "viscous_friction": ("N s/m", "N m s/rad", "of guides or bearings"),
@@ -33,23 +33,23 @@ UNITS = {
     "travel_per_turn": ("mm", "deg", "of the motor"),
     "counts_per_turn": ("1", "1", "of the encoder of the motor"),
 }
-#: Settings that are as they are told.
+#: Settings that are exact.
 EXACT = frozenset({"velocity_per_volt", "highest_voltage", "travel_per_turn", "counts_per_turn"})
 MAY_BE_ZERO = ("viscous_friction", "coulomb_friction", "stiction_rise", "unbalance")
-#: Of LG09, Table 1: the command of the largest speed [V], counts of an encoder a turn.
+#: Values of LG09, Table 1: command of the largest speed [V], counts of an encoder per turn.
 VOLTS, COUNTS = 8.0, 16384.0
 GRAVITY = 9.81  # [m/s2]
 
 
 class ServoState(NamedTuple):
-    """Where an axis is; every field a scalar."""
+    """State of an axis; every field a scalar."""
 
     position: Scalar  # [mm or deg]
     velocity: Scalar  # [mm/s or deg/s]
 
 
 class ServoCoefficients(NamedTuple):
-    """What a step needs of the parameters; forces stand for torques too."""
+    """Quantities that a step needs of the parameters; forces stand for torques too."""
 
     gain: Scalar  # velocity over force [(mm/s)/N or (deg/s)/(N m)]
     time_constant: Scalar  # of the loop of the velocity [s]
@@ -67,7 +67,7 @@ class ServoCoefficients(NamedTuple):
 
 
 def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
-    """With so many mm in a m, or deg in a rad."""
+    """Return the coefficients for ``per_unit`` mm in a m, or deg in a rad."""
     whole = p.amplifier_gain + p.viscous_friction
     return ServoCoefficients(
         gain=per_unit / whole,
@@ -87,7 +87,7 @@ def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
 
 
 def sliding_friction(c: ServoCoefficients, speed: Scalar) -> Scalar:
-    """Friction [N or N m] without its viscous part; at rest the level of break-away."""
+    """Return friction [N or N m] without its viscous part; at rest the break-away level."""
     relative = jnp.asarray(speed * c.inverse_stribeck_velocity)
     return c.coulomb + c.stiction_rise * bell(1.0, relative)
 
@@ -95,10 +95,10 @@ def sliding_friction(c: ServoCoefficients, speed: Scalar) -> Scalar:
 def step(
     c: ServoCoefficients, x: ServoState, volts: Scalar, loads: Loads, dt: Scalar
 ) -> ServoState:
-    """The state ``dt`` [s] later under a constant command [V] and ``loads`` [N or N m].
+    """Return the state ``dt`` [s] later under a constant command [V] and ``loads`` [N or N m].
 
     Solves J dv/dt = f - load - friction, dp/dt = v with the amplifier's force f = k (w - v) for the
-    commanded velocity w: see ``slid``. Its limit is that of the mean over the step.
+    commanded velocity w: see ``slid``. The limit of f applies to its mean over the step.
     """
     start, middle, end = loads
     share = dt / c.time_constant
@@ -110,7 +110,7 @@ def step(
 
 
 def acceleration(c: ServoCoefficients, x: ServoState, volts: Scalar) -> Scalar:
-    """Of an axis without a load [mm/s2 or deg/s2]."""
+    """Return the acceleration of an axis without a load [mm/s2 or deg/s2]."""
     force = c.stiffness * (c.velocity_per_volt * volts - x.velocity)
     force = jnp.clip(force, -c.peak_force, c.peak_force)
     rests, level = x.velocity == 0, sliding_friction(c, jnp.abs(x.velocity))
@@ -120,7 +120,7 @@ def acceleration(c: ServoCoefficients, x: ServoState, volts: Scalar) -> Scalar:
 
 
 def _top_speed(c: ServoCoefficients) -> float:
-    """That the highest voltage holds against friction."""
+    """Return the speed that the highest voltage holds against friction."""
     speed = c.gain * (c.stiffness * c.velocity_per_volt * c.highest_voltage - c.coulomb)
     if c.viscous > 0:
         speed = min(speed, (c.peak_force - c.coulomb) / c.viscous)
@@ -128,12 +128,12 @@ def _top_speed(c: ServoCoefficients) -> float:
 
 
 def per_unit_of(rotary: bool) -> float:
-    """How many units of its position there are in a rad, or in a m."""
+    """Return the units of the position per rad, or per m."""
     return degrees(1.0) if rotary else 1e3
 
 
 def servo(name: str, rotary: bool = False, **nominal: float) -> Drive:
-    """A servo axis with these parameters (``UNITS``) as its nominal ones."""
+    """Return a servo axis with these parameters (``UNITS``) as its nominal ones."""
     values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **nominal}
     record: Any = namedtuple  # a class of its own, for its own defaults
     defaults = [values[key] for key in UNITS]
@@ -178,13 +178,13 @@ def servo(name: str, rotary: bool = False, **nominal: float) -> Drive:
 
 
 def _linear(name: str, mass: float, m_min: float, **nominal: float) -> Drive:
-    """A slide of a ``mass`` [kg] whose highest voltage is so many m/min."""
+    """Return a slide with a ``mass`` [kg] that the highest voltage moves at ``m_min`` [m/min]."""
     nominal = {"stribeck_velocity": 2.0, "unbalance": 0.0, "travel_per_turn": 10.0, **nominal}
     return servo(name, False, inertia=mass, velocity_per_volt=1e3 * m_min / 60.0 / VOLTS, **nominal)
 
 
 def _rotary(name: str, inertia: float, deg_min: float, **nominal: float) -> Drive:
-    """A table of an ``inertia`` [kg m2] behind a worm gear of 60."""
+    """Return a table with an ``inertia`` [kg m2] behind a worm gear of 60."""
     nominal = {"stribeck_velocity": 0.5, "travel_per_turn": 6.0, **nominal}
     return servo(name, True, inertia=inertia, velocity_per_volt=deg_min / 60.0 / VOLTS, **nominal)
 
@@ -205,13 +205,14 @@ _DRIVES = {
 
 
 def forces(fixed: Each, states: Each, commands: Each) -> Each:
-    """What gravity and the others' accelerations add to the loads of X, Y, Z [N], A and C [N m].
+    """Return the forces of gravity and of the others' accelerations on X, Y, Z [N], A and C [N m].
 
-    X and Y carry the cradle A, which turns about X, and the table C on it; Z is vertical. The
-    centre of mass of the cradle lies below its axis where A is 0; that of what is clamped lies off
-    the axis of C, towards X where C is 0. Z bears the part of its mass that no counterweight does.
-    What the tables' acceleration does to the slides is left out, being some thousandths of their
-    mass, and so is what their loads take from the slides' acceleration.
+    They are added to the loads. X and Y carry the cradle A, which turns about X, and the table C on
+    it; Z is vertical. The centre of mass of the cradle lies below its axis where A is 0; that of
+    the clamped load lies off the axis of C, towards X where C is 0. Z bears the part of its mass
+    that has no counterweight. Neglected are the effect of the tables' acceleration on the slides,
+    which is some thousandths of their mass, and the effect of the loads on the slides'
+    acceleration.
     """
     (x, y, z, a, c), metre = fixed, 1e-3
     each = enumerate((x, y))

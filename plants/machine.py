@@ -1,7 +1,7 @@
-"""What a machine is: named axes, each with a drive of its own, and the forces between them.
+"""Definition of a machine: named axes, each with its own drive, and the forces between them.
 
-A single drive is a machine of one axis without another word; ``side_by_side`` puts drives next to
-each other, ``coupled`` lets them push one another.
+A single drive counts as a machine of one axis; ``side_by_side`` puts drives next to each other,
+``coupled`` adds forces between them.
 """
 
 from collections.abc import Callable
@@ -16,33 +16,33 @@ from jax import numpy as jnp
 
 from plants.drive import NAME, NAMED, Drive, Scalar, called, drive_fault, fed_back
 
-#: Name of the axis of a machine that has one.
+#: Name of the axis of a machine with one axis.
 ONLY = "axis"
-#: Of each axis what the name says: parameters, coefficients, a state, a command, loads.
+#: Tuple with one item per axis: parameters, coefficients, states, commands or loads.
 Each: TypeAlias = tuple[Any, ...]
-#: Forces(fixed, states, commands) -> what is added to the load of each axis, in its unit.
+#: Forces(fixed, states, commands) -> addition to the load of each axis, in its unit.
 Forces: TypeAlias = Callable[[Each, Each, Each], Each]
 
 
 @dataclass(frozen=True, eq=False)  # compared by identity: a machine is a key of compiled code
 class Machine:
-    """Axes side by side, or coupled; every function is of one machine in scalars."""
+    """Axes side by side, or coupled; every function is for one machine in scalars."""
 
     name: str
     axes: tuple[str, ...]
     drives: tuple[Drive, ...]
-    #: None: no axis feels another one.
+    #: Forces between the axes; None: the axes are independent.
     forces: Forces | None = None
 
     def __repr__(self) -> str:
         return f"Machine({self.name!r}: axes {', '.join(self.axes)})"
 
     def only(self, k: int) -> "Machine":
-        """Axis ``k`` alone."""
+        """Return axis ``k`` alone."""
         return Machine(self.name, (self.axes[k],), (self.drives[k],))
 
     def with_feedback(self, encoders: tuple[str | None, ...]) -> "Machine":
-        """The same with these encoders fed back, of each axis one; None: the drive's own."""
+        """Return the machine with feedback from ``encoders``, one per axis; None: the drive's."""
         if not any(encoders):
             return self
         pairs = zip(self.drives, encoders, strict=True)
@@ -50,21 +50,21 @@ class Machine:
         return _beside(self.name, self.axes, drives, self.forces)
 
     def coefficients(self, parameters: Each) -> Each:
-        """What a step needs of the parameters of each axis."""
+        """Return the quantities that a step needs of the parameters of each axis."""
         pairs = zip(self.drives, parameters, strict=True)
         return tuple(drive.coefficients(axis_parameters) for drive, axis_parameters in pairs)
 
     def initial_state(self, zero: Scalar) -> Each:
-        """The state of each axis at rest."""
+        """Return the state of each axis at rest."""
         return tuple(drive.initial_state(zero) for drive in self.drives)
 
     def moved(
         self, fixed: Each, states: Each, commands: Each, loads: Each, time: Scalar, substeps: int
     ) -> Each:
-        """States ``time`` [s] later: so many substeps under held commands.
+        """Return the states ``time`` [s] later, after ``substeps`` steps under held commands.
 
-        ``loads`` are, of each axis, the load at the start, the middle and the end of every
-        substep (2 substeps + 1).
+        ``loads`` has for each axis the load at the start, the middle and the end of every substep
+        (2 substeps + 1).
         """
         dt = time / substeps
         if substeps == 1:
@@ -81,7 +81,7 @@ class Machine:
         return tuple(lax.fori_loop(0, substeps, substep, states))
 
     def step(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
-        """States a step of the integrator later; ``loads`` are three of each axis."""
+        """Return the states after a step of the integrator; ``loads`` has three loads per axis."""
 
         def pushed(loads: Each) -> Each:
             each = zip(self.drives, fixed, states, commands, loads, strict=True)
@@ -101,14 +101,14 @@ _beside = cache(Machine)  # the same machine for the same drives: it is a key of
 
 
 def machine_of(plant: Drive | Machine) -> Machine:
-    """The machine of a plant: a drive is one of one axis."""
+    """Return the machine of a plant: a drive is a machine of one axis."""
     return plant if isinstance(plant, Machine) else _beside(plant.name, (ONLY,), (plant,))
 
 
 def side_by_side(name: str = "", **drives: Drive) -> Machine:
-    """A machine of axes that do not feel each other, as in ``side_by_side(x=DRIVE, y=DRIVE)``.
+    """Return a machine of independent axes, as in ``side_by_side(x=DRIVE, y=DRIVE)``.
 
-    ``name`` is what scenarios call it; "": the names of its drives.
+    ``name`` is its name in scenarios; "": the names of its drives.
     """
     names = dict.fromkeys(getattr(drive, "name", "") for drive in drives.values())
     machine_name = name or "-".join(names) or "machine"
@@ -116,13 +116,13 @@ def side_by_side(name: str = "", **drives: Drive) -> Machine:
 
 
 def coupled(plant: Drive | Machine, forces: Forces, name: str = "") -> Machine:
-    """The machine with the forces that its axes exert on one another; ``name`` of a new one."""
+    """Return the machine with ``forces`` between its axes; ``name`` of a new machine."""
     machine = machine_of(plant)
     return Machine(name or machine.name, machine.axes, machine.drives, forces)
 
 
 def plant_fault(plant: Drive | Machine) -> str | None:
-    """What keeps a plant from working, in a line; None if nothing that is seen at once."""
+    """Return a line on why a plant cannot work; None if nothing is seen at once."""
     machine = machine_of(plant)
     for fault_of in (drive_fault, step_fault):
         if fault := next(filter(None, map(fault_of, machine.drives)), None):
@@ -142,9 +142,9 @@ def plant_fault(plant: Drive | Machine) -> str | None:
 
 
 def step_fault(drive: Drive) -> str | None:
-    """What is wrong with what a step returns, in a line; None if nothing, or if it raises.
+    """Return a line on what is wrong with the result of a step; None if nothing, or if it raises.
 
-    What it raises is told where it is simulated, with the line of the user's code.
+    An exception is reported in the simulation, with the line of the user's code.
     """
     fixed = called(drive, "coefficients", drive.parameters())
     before = called(drive, "initial_state", 0.0)
@@ -170,7 +170,7 @@ def _is_float(value: Any) -> bool:
 
 
 def _kind(value: Any) -> str:
-    """What it is instead."""
+    """Return the kind of a value of the wrong type."""
     if value is None:
         return "None"
     return str(value.dtype) if hasattr(value, "dtype") else f"a {type(value).__name__}"

@@ -1,14 +1,14 @@
-"""One axis of a manual milling table that was given a servo-motor: backlash and stick-slip.
+"""One axis of a manual milling table retrofitted with a servo-motor: backlash and stick-slip.
 
 The machine of Huang & Shy (the self-organising and neural controllers of a retrofitted table),
 which prints no parameters. Motor with screw and table are two masses, joined by a stiff spring
 behind the backlash; the command is the voltage of the servo amplifier. Lengths are of the table:
-what turns is counted by the lead of the screw.
+rotation is counted by the lead of the screw.
 
-Both masses have friction that really holds them. One step is solved exactly for the pieces of
-straight lines that spring and friction are made of, so that it is stable whatever its length and
-finds sticking without a threshold. Energy grows in steps alone in which flanks touch or part, by a
-percent where they are short beside a swing of the spring; ``motion`` takes several of them.
+Both masses have friction that really holds them. One step is solved exactly for the piecewise
+linear spring and friction, so that it is stable for any length and finds sticking without a
+threshold. Energy grows only in steps in which flanks touch or part, by a percent where they are
+short beside a swing of the spring; ``motion`` takes several of them.
 """
 
 from math import pi
@@ -22,7 +22,7 @@ from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, unit
 
 
 class Joined(NamedTuple):
-    """A driving body and a driven one; any units that belong together, here N, mm and s."""
+    """Driving body and driven body; any consistent units, here N, mm and s."""
 
     driving_mass: Scalar  # [N s2/mm]
     driving_damping: Scalar  # [N s/mm]
@@ -38,7 +38,7 @@ class Joined(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The two bodies since some moment."""
+    """Motion of the two bodies since some moment."""
 
     deflection: Scalar  # of the driving body from the driven one, 0 in the middle of the gap [mm]
     driving_velocity: Scalar  # [mm/s]
@@ -50,11 +50,11 @@ class Motion(NamedTuple):
 def motion(
     c: Joined, start: Motion, push: Scalar, load: Scalar, time: Scalar, steps: int
 ) -> Motion:
-    """The bodies ``time`` [s] later, the one pushed and the other loaded by constant forces [N].
+    """Return the bodies ``time`` [s] later under constant ``push`` and ``load`` forces [N].
 
     The spring acts as ``k dead_zone(d + c/k dd/dt)`` on its deflection d: continuous where the
-    flanks meet, never pulling, losing energy whatever it does. The driven body has Coulomb friction
-    with Stribeck's rise: at rest it bears any force up to the break-away level.
+    flanks meet, never pulling, always losing energy. The driven body has Coulomb friction with
+    Stribeck's rise: at rest it withstands any force up to the break-away level.
     """
     forces = _forces(c, push, load, time / steps)
     moved: Motion = lax.fori_loop(0, steps, lambda _, x: _step(c, forces, x), start)
@@ -62,12 +62,12 @@ def motion(
 
 
 def sliding_friction(c: Joined, velocity: Scalar) -> Scalar:
-    """Magnitude of the driven body's friction [N] without its viscous part."""
+    """Return the magnitude of the driven body's friction [N] without its viscous part."""
     return c.coulomb + c.stiction_rise * bell(1.0, velocity * c.inverse_stribeck_velocity)
 
 
 class _Forces(NamedTuple):
-    """What all steps share. A body's velocity at the end of one is ``ease`` times a force."""
+    """Constants of all steps. A body's velocity at the end of a step is ``ease`` times a force."""
 
     push: Scalar  # [N]
     load: Scalar  # [N]
@@ -94,10 +94,10 @@ def _forces(c: Joined, push: Scalar, load: Scalar, dt: Scalar) -> _Forces:
 
 
 def _step(c: Joined, f: _Forces, x: Motion) -> Motion:
-    """The implicit midpoint rule, with friction against the velocity at the end.
+    """Return the motion after a step of the implicit midpoint rule, with friction at its end.
 
-    Of second order but for the step in which a body comes to rest. Where the curve of the friction
-    is taken is extrapolated from the velocities at hand.
+    Friction acts against the velocity at the end. The step is of second order except where a body
+    comes to rest. The place on the friction curve is extrapolated from the known velocities.
     """
     middle = jnp.where(x.velocity == 0.0, 0.0, 1.5 * x.velocity - 0.5 * x.before)
     friction = once(sliding_friction(c, middle))
@@ -118,26 +118,26 @@ def _step(c: Joined, f: _Forces, x: Motion) -> Motion:
 
 
 def _beyond(force: Scalar, friction: Scalar) -> Scalar:
-    """What is left of a force after Coulomb friction; 0 where that holds it."""
+    """Return the rest of a force after Coulomb friction; 0 where friction holds it."""
     return force - jnp.clip(force, -friction, friction)
 
 
 class _Body(NamedTuple):
-    """A body as the spring meets it."""
+    """Body as the spring meets it."""
 
     force: Scalar  # that would move it on, away from the other one [N]
     friction: Scalar  # [N]
     slope: Scalar  # deflection that it gives a newton [mm/N]
 
 
-#: Two bodies, of which the spring holds back both.
+#: Two bodies, both held back by the spring.
 _Pair: TypeAlias = tuple[_Body, _Body]
 
 
 def _spring(c: Joined, known: Scalar, *bodies: _Body) -> Scalar:
-    """The force of the spring [N], positive where the driving body pushes forwards.
+    """Return the force of the spring [N], positive where the driving body pushes forwards.
 
-    ``known`` is the deflection that does not depend on it.
+    ``known`` is the part of the deflection that does not depend on the force.
     """
     free = known + sum(body.slope * _beyond(body.force, body.friction) for body in bodies)
     side = jnp.sign(free)
@@ -148,7 +148,7 @@ def _spring(c: Joined, known: Scalar, *bodies: _Body) -> Scalar:
 
 
 def _crossing(ease: Scalar, known: Scalar, free: Scalar, bodies: _Pair) -> Scalar:
-    """The positive F at which ``known + sum(slope beyond(force - F, friction)) = ease F``.
+    """Return the positive F at which ``known + sum(slope beyond(force - F, friction)) = ease F``.
 
     The left side falls with F, from ``free`` at 0, on straight lines between the forces at which a
     body begins or ceases to stick. It is followed to the last of these that lies before F, and from
@@ -192,7 +192,7 @@ class MillingTableParameters(NamedTuple):
 
 
 class MillingTableState(NamedTuple):
-    """Where the axis is; every field a scalar."""
+    """State of the axis; every field a scalar."""
 
     position: Scalar  # of the table [mm]
     velocity: Scalar  # [mm/s]
@@ -201,7 +201,7 @@ class MillingTableState(NamedTuple):
 
 
 class MillingTableCoefficients(NamedTuple):
-    """What a step needs of the parameters, everything in N, mm and s."""
+    """Quantities that a step needs of the parameters, all in N, mm and s."""
 
     axis: Joined
     force_gain: Scalar  # [N/V]
@@ -238,7 +238,7 @@ def coefficients(p: MillingTableParameters) -> MillingTableCoefficients:
 def step(
     c: MillingTableCoefficients, x: MillingTableState, voltage: Scalar, loads: Loads, dt: Scalar
 ) -> MillingTableState:
-    """The state ``dt`` [s] later under a constant ``voltage`` [V] and ``loads`` [N]."""
+    """Return the state ``dt`` [s] later under a constant ``voltage`` [V] and ``loads`` [N]."""
     begin, middle, end = loads
     load = (begin + 4.0 * middle + end) / 6.0
     # The way within the step, not the position: a float32 would lose the deflection in that.
@@ -251,12 +251,12 @@ def step(
 
 
 def accepted(c: MillingTableCoefficients, command: Scalar) -> Scalar:
-    """The voltage that the amplifier takes [V]."""
+    """Return the voltage that the amplifier accepts [V]."""
     return jnp.clip(command, -c.highest_voltage, c.highest_voltage)
 
 
 def measured(c: MillingTableCoefficients, x: MillingTableState) -> MillingTableState:
-    """The state as the scale and the motor's encoder count it."""
+    """Return the state as counted by the scale and by the motor's encoder."""
     return x._replace(
         position=counted(x.position, c.scale_resolution),
         motor_position=counted(x.motor_position, c.motor_resolution),
@@ -264,7 +264,7 @@ def measured(c: MillingTableCoefficients, x: MillingTableState) -> MillingTableS
 
 
 def top_speed(p: MillingTableParameters) -> float:
-    """Speed [mm/s] that the highest voltage holds against all friction."""
+    """Return the speed [mm/s] that the highest voltage holds against all friction."""
     c = coefficients(p)
     left = c.force_gain * c.highest_voltage - c.axis.driving_friction - c.axis.coulomb
     return max(float(left / (c.axis.driving_damping + c.axis.viscous)), 0.0)

@@ -1,4 +1,4 @@
-"""A positioning stage: one mass on a screw behind an amplifier, with friction that has two sides.
+"""Positioning stage: one mass on a screw behind an amplifier, with direction-dependent friction.
 
 The electro-mechanical positioning system of A. Janot, M. Gautier and M. Brunot ("Data set and
 reference models of EMPS", Nonlinear System Identification Benchmarks, 2019), cited as EMPS; its
@@ -6,9 +6,9 @@ figures are the defaults. With a the acceleration, u the voltage and v the veloc
 
     mass a = amplifier_gain u - viscous_friction v - coulomb_friction sign(v) - offset - load
 
-The offset is a force that is always there: of the amplifier, or of a slope. Moving, it cannot be
-told from Coulomb friction that is larger forwards by it and smaller backwards; at rest the stage
-holds against what, less the offset, is not above its break-away force.
+The offset is a permanent force, of the amplifier or of a slope. In motion it cannot be told from
+Coulomb friction that is larger forwards and smaller backwards by the offset; at rest the stage
+holds against a force that, less the offset, is not above its break-away force.
 """
 
 from functools import partial
@@ -38,14 +38,14 @@ class PositioningStageParameters(NamedTuple):
 
 
 class PositioningStageState(NamedTuple):
-    """Where the stage is; every field a scalar."""
+    """State of the stage; every field a scalar."""
 
     position: Scalar  # [mm]
     velocity: Scalar  # [mm/s]
 
 
 class PositioningStageCoefficients(NamedTuple):
-    """What a step needs of the parameters, computed once; every force as the voltage it costs."""
+    """Quantities that a step needs, computed once; every force as the voltage it costs."""
 
     gain: Scalar  # velocity over voltage [(mm/s)/V]
     time_constant: Scalar  # [s]
@@ -59,7 +59,7 @@ class PositioningStageCoefficients(NamedTuple):
 
 
 def coefficients(p: PositioningStageParameters) -> PositioningStageCoefficients:
-    """The stage as ``tau dv/dt = K (u - offset - load - friction) - v``, in V, mm and s."""
+    """Return the stage as ``tau dv/dt = K (u - offset - load - friction) - v``, in V, mm and s."""
     volt = p.amplifier_gain
     return PositioningStageCoefficients(
         gain=1e3 * volt / p.viscous_friction,
@@ -75,7 +75,7 @@ def coefficients(p: PositioningStageParameters) -> PositioningStageCoefficients:
 
 
 def friction(c: PositioningStageCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
-    """What brakes at ``speed`` [mm/s] in ``direction`` beside the mean viscous friction [V]."""
+    """Return friction at ``speed`` [mm/s] in ``direction`` beside the mean viscous friction [V]."""
     return c.coulomb + jnp.where(direction > 0, c.slope, -c.slope) * speed
 
 
@@ -86,7 +86,7 @@ def step(
     loads: Loads,
     dt: Scalar,
 ) -> PositioningStageState:
-    """The state ``dt`` [s] later under a constant ``voltage`` [V] and ``loads`` [N]: see ``slid``.
+    """Return the state ``dt`` [s] later under constant ``voltage`` [V] and ``loads`` [N].
 
     Exact for constant loads and equal viscous friction, else of second order.
     """
@@ -97,17 +97,20 @@ def step(
 
 
 def accepted(c: PositioningStageCoefficients, command: Scalar) -> Scalar:
-    """The voltage that the amplifier takes [V]."""
+    """Return the voltage that the amplifier accepts [V]."""
     return jnp.clip(command, -c.highest_voltage, c.highest_voltage)
 
 
 def measured(c: PositioningStageCoefficients, x: PositioningStageState) -> PositioningStageState:
-    """The state as the encoder counts it."""
+    """Return the state as the encoder counts it."""
     return x._replace(position=counted(x.position, c.encoder_resolution))
 
 
 def top_speed(p: PositioningStageParameters) -> float:
-    """Speed [mm/s] that the highest voltage holds in the slower direction, against all friction."""
+    """Return the speed [mm/s] that the highest voltage holds in the slower direction.
+
+    All friction is taken into account.
+    """
     force = p.amplifier_gain * p.highest_voltage - p.coulomb_friction
     forwards = (force - p.offset) / (1.0 + p.viscous_asymmetry)
     backwards = (force + p.offset) / (1.0 - p.viscous_asymmetry)

@@ -1,7 +1,7 @@
-"""A drive of the first order against sliding friction: where it stops, it stops at its time.
+"""Drive of the first order against sliding friction, with stops computed at their exact time.
 
 Solves ``tau dv/dt = K (drive - friction) - v``, ``dp/dt = v`` with friction that depends on speed
-and direction, and holds at rest what is not above its break-away level.
+and direction, and that holds a resting axis against any drive up to its break-away level.
 """
 
 from collections.abc import Callable
@@ -11,12 +11,12 @@ import jax.numpy as jnp
 
 from plants.drive import Scalar
 
-#: A record of the fields ``position`` and ``velocity`` alone.
+#: Record with only the fields ``position`` and ``velocity``.
 State = TypeVar("State", bound=Any)
 
 
 class Slide(NamedTuple):
-    """What moves and what brakes it."""
+    """Coefficients of motion and friction."""
 
     gain: Scalar  # K, velocity over drive
     time_constant: Scalar  # tau [s]
@@ -25,19 +25,19 @@ class Slide(NamedTuple):
 
 
 def slid(slide: Slide, x: State, drive: Scalar, dt: Scalar) -> State:
-    """The state ``dt`` [s] later under a constant ``drive``.
+    """Return the state ``dt`` [s] later under a constant ``drive``.
 
-    A first leg goes on until the axis stops, a second one uses what is left of the step: it rests,
-    or breaks away from there. Each is the exact solution of the linear part under the mean of the
-    friction at its ends: second-order, without error where friction is constant, stable for every
-    ``dt``, and a stop is met at its time, which a fixed Runge-Kutta step would run past.
+    A first leg lasts until the axis stops, a second one uses the rest of the step: the axis rests,
+    or breaks away from there. Each leg is the exact solution of the linear part under the mean of
+    the friction at its ends: second-order, without error where friction is constant, stable for
+    every ``dt``, and a stop is met at its time, which a fixed Runge-Kutta step would run past.
     """
     stopped, left = _leg(slide, x, drive, dt)
     return _leg(slide, stopped, drive, left)[0]
 
 
 def _leg(slide: Slide, x: State, drive: Scalar, time: Scalar) -> tuple[State, Scalar]:
-    """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
+    """Return the motion in one direction until a stop or ``time`` [s], and the time [s] left."""
     rests = x.velocity == 0
     sticks = (
         rests

@@ -1,1 +1,1 @@
-"""Laws and drives as code: recorded once, printed in any language."""
+"""Code generation for laws and drives: recorded once, printed in any language."""

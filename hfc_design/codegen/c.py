@@ -1,4 +1,4 @@
-"""C99 of what was recorded."""
+"""C99 printer of recorded laws."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from hfc_design.codegen.memory import Field
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Call, Function, Node, Storage, kind_of
 from hfc_design.codegen.recorded import Recorded
 
-#: Functions that stand before the law where it needs them.
+#: Functions that are printed before the law if it needs them.
 HELPERS = {
     "smaller": "static real smaller(real a, real b)\n{\n    return b < a ? b : a;\n}\n",
     "larger": "static real larger(real a, real b)\n{\n    return b > a ? b : a;\n}\n",
@@ -36,7 +36,7 @@ LIBRARY = {
     )
 }
 TYPES = {REAL: "real", WHOLE: "int", TRUTH: "int"}
-#: What the code itself calls so.
+#: Names that the generated code itself uses.
 OWN = (
     *("real", "R", "LARGEST", "state", "inputs", "largest", "odd", "overflow", "stepped"),
     *("numbers", "count", "before", *HELPERS, *LIBRARY.values()),
@@ -44,7 +44,7 @@ OWN = (
 
 
 class C(Language):
-    """See ``Language``."""
+    """C99, see ``Language``."""
 
     types = TYPES
     places = {"input": "inputs->", "state": "state->"}
@@ -98,7 +98,7 @@ class C(Language):
         return [first, "if (!(overflow <= 0)) {", "    return overflow;", "}"]
 
     def part(self, array: str, place: str) -> str:
-        """An array from a place on."""
+        """Return an array from an index on."""
         return f"{array} + {place}"
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
@@ -117,7 +117,7 @@ class C(Language):
         yield from self.calls(self.names.of(item.function), args, numbers)
 
     def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
-        """A call that gives numbers, several of them through pointers."""
+        """Yield a call that returns numbers, several of them through pointers."""
         if len(results) == 1:
             yield self.form("named", *results[0], value=f"{name}({', '.join(args)})")
             return
@@ -141,7 +141,7 @@ class C(Language):
         return "\n".join(self.folded([*comment, head, "{", *lines, *ends, "}", ""]))
 
     def parameter(self, x: Node | Storage, name: str) -> str:
-        """One of a function; an array that it does not change is constant."""
+        """Return a function's parameter; an array that the function does not change is constant."""
         if isinstance(x, Node):
             return f"{TYPES[x.type]} {name}"
         fixed = "" if x.version or x.kind == "result" else "const "
@@ -150,7 +150,7 @@ class C(Language):
     def defined(
         self, name: str, parameters: list[str], kinds: list[str], values: list[str], outs: list[str]
     ) -> tuple[str, list[str]]:
-        """The head of a function, and how it gives its numbers."""
+        """Return the head of a function, and the lines that return its results."""
         if len(values) == 1:
             head = f"static {TYPES[kinds[0]]} {name}({', '.join(parameters)})"
             return head, [f"    return {values[0]};"]
@@ -171,9 +171,9 @@ class C(Language):
 def program(
     recording: Recorded, reserved: Iterable[str] = (), places: Mapping[str, str] | None = None
 ) -> Printed:
-    """A controller in C99; nothing in it has a name that is ``reserved``.
+    """Print a controller in C99; no name in it is ``reserved``.
 
-    ``places`` are where inputs are, by their names, that are no members of ``inputs``.
+    ``places`` are the C expressions of inputs, by name, that are not members of ``inputs``.
     """
     parts = printed(recording, C(reserved, places or {}))
     state = []
@@ -190,7 +190,7 @@ def program(
 
 
 def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]:
-    """Set fields of one size."""
+    """Return the lines that set fields of one size."""
     if not fields[0].shape:
         return [f"state->{field.name} = {_plain(field.start[0])};" for field in fields]
     first = {
@@ -205,7 +205,7 @@ def _plain(x: float) -> str:
 
 
 def _bare(text: str) -> str:
-    """Without brackets around all of it."""
+    """Return an expression without brackets around the whole of it."""
     if not (text.startswith("(") and text.endswith(")")):
         return text
     depth = 0

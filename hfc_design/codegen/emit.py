@@ -1,7 +1,7 @@
-"""Prints what was recorded: which numbers get a name, which statements count, in which order.
+"""Printer of recorded functions: which numbers are named, which statements count, in which order.
 
-How a language writes a number, an operation, a loop is in ``language``; what is here is the same in
-all of them.
+How a language writes a number, an operation or a loop is in ``language``; this module is the same
+for all languages.
 """
 
 import re
@@ -21,7 +21,7 @@ from hfc_design.codegen.nodes import (
 )
 from hfc_design.codegen.recorder import Recorder
 
-#: How close an operation binds.
+#: Precedence of the operators.
 CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
 BINDING = {"?": CHOICE, "or": OR, "and": AND, "==": EQUAL, "!=": EQUAL, "+": SUM, "-": SUM}
 BINDING |= dict.fromkeys(("<", "<=", ">", ">="), ORDER) | {"*": PRODUCT, "/": PRODUCT}
@@ -30,7 +30,7 @@ WIDTH = 100
 
 
 class Names:
-    """Names of things, each with one of its own."""
+    """Assignment of unique names to nodes, arrays and functions."""
 
     def __init__(self, taken: Iterable[str], fold: bool = False, around: "Names | None" = None):
         self.fold, self.around = fold, around
@@ -39,7 +39,7 @@ class Names:
         self.used: set[object] = set()  # what the text has of what every function sees
 
     def of(self, thing: Any, wish: str = "") -> str:
-        """The name of a thing; what every function sees has it from around."""
+        """Return the name of an object; those outside of all functions have one name in each."""
         home = self.around if self.around and _everywhere(thing) else self
         if thing not in home.given:
             name = home.given[thing] = self.fresh(wish or thing.name or "part")
@@ -47,7 +47,7 @@ class Names:
         return home.given[thing]
 
     def fresh(self, wish: str) -> str:
-        """A name that nothing else has."""
+        """Return a new unique name."""
         first = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", wish)).strip("_") or "part"
         first = first if first[0].isalpha() else f"part_{first}"
         taken = [self.taken, self.around.taken if self.around else ()]
@@ -59,7 +59,7 @@ class Names:
         return name
 
     def folded(self, name: str) -> str:
-        """As the language compares names."""
+        """Return a name as the language compares names."""
         return name.casefold() if self.fold else name
 
 
@@ -70,7 +70,7 @@ def _everywhere(thing: Any) -> bool:
 
 
 class Syntax(Protocol):
-    """What a ``Printer`` asks a ``language.Language``, which says the same of each."""
+    """Part of ``language.Language`` that a ``Printer`` uses; see the methods there."""
 
     fold: bool
     chooses: frozenset[str]
@@ -84,7 +84,7 @@ class Syntax(Protocol):
 
 
 class Printer:
-    """One function: what counts in it, and its lines."""
+    """Printer of one function: its live statements, and its lines."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class Printer:
         self.commented: set[str] = set()  # comments likewise
 
     def inlined(self, node: Node) -> bool:
-        """Whether it stands where it is used."""
+        """True if a node is printed where it is used."""
         if node in self.bound or node.op in self.syntax.chooses:
             return False
         uses = self.uses.get(node, [])
@@ -116,13 +116,13 @@ class Printer:
         return once and not node.name
 
     def name(self, thing: Any, wish: str = "") -> str:
-        """The name of a number, an array or a function."""
+        """Return the name of a number, an array or a function."""
         if self.names.around:
             self.names.around.used.add(thing)
         return self.names.of(thing, wish)
 
     def lines(self, block: Block | None = None, indent: str = "    ") -> Iterator[str]:
-        """The lines of a block, of the whole function at first."""
+        """Yield the lines of a block, by default of the whole function."""
         comment = ""
         for item in (block or self.trace.root).items:
             if isinstance(item, Comment):
@@ -135,13 +135,13 @@ class Printer:
                 yield from (indent + line for line in self.syntax.statement(self, item))
 
     def _stands(self, item: Any) -> bool:
-        """Whether it is a statement of its own that counts and was not printed yet."""
+        """True if an item is a live statement of its own that has not been printed yet."""
         if id(item) not in self.alive or (isinstance(item, Node) and item in self.done):
             return False
         return not (isinstance(item, Node) and self.inlined(item))
 
     def first(self, values: Iterable[Any], indent: str = "    ") -> Iterator[str]:
-        """Lines of what these need, before all others."""
+        """Yield the lines of everything that ``values`` need, before all other lines."""
         needed: set[Node] = set()
         pending = [*values]
         while pending:
@@ -155,9 +155,9 @@ class Printer:
                 yield from (indent + line for line in self.syntax.statement(self, node))
 
     def text(self, value: Any, outer: int = CHOICE, kind: str = "") -> str:
-        """An expression, in brackets where it binds less than what is around it.
+        """Return an expression, in brackets if it binds less than ``outer``, that around it.
 
-        ``kind`` is the type of the numbers that it is among.
+        ``kind`` is the type of the numbers around it.
         """
         if not isinstance(value, Node):
             text = self.syntax.literal(value, kind == REAL)
@@ -175,7 +175,7 @@ class Printer:
         return f"({text})" if binding < outer else text
 
     def expression(self, node: Node) -> str:
-        """The operation of a node, without brackets around it."""
+        """Return the operation of a node, without brackets around it."""
         if node.op == "read":
             storage, place = node.args
             return self.syntax.element(storage, self.name(storage), self.text(place))
@@ -190,7 +190,7 @@ class Printer:
 
 
 def _least(op: str, k: int) -> int:
-    """How close an operation has to bind that stands in another one as its part ``k``."""
+    """Return the precedence that operand ``k`` of an operation needs to stand without brackets."""
     binding = BINDING.get(op, CHOICE)
     if op in ("and", "or"):
         return ORDER  # no language is asked which of them comes first
@@ -204,7 +204,7 @@ def _real(x: Any) -> bool:
 
 
 def folded(lines: Iterable[str]) -> list[str]:
-    """Lines no longer than ``WIDTH``, folded where there is a space."""
+    """Return lines of at most ``WIDTH`` characters, folded at spaces."""
     result: list[str] = []
     for line in lines:
         more = " " * (len(line) - len(line.lstrip()) + 4)

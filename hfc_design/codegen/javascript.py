@@ -1,4 +1,4 @@
-"""JavaScript of what was recorded, for a page or for Node."""
+"""JavaScript printer of recorded laws, for a page or for Node."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -21,7 +21,7 @@ HELPERS = {
         "function wholePart(x) {\n    return x > 0 ? Math.trunc(x) : 0;\n}\n"
     ),
 }
-#: What the module itself calls so.
+#: Names that the module itself uses.
 OWN = (
     *("Math", "Number", "Infinity", "NaN", "Float64Array", "Int32Array", "initial", "step"),
     *("signals", "sampleTime", "limit", "wholePart"),
@@ -29,7 +29,7 @@ OWN = (
 
 
 class JavaScript(C):
-    """See ``Language``."""
+    """JavaScript, see ``Language``."""
 
     places = {"input": "inputs.", "state": "state."}
     functions = {op: f"Math.{op}" for op in (*LIBRARY, "abs")}
@@ -83,7 +83,7 @@ class JavaScript(C):
 
 
 def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """A law as a module; ``init`` are the members of the object that holds its memory."""
+    """Print a law as a module; ``init`` are the members of the object that holds its memory."""
     parts = printed(recording, JavaScript((*OWN, *reserved), {}))
     init = ["started: false,"] if recording.started else []
     for field in recording.fields:

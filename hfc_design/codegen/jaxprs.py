@@ -1,6 +1,7 @@
-"""Functions that are written for JAX, as nodes: through their jaxpr, operation by operation.
+"""Conversion of functions written for JAX to nodes, through their jaxpr, operation by operation.
 
-So drives leave as code, which are functions of scalars on ``jax.numpy``, and laws that call it.
+It generates code for drives, which are functions of scalars on ``jax.numpy``, and for laws that
+call JAX.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.recorder import Recorder
 
-#: Operations by their names here, those that are called otherwise first.
+#: Operation in JAX -> operation of nodes, differently named ones first.
 OPERATIONS = {
     "add": "+",
     "sub": "-",
@@ -33,7 +34,7 @@ OPERATIONS |= {
         *("sqrt", "sin", "cos", "tan", "atan", "atan2", "floor", "pow"),
     )
 }
-#: Those that change nothing of a scalar.
+#: Operations that do not change a scalar.
 NOTHING = frozenset(
     (
         *("convert_element_type", "copy", "stop_gradient", "optimization_barrier", "squeeze"),
@@ -46,17 +47,18 @@ INNER = frozenset(
         "checkpoint",
     )
 )
-#: What calls functions of JAX for a user's code: no line of that.
+#: Folders of files between JAX and a user's code; their lines are not reported.
 BETWEEN = (*OWN, str(Path(jax.__file__).parent))
-#: Steps of a loop that are written out.
+#: Largest number of steps of a loop that is unrolled.
 FEW = 4
 
 
 def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function of JAX gives for trees of nodes and numbers.
+    """Return the result of a function of JAX for trees of nodes and numbers.
 
     Raises:
-        TraceError: it does what no code can be made of; the line names the operation.
+        TraceError: the function does something that no code can be generated for; the message names
+            the operation.
     """
     leaves, tree = jax.tree.flatten(jax.tree.map(_listed, arguments))
     with jax.enable_x64(True):
@@ -69,7 +71,7 @@ def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> An
 
 
 def _listed(value: Any) -> Any:
-    """An array as lists of its numbers, which JAX knows."""
+    """Convert an array to nested lists of its numbers, which JAX accepts."""
     return [_listed(one) for one in value] if isinstance(value, Array) else value
 
 
@@ -92,19 +94,19 @@ def _evaluated(
 
 
 def _place(equation: Any) -> str:
-    """File and line of a user's code that made an equation; "": JAX did not keep it."""
+    """Return file and line of the user's code of an equation; "" if JAX did not keep them."""
     frames = getattr(equation.source_info.traceback, "frames", ())
     others = (one for one in frames if not one.file_name.startswith(BETWEEN))
     return next((f"{one.file_name}:{one.line_num}" for one in others), "")
 
 
 def _number(value: Any) -> Any:
-    """A constant of a program; Python's own where it is one number."""
+    """Return a constant of a program, as a number of Python if it is a scalar."""
     return np.asarray(value).item() if np.size(value) == 1 else value
 
 
 def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
-    """What an equation gives for nodes and numbers."""
+    """Return the results of an equation for nodes and numbers."""
     name, params = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
         raise TraceError(f"calls {name} of arrays, which cannot be exported; write it in scalars")
@@ -139,7 +141,7 @@ def _power(made: Callable[..., Any], x: Any, power: int) -> Any:
     return product if power > 0 else made("/", 1.0, product)
 
 
-#: The others, of (made, parameters, what they are given).
+#: Other operations, as functions of (made, parameters, arguments).
 OTHERS: dict[str, Callable[..., Any]] = {
     "sign": lambda made, params, x: made(
         "?", made(">", x, 0.0), 1.0, made("?", made("<", x, 0.0), -1.0, 0.0)
@@ -154,7 +156,7 @@ OTHERS: dict[str, Callable[..., Any]] = {
 
 
 def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[Any]:
-    """Both branches of a condition, and of each result that of the one that holds."""
+    """Record both branches of a condition, and choose each result by the condition."""
     if len(branches) != 2:
         raise TraceError("calls lax.switch, which cannot be exported; write jnp.where instead")
     which, *rest = given
@@ -163,7 +165,7 @@ def _chosen(trace: Recorder, branches: Sequence[Any], given: list[Any]) -> list[
 
 
 def _scanned(trace: Recorder, params: dict[str, Any], given: list[Any]) -> list[Any]:
-    """A loop of a number of steps that is known, in which only what is carried changes."""
+    """Record a loop with a known number of steps, in which only the carried values change."""
     inner, length = params["jaxpr"], params["length"]
     count, carried = params["num_consts"], params["num_carry"]
     fixed, carry = given[:count], given[count : count + carried]

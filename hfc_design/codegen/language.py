@@ -1,4 +1,4 @@
-"""How a language writes what was recorded: what is the same in all of them, and the whole law."""
+"""Base class of output languages: their common parts, and the printing of a whole law."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ from hfc_design.codegen.recorded import Recorded
 
 
 class Language(ABC):
-    """One that a law is printed in: those of C's family, and those that are told in ``flat``."""
+    """Output language of a law: of C's family, or without functions (``flat``)."""
 
     fold = False  # whether upper and lower case are alike
     chooses: frozenset[str] = frozenset()  # operations that are statements of their own
@@ -30,8 +30,8 @@ class Language(ABC):
     places: Mapping[str, str] = {}  # what stands before inputs and what is remembered
     functions: Mapping[str, str] = {}  # operation -> the function that does it
     words: Mapping[str, str] = {}  # operation -> how it is written
-    #: How statements are written: a value that stays, one that changes, another value for it, an
-    #: array within a sample, a number of the design, and the heads of a loop and of a branch.
+    #: Forms of statements: a constant value, a variable, an assignment, an array within a sample,
+    #: a number of the design, and the heads of a loop and of a branch.
     forms: ClassVar[Mapping[str, str]]
     end: ClassVar[Mapping[type, str]] = {Loop: "}", Branch: "}"}
     helpers_of: ClassVar[Mapping[str, str]] = {}  # functions of the language's own
@@ -46,48 +46,48 @@ class Language(ABC):
 
     @abstractmethod
     def literal(self, value: float | bool, real: bool) -> str:
-        """A number of the law; ``real``: among real ones."""
+        """Return a number of the law; ``real``: among real numbers."""
 
     @abstractmethod
     def comment(self, text: str) -> list[str]:
-        """Lines of a comment."""
+        """Return the lines of a comment."""
 
     @abstractmethod
     def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
-        """Leave where one of these is not finite."""
+        """Return lines that leave the function if any of ``doubtful`` is not finite."""
 
     @abstractmethod
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """A table of constants, a row in a line."""
+        """Return a table of constants, one row per line."""
 
     # What only those with functions are asked for.
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
-        """Lines of a call."""
+        """Yield the lines of a call."""
         raise NotImplementedError
 
     def function(self, recorded: Function) -> str:
-        """The definition of one."""
+        """Return the definition of a function."""
         raise NotImplementedError
 
     # What most write alike.
 
     def leaf(self, node: Node, name: str) -> str:
-        """A number that is known outside, or a variable."""
+        """Return a number from outside, or a variable."""
         return self.places.get(node.op, "") + name
 
     def array(self, storage: Storage, name: str) -> str:
-        """The name of an array as a whole."""
+        """Return the name of a whole array."""
         return self.places["state"] + storage.name if storage.kind == "state" else name
 
     def element(self, storage: Storage, name: str, place: str) -> str:
-        """A number of an array; arrays are flat."""
+        """Return a number of an array; arrays are flat."""
         return f"{self.array(storage, name)}[{place}]"
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """An operation of its parts, in brackets where they need some."""
+        """Return an operation on its operands, in brackets where they need some."""
         if op in self.functions:
             name = self.functions[op]
             if name in self.helpers_of:
@@ -100,38 +100,38 @@ class Language(ABC):
         return f"{parts[0]} {self.words.get(op, op)} {parts[1]}"
 
     def value(self, printer: Printer, node: Node) -> Iterator[str]:
-        """Lines of a number that has a name."""
+        """Yield the lines of a number that has a name."""
         yield self.form("named", node.type, printer.name(node), value=printer.expression(node))
 
     def counter(self, printer: Printer, item: Loop) -> str:
-        """The name of that of a loop."""
+        """Return the name of a loop's counter."""
         return printer.name(item.counter, "ijkn"[min(item.block.depth - 1, 3)])
 
     def constant(self, name: str, value: float) -> str:
-        """A number of the design."""
+        """Return the definition of a number of the design."""
         return self.forms["constant"].format(name=name, value=value)
 
     def form(self, form: str, kind: str, name: str, size: int = 0, **parts: Any) -> str:
-        """A statement that makes a name known: a value, an array of a size, a loop's counter."""
+        """Return a statement that introduces a name: a value, an array of a size, a counter."""
         self.declared[name] = kind, size
         return self.forms[form].format(type=self.types[kind], name=name, size=size, **parts)
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        """Lines of no more than a width."""
+        """Return lines of limited width."""
         return folded(lines)
 
     def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
-        """Lines of a table, of which the last one ends with a comma, too."""
+        """Return the lines of a table; the last one ends with a comma, too."""
         written = [self.literal(x if kind == REAL else int(x), kind == REAL) for x in numbers]
         lines = (written[k : k + shape[-1]] for k in range(0, len(written), shape[-1]))
         return [f"    {', '.join(row)}," for row in lines]
 
     def assigned(self, place: str, value: str) -> str:
-        """Another value for a variable."""
+        """Return an assignment to a variable."""
         return self.forms["assigned"].format(name=place, value=value)
 
     def statement(self, printer: Printer, item: Any) -> Iterator[str]:
-        """Lines of a declaration or of a statement."""
+        """Yield the lines of a declaration or of a statement."""
         text, name = printer.text, printer.name
         if isinstance(item, Node):
             yield from self.value(printer, item)
@@ -165,7 +165,7 @@ class Language(ABC):
 
 
 class Printed(NamedTuple):
-    """The parts of the code of a law, each as lines."""
+    """Parts of the code of a law, each as lines."""
 
     helpers: list[str]
     constants: list[str]
@@ -180,7 +180,7 @@ class Printed(NamedTuple):
 
 
 def printed(recording: Recorded, syntax: Language) -> Printed:
-    """A law in a language."""
+    """Print a law in a language."""
     functions = [*recording.trace.functions.values()]
     roots = [*recording.commands, *recording.doubtful]
     printer = Printer(recording.trace, syntax, roots, syntax.names, recording.after)
@@ -215,7 +215,7 @@ def printed(recording: Recorded, syntax: Language) -> Printed:
 
 
 def _constants(recording: Recorded, syntax: Language) -> tuple[list[str], dict[str, str]]:
-    """Lines of all constants, and names of what arrays start from."""
+    """Return the lines of all constants, and the names of the arrays' initial values."""
     names, starts = syntax.names.of, {}
     used = [x for x in recording.trace.tables.values() if x in syntax.names.used]
     lines = [syntax.constants(names(x), x.type, x.shape, x.numbers) for x in used]
@@ -230,7 +230,7 @@ def _constants(recording: Recorded, syntax: Language) -> tuple[list[str], dict[s
 
 
 def larger(condition: Any, a: Any, b: Any) -> bool:
-    """Whether a choice is that of the larger of two numbers."""
+    """True if a choice selects the larger of two numbers."""
     if not isinstance(condition, Node) or condition.op != ">":
         return False
 

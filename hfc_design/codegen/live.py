@@ -1,4 +1,4 @@
-"""What of a recorded function counts: all that its results, and what it remembers, are made of."""
+"""Liveness of a recorded function: everything that its results and its memory depend on."""
 
 from collections.abc import Iterable
 from itertools import chain
@@ -17,14 +17,14 @@ from hfc_design.codegen.nodes import (
 )
 from hfc_design.codegen.recorder import Recorder
 
-#: What stands for itself wherever it is used.
+#: Nodes that are printed by their own name wherever they are used.
 LEAVES = frozenset(("input", "state", "number", "parameter", "index", "variable", "called"))
 
 
 def counted(
     trace: Recorder, roots: Iterable[Any], *others: Block
 ) -> tuple[set[int], dict[Node, list[Block]]]:
-    """Identities of live nodes, arrays and statements, and where each node is used.
+    """Return identities of live nodes, arrays and statements, and the blocks that use each node.
 
     ``roots`` are live, and so is everything that writes to memory that outlives the function;
     ``others`` are blocks beside that of the function.
@@ -60,7 +60,7 @@ def counted(
 def _written(
     blocks: Iterable[Block],
 ) -> tuple[dict[Block, tuple[Statement, Block]], dict[Any, list[tuple[Statement, Block]]]]:
-    """The statement that each inner block is of, and what writes to each array or variable."""
+    """Return the statement of each inner block, and the writers of each array or variable."""
     owners: dict[Block, tuple[Statement, Block]] = {}
     writers: dict[Any, list[tuple[Statement, Block]]] = {}
     pending = [*blocks]
@@ -76,7 +76,7 @@ def _written(
 
 
 def _flow(statement: Any) -> tuple[list[Any], tuple[Any, ...]]:
-    """Nodes and arrays that a statement needs, and variables and arrays that it writes to."""
+    """Return nodes and arrays that a statement reads, and variables and arrays that it writes."""
     match statement:
         case Branch(condition):
             return [condition], ()

@@ -1,4 +1,4 @@
-"""MATLAB and Octave of what was recorded: one function, with arrays that begin at 1."""
+"""MATLAB and Octave printer of recorded laws: one function, with arrays that begin at 1."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from hfc_design.codegen.language import Language, Printed, larger, printed
 from hfc_design.codegen.nodes import REAL, TRUTH, WHOLE, Branch, Loop, Node, Storage
 from hfc_design.codegen.recorded import Recorded
 
-#: What the function itself calls so, and what it calls; i and j are numbers there.
+#: Names that the function itself uses or calls; i and j are numbers in MATLAB.
 OWN = (
     *("signals", "state", "command", "abs", "all", "cos", "double", "exp", "floor", "isempty"),
     *("isfinite", "max", "min", "sin", "sqrt", "tanh", "true", "false", "zeros", "NaN", "Inf", "i"),
@@ -17,7 +17,7 @@ OWN = (
 
 
 class Matlab(Language):
-    """See ``Language``."""
+    """MATLAB and Octave, see ``Language``."""
 
     chooses = frozenset(("?",))
     places = {"input": "signals.", "state": "state."}
@@ -91,7 +91,7 @@ class Matlab(Language):
 
 
 def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """A law as a function; ``init`` are the fields that it remembers in."""
+    """Print a law as a function; ``init`` are the fields of its memory."""
     parts = printed(recording, Matlab((*OWN, *reserved)))
     init = ["state.started = false;"] if recording.started else []
     for field in recording.fields:

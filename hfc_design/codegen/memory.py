@@ -1,4 +1,4 @@
-"""What a law remembers: its numbers under names, before a sample, behind one, and in files."""
+"""Memory of a law: its numbers by name, at the start of a sample, after a sample, and in files."""
 
 from collections.abc import Callable, Iterator, Mapping
 from math import prod
@@ -11,12 +11,12 @@ from hfc_design.codegen.trace import Trace
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory
 
-#: A memory that is one number, or one array.
+#: Memory that is a single number or a single array.
 ALL = "memory"
 
 
 class Field(NamedTuple):
-    """What a controller remembers under one name."""
+    """Part of a controller's memory under one name."""
 
     name: str
     shape: tuple[int, ...]  # () of a number
@@ -25,16 +25,16 @@ class Field(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many numbers it is."""
+        """Number of values."""
         return len(self.start)
 
 
 class Axes(dict[str, Any]):
-    """Memories of the axes of a machine by their names, where its controller has a tuple."""
+    """Memories of the axes of a machine by name, in place of the controller's tuple."""
 
 
 def by_axis(memory: Memory, axes: tuple[str, ...]) -> Memory:
-    """A memory with names for the axes of a machine."""
+    """Replace tuples in the order of the axes by mappings with the axes' names."""
     if hasattr(memory, "_fields"):
         return type(memory)(*(by_axis(one, axes) for one in memory))
     if isinstance(memory, tuple) and len(memory) == len(axes) and not numeric(memory):
@@ -43,7 +43,7 @@ def by_axis(memory: Memory, axes: tuple[str, ...]) -> Memory:
 
 
 def like(before: Memory, after: Memory) -> Memory:
-    """A memory as the controller gives it, with names for the axes where those ``before`` have."""
+    """Return the controller's memory ``after``, with names of axes where ``before`` has them."""
     if isinstance(before, Axes):
         pairs = zip(before.items(), after, strict=True)
         return Axes({key: like(one, its) for (key, one), its in pairs})
@@ -53,14 +53,14 @@ def like(before: Memory, after: Memory) -> Memory:
 
 
 def in_order(memory: Memory) -> Memory:
-    """A memory without them."""
+    """Replace mappings with the axes' names by tuples again."""
     if hasattr(memory, "_fields"):
         return type(memory)(*map(in_order, memory))
     return tuple(memory.values()) if isinstance(memory, Axes) else memory
 
 
 def parts(memory: Memory, name: str) -> dict[str, Memory] | None:
-    """What a memory is made of, by the names that these have in code; None: it is one thing."""
+    """Return the parts of a memory by their names in code; None for one number or array."""
     if hasattr(memory, "_fields"):
         memory = memory._asdict()
     if not isinstance(memory, Mapping):
@@ -74,7 +74,7 @@ def mapped(
 ) -> Memory:
     """Apply ``function(name, part, ...)`` to each part of a memory, with the same part of others.
 
-    Records and mappings are taken apart if they are such in all memories.
+    Records and mappings are taken apart if all memories have them in that place.
     """
     inside = [parts(one, name) for one in (memory, *others)]
     known = [one for one in inside if one is not None]
@@ -88,14 +88,14 @@ def mapped(
 
 
 def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
-    """(name, part, ...) for each part of memories, see ``mapped``."""
+    """Return (name, part, ...) for each part of memories, see ``mapped``."""
     listed: list[tuple[Any, ...]] = []
     mapped(lambda *one: listed.append(one), memory, *others)
     return listed
 
 
 def numeric(rows: Any) -> bool:
-    """Whether rows of equal lengths hold nothing but numbers."""
+    """True if rows of equal lengths hold nothing but numbers."""
     if not isinstance(rows, list | tuple) or hasattr(rows, "_fields"):
         return isinstance(rows, float | int) and not isinstance(rows, bool)
     lengths = {len(row) if isinstance(row, list | tuple) else -1 for row in rows}
@@ -103,13 +103,13 @@ def numeric(rows: Any) -> bool:
 
 
 def numbers_of(memory: Memory) -> dict[str, list[float]]:
-    """The numbers of a memory by the names that the code has for them."""
+    """Return the numbers of a memory by their names in code."""
     each = things(memory)
     return {name: np.ravel(x).tolist() for name, x in each if numeric(x) and np.size(x)}
 
 
 def filled(memory: Memory, numbers: dict[str, list[float]]) -> Memory:
-    """A memory with these numbers in the places of those that the code calls so."""
+    """Return a memory with its numbers replaced by those with the same names in code."""
 
     def new(name: str, x: Any) -> Memory:
         return np.reshape(numbers[name], np.shape(x)).tolist() if name in numbers else x
@@ -118,7 +118,7 @@ def filled(memory: Memory, numbers: dict[str, list[float]]) -> Memory:
 
 
 def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str]) -> Memory:
-    """A memory whose numbers are those that the state of the code has, but ``fixed`` ones."""
+    """Return a memory whose numbers are those of the code's state, apart from ``fixed`` ones."""
 
     def stored(name: str, x: Any) -> Memory:
         if isinstance(x, list | tuple) and x and numeric(x):
@@ -136,12 +136,12 @@ def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str
 
 
 def merged(choose: Callable[[Any, Any], Memory], memory: Memory, first: Memory) -> Memory:
-    """What is remembered, or what a first sample begins with, as ``choose`` has it of each part."""
+    """Return a memory with each part chosen by ``choose`` from ``memory`` and ``first``."""
     return mapped(lambda _, one, its: one if one is its else choose(one, its), memory, first)
 
 
 def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
-    """What is remembered where there was a sample, or what a first one begins with."""
+    """Return the memory, or the memory of a first sample if there was none before."""
 
     def chosen(memory: Any, first: Any) -> Memory:
         if isinstance(memory, Node):
@@ -154,13 +154,13 @@ def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
 
 
 def leaves(memory: Memory, after: Memory) -> list[tuple[Any, Any]]:
-    """Numbers and arrays of a memory, each with what is in its place in another one."""
+    """Return numbers and arrays of a memory, each with its counterpart in ``after``."""
     pairs = (pair for _, *pair in things(memory, after))
     return [(leaf, x) for leaf, x in pairs if isinstance(leaf, Node | Array)]
 
 
 def computed(trace: Trace, after: Memory) -> Iterator[Any]:
-    """The numbers of a memory that were computed; arrays of them as a sum."""
+    """Yield the computed numbers of a memory; those of an array as their sum."""
     if (inside := parts(after, "")) is not None:
         after = [*inside.values()]
     if isinstance(after, Node):

@@ -1,7 +1,7 @@
-"""What a recorded law is made of: numbers, arrays, and statements in blocks. Never imports JAX.
+"""Elements of a recorded law: numbers, arrays, and statements in blocks. Never imports JAX.
 
-Equal expressions are one node, which stands in the outermost block in which all that it is made of
-is known. Arrays lie in memory row after row, as every language has arrays of one dimension.
+Equal expressions are one node, in the outermost block in which all its operands are known. Arrays
+are stored row after row, because every language has arrays of one dimension.
 """
 
 import math
@@ -14,19 +14,19 @@ from hfc_design.core.records import UserError
 
 #: Types of numbers.
 REAL, WHOLE, TRUTH = "real", "whole", "truth"
-#: Operations that give a truth.
+#: Operations that return a truth value.
 TRUTHS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not"))
-#: Folders whose lines are not those of a law.
+#: Folders of files that contain no lines of a law.
 INNER = (str(Path(__file__).parent), str(Path(__file__).parents[1] / "core"))
 
 
 class TraceError(UserError):
-    """A law does what no code can be made of; the line begins with its file and line."""
+    """Law that no code can be generated for; the message begins with the law's file and line."""
 
     placed = False
 
     def at(self, place: str) -> "TraceError":
-        """The same of a ``place``, FILE:LINE, unless one is told already."""
+        """Return the error with its ``place``, FILE:LINE, unless it already has one."""
         if self.placed or not place:
             return self
         located = TraceError(f"{place}: {self}")
@@ -35,7 +35,7 @@ class TraceError(UserError):
 
 
 def refusal(what: str) -> TraceError:
-    """The error that says ``what`` the line of the law does that is being recorded."""
+    """Return the error about the line that is being recorded; ``what`` describes what it does."""
     for frame in reversed(traceback.extract_stack()):
         if not frame.filename.startswith(INNER):
             return TraceError(what).at(f"{frame.filename}:{frame.lineno}")
@@ -43,24 +43,24 @@ def refusal(what: str) -> TraceError:
 
 
 class Tape(Protocol):
-    """What nodes and arrays are written down on: a ``recorder.Recorder``."""
+    """Recording that nodes and arrays belong to: a ``recorder.Recorder``."""
 
     running: Any  # that of the function that is being recorded
     block: Any
     bound: set["Node"]
 
     def made(self, op: str, *args: Any) -> Any:
-        """The node of an operation."""
+        """Return the node of an operation."""
 
     def read(self, storage: "Storage", place: Any) -> "Node":
-        """A number of an array in memory."""
+        """Return a number of an array in memory."""
 
     def write(self, put: Any) -> Any:
-        """An array with other numbers in some places."""
+        """Return an array with some numbers replaced."""
 
 
 class Block:
-    """Nodes and statements in order; a loop or a branch has one inside that around it."""
+    """Nodes and statements in order; the block of a loop or a branch is inside another one."""
 
     def __init__(self, trace: "Tape", around: "Block | None" = None, branch: bool = False):
         self.trace, self.around, self.branch = trace, around, branch
@@ -69,7 +69,7 @@ class Block:
         self.known: dict[object, Node] = {}
 
     def outward(self) -> "Iterator[Block]":
-        """This block, and those around it, the nearest first."""
+        """Yield this block and the blocks around it, the nearest first."""
         at: Block | None = self
         while at is not None:
             yield at
@@ -77,7 +77,7 @@ class Block:
 
 
 def _operator(op: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """An operator of ``Node`` with the node at its left, and at its right."""
+    """Return the operator methods of ``Node`` with the node at the left and at the right."""
     return (
         lambda self, other: self.block.trace.made(op, self, other),
         lambda self, other: self.block.trace.made(op, other, self),
@@ -85,14 +85,14 @@ def _operator(op: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
 
 
 class Node:
-    """A number that the code computes, or a truth."""
+    """Number or truth value that the code computes."""
 
     __slots__ = ("args", "block", "name", "number", "op", "type", "value")
 
     def __init__(self, block: Block, op: str, args: tuple[Any, ...], kind: str, number: int):
         self.block, self.op, self.args, self.type, self.number = block, op, args, kind, number
         self.name = ""
-        #: What it is, where that is known already: of numbers of a design.
+        #: Value that is known before run time, for numbers of a design.
         self.value: float | bool | None = None
 
     def __repr__(self) -> str:
@@ -163,22 +163,22 @@ class Storage:
 
     @property
     def size(self) -> int:
-        """How many numbers it holds."""
+        """Number of values."""
         return math.prod(self.shape)
 
 
 class Array:
-    """A sequence of numbers or of rows, as a law sees it."""
+    """Sequence of numbers or of rows, as a law sees it."""
 
     trace: "Tape"
     shape: tuple[int, ...]
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """The number at a place, which has an index for each dimension."""
+        """Return the number at an index for each dimension."""
         return self.flat(flat(places, self.shape))
 
     def flat(self, place: Any) -> Any:
-        """The number at a place in memory, row after row."""
+        """Return the number at an index in memory, counted row after row."""
         raise NotImplementedError
 
     def __len__(self) -> int:
@@ -201,43 +201,43 @@ class Array:
 
 
 class Row(Array):
-    """A row of an array."""
+    """Row of an array."""
 
     def __init__(self, whole: Any, place: Any):
         self.whole, self.place = whole, place
         self.trace, self.shape = whole.trace, whole.shape[1:]
 
     def flat(self, place: Any) -> Any:
-        """The number at a place in memory from the row's beginning on."""
+        """Return the number at an index in memory, counted from the beginning of the row."""
         return self.whole.flat(self.place * math.prod(self.shape) + place)
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """The number at a place of the row."""
+        """Return the number at an index of the row."""
         return self.whole.element((self.place, *places))
 
 
 class Stored(Array):
-    """An array in memory, as it is since it was last written to."""
+    """Array in memory, as it is after the last write."""
 
     def __init__(self, trace: "Tape", storage: Storage):
         self.trace, self.storage, self.shape = trace, storage, storage.shape
         self.version = storage.version
 
     def flat(self, place: Any) -> Any:
-        """The number at a place in memory."""
+        """Return the number at an index in memory."""
         if self.version != self.storage.version:
             raise refusal(f"reads numbers of {self.storage.name} after it has replaced some")
         return self.trace.read(self.storage, place)
 
 
 class Lazy(Array):
-    """An array whose numbers are computed where they are used."""
+    """Array whose numbers are computed where they are used."""
 
     def __init__(self, trace: "Tape", shape: tuple[int, ...], function: Callable[[Any], Any]):
         self.trace, self.shape, self.function = trace, shape, function
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """What the function gives for a place."""
+        """Return the result of the function for an index."""
         value = self.function(places[0])
         for place in places[1:]:
             value = value[place]
@@ -245,7 +245,7 @@ class Lazy(Array):
 
 
 class Each(Array):
-    """An array of what a function makes of the numbers at the same place of others."""
+    """Array of the results of a function for the numbers at the same index of other arrays."""
 
     def __init__(self, trace: "Tape", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
@@ -254,16 +254,16 @@ class Each(Array):
         self.tables = tables
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """What the function makes of the numbers at a place."""
+        """Return the result of the function for the numbers at an index."""
         return self.function(*(table.element(places) for table in self.tables))
 
     def flat(self, place: Any) -> Any:
-        """The number at a place in memory."""
+        """Return the number at an index in memory."""
         return self.function(*(table.flat(place) for table in self.tables))
 
 
 class Put(Array):
-    """An array in memory with some numbers replaced: as soon as they are read, or at the end."""
+    """Array in memory with some numbers replaced: as soon as they are read, or at the end."""
 
     def __init__(self, base: Stored, changes: list[tuple[Any, Any]]):
         self.base, self.changes = base, changes  # place in memory, value
@@ -271,14 +271,14 @@ class Put(Array):
         self.written: Stored | None = None
 
     def flat(self, place: Any) -> Any:
-        """The number at a place in memory."""
+        """Return the number at an index in memory."""
         if self.written is None:
             self.written = self.trace.write(self)
         return self.written.flat(place)
 
 
 def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Where in memory the number at ``places`` is."""
+    """Return the index in memory of the number at ``places``."""
     index = places[0]
     for place, size in zip(places[1:], shape[1:], strict=True):
         index = index * size + place
@@ -286,13 +286,13 @@ def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
 
 
 class Comment(NamedTuple):
-    """What the statements after it do, in the law's words."""
+    """Comment on the statements after it, in the law's words."""
 
     text: str
 
 
 class Loop(NamedTuple):
-    """Runs a block with ``counter`` from ``low`` to before ``high``."""
+    """Loop that runs a block with ``counter`` from ``low`` to before ``high``."""
 
     counter: Node
     low: Any
@@ -301,14 +301,14 @@ class Loop(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """Runs a block where ``condition`` is true."""
+    """Branch that runs a block if ``condition`` is true."""
 
     condition: Node
     block: Block
 
 
 class Assign(NamedTuple):
-    """Gives a variable a value, at ``first`` its first one."""
+    """Assignment of a value to a variable; ``first`` marks its first value."""
 
     variable: Node
     value: Any
@@ -316,7 +316,7 @@ class Assign(NamedTuple):
 
 
 class Store(NamedTuple):
-    """Writes a number of an array."""
+    """Write of a number to an array."""
 
     storage: "Storage | Node"  # a node of a single number that is remembered
     place: Any
@@ -324,7 +324,7 @@ class Store(NamedTuple):
 
 
 class Call(NamedTuple):
-    """Calls a function, which gives numbers, fills an array or replaces numbers of some."""
+    """Call of a function that returns numbers, fills an array or replaces some numbers."""
 
     function: "Function"
     args: tuple[Any, ...]  # nodes and numbers; of an array (its memory, where it begins)
@@ -335,7 +335,7 @@ Statement: TypeAlias = Comment | Loop | Branch | Assign | Store | Call
 
 
 class Function:
-    """What a law calls with numbers and arrays, and code has as a function of its own."""
+    """Function that a law calls with numbers and arrays, as a function in the code."""
 
     def __init__(self, name: str, trace: Any):
         self.name, self.trace = name, trace
@@ -346,7 +346,7 @@ class Function:
 
 
 def kind_of(x: Any) -> str:
-    """The type of a number, a truth or an array, as a law has it or as Python does."""
+    """Return the type of a number, a truth value or an array, of a law or of Python."""
     if isinstance(x, Node | Storage):
         return x.type
     return TRUTH if isinstance(x, bool) else WHOLE if isinstance(x, int) else REAL

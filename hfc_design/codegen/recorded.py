@@ -1,4 +1,4 @@
-"""A controller as it is recorded: what it reads, remembers and commands."""
+"""Recording of a controller: its inputs, memory and commands."""
 
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -43,16 +43,16 @@ from hfc_design.controllers.controller import (
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import SCALARS, Gains, Memory, clipped
 
-#: What is remembered of a command whose rate is limited.
+#: Name of the previous command in memory, if the rate of the command is limited.
 PREVIOUS = "previous_command"
-#: What tells whether there was a sample.
+#: Name of the state member that is true after the first sample.
 STARTED = "started"
-#: What a controller of a machine sees of the path, as its code calls it.
+#: Names in code of the path values that a controller of a machine reads.
 PATH = ("path_tangent_x", "path_tangent_y", "path_curvature", "path_contour_error")
 
 
 class Recorded(NamedTuple):
-    """A controller, and in ``after`` what is done once its commands are known to be finite."""
+    """Recorded controller; ``after`` runs once the commands are known to be finite."""
 
     trace: Trace
     after: Block
@@ -62,24 +62,24 @@ class Recorded(NamedTuple):
     commands: list[Any]  # of each axis
     doubtful: list[Any]  # what is not finite where a command is not, or what is remembered
     early: bool  # whether that is known before anything is remembered
-    #: Whether there was a sample before, and the number of the field that this is before; None:
-    #: it does not matter.
+    #: True after the first sample, and the index of the field before which it is stored; None if
+    #: it is not needed.
     started: tuple[Node, int] | None
     numbers: list[Node]  # name of the design
 
 
-#: Of a source: its largest command, functions (gains, memory) -> memory of a first sample, or none,
-#: and -> commands, and what to remember.
+#: Bound source: its largest command, a function (gains, memory) -> memory of a first sample, or
+#: None, and a function -> commands and new memory.
 Bound: TypeAlias = "tuple[Any, Callable[..., Memory] | None, Callable[..., Any]]"
 
 
 class Source(NamedTuple):
-    """A controller to record."""
+    """Controller to record."""
 
     reads: list[str]  # names of what it reads
     gains: Gains
     memory: Memory  # before the first sample
-    #: Of a trace, the inputs by their names, and a list that gets the numbers of the design.
+    #: Function of a trace, its inputs by name, and a list that it fills with the design's numbers.
     bound: Callable[[Trace, dict[str, Node], list[Node]], Bound]
     tells: bool = False  # see ``AxisLaw``
     within: bool = False  # whether its commands are within their limits already
@@ -94,7 +94,7 @@ def of_axis(
     change: float | None,
     truths: Collection[str] = (),
 ) -> Source:
-    """The law of one axis; a trace that is flat has its limit, else code gets one a sample."""
+    """Return the source of an axis' law; only a flat trace has its limit, else it is an input."""
 
     def bound(trace: Trace, inputs: dict[str, Node], numbers: list[Node]) -> Bound:
         limit: Any = None
@@ -126,7 +126,7 @@ def of_axis(
 def _through_jax(
     trace: Trace, law: AxisLaw, gains: Gains, memory: Memory, inputs: dict[str, Node]
 ) -> tuple[Any, Memory]:
-    """What a law gives that calls JAX: command, and what to remember."""
+    """Return the results of a law that calls JAX: command and new memory."""
     from hfc_design.core.lanes import LANES  # which starts it
 
     def sample(
@@ -153,7 +153,7 @@ def of_machine(
     path: Sequence[str],
     truths: Collection[str] = (),
 ) -> Source:
-    """The controller of a whole machine; what it reads has the name of its axis before its own."""
+    """Return the source of a whole machine's controller; axis names precede those of its inputs."""
     names = [identifier(axis) for axis in axes]
     known = [f"{axis}_{name}" for axis in names for name in reads]
 
@@ -181,20 +181,20 @@ def of_machine(
 
 
 def used(recording: Recorded) -> list[str]:
-    """Names of the inputs that something hangs on."""
+    """Return the names of the inputs that anything depends on."""
     alive, _ = counted(recording.trace, [*recording.commands, *recording.doubtful], recording.after)
     return [node.name for node in recording.inputs if id(node) in alive]
 
 
 def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -> Recorded:
-    """What a controller does at a sample.
+    """Record one sample of a controller.
 
-    What it remembers and never changes, or never reads, is no part of the state, but for what is
-    ``learnt``, by its names. ``flat`` is for languages without functions: what a law calls stands
-    where it is called.
+    The state has no memory that never changes or is never read, unless its name is in
+    ``learnt``. ``flat`` is for languages without functions: called functions are recorded in
+    place.
 
     Raises:
-        TraceError: it does what no code can be made of.
+        TraceError: the controller does something that no code can be generated for.
     """
     fixed: set[str] = set()
     in_place = True
@@ -211,7 +211,7 @@ def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -
 
 
 def _idle(recording: Recorded, field: Field) -> bool:
-    """Whether a number that is remembered stays what it is, or is read by nothing."""
+    """True if a number in memory never changes, or is never read."""
     if isinstance(field.holds, Storage):
         return False
     stored = [x for x in recording.after.items if isinstance(x, Store) and x.storage is field.holds]
@@ -270,7 +270,7 @@ def _recorded(trace: Trace, source: Source, fixed: set[str]) -> Recorded:
 
 
 def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit: Any) -> Any:
-    """A command on its way from the one before, which is remembered."""
+    """Return the command limited in its change from the previous one, which is kept in memory."""
     before = trace.leaf("state", PREVIOUS)
     fields.append(Field(PREVIOUS, (), [0.0], before))
     stepped = clipped(trace.xp, command, before - change, before + change)
@@ -281,7 +281,7 @@ def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit
 
 
 def _doubtful(trace: Trace, x: Any) -> set[Node]:
-    """The numbers one of which is not finite where ``x`` is not."""
+    """Return numbers of which at least one is not finite if ``x`` is not."""
     known: dict[Node, set[Node]] = {}
 
     def parts_of(x: Any) -> set[Node]:
@@ -307,12 +307,12 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
     return parts_of(x)
 
 
-#: What is finite, or the sample is faulty before anything is computed.
+#: Nodes that are finite, because otherwise the sample is faulty before anything is computed.
 FINITE = frozenset(("input", "state", "number", "parameter", "index", "whole"))
 
 
 def _early(x: Any) -> bool:
-    """Whether a number is computed without arrays that may have been written to, or loops."""
+    """True if a number is computed without loops and arrays that may have been written to."""
     if not isinstance(x, Node) or x.op in LEAVES:
         return not isinstance(x, Node) or x.op not in ("variable", "called")
     if x.op == "read":
@@ -327,7 +327,7 @@ def _number(trace: Trace, name: str, value: float, numbers: list[Node]) -> Node:
 
 
 def _wrapped(trace: Trace, value: Any, name: str, numbers: list[Node]) -> Any:
-    """Numbers of a design under the names that they have in its gains."""
+    """Return the numbers of a design under their names in its gains."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if hasattr(value, "_fields"):
@@ -343,7 +343,7 @@ def _wrapped(trace: Trace, value: Any, name: str, numbers: list[Node]) -> Any:
 
 
 def _commit(trace: Trace, memory: Memory, after: Memory) -> None:
-    """Store what is to be remembered."""
+    """Record the writes of the new memory."""
     pairs = [*leaves(memory, after)]
     scalars = [(leaf, trace.plain(value)) for leaf, value in pairs if isinstance(leaf, Node)]
     whole: dict[tuple[int, ...], list[tuple[Storage, Any]]] = {}
@@ -362,7 +362,7 @@ def _commit(trace: Trace, memory: Memory, after: Memory) -> None:
 
 
 def _in_place(trace: Trace, storage: Storage, value: Any) -> bool:
-    """Whether what is remembered is there already, but for numbers that are put there."""
+    """True if a value is in its memory already, apart from numbers that are then written to it."""
     if isinstance(value, Put) and value.base.storage is storage and value.written is None:
         for place, one in value.changes:
             trace.bound |= {x for x in (place, one) if isinstance(x, Node)}

@@ -1,4 +1,4 @@
-"""Writes down what a law does to nodes: numbers, variables, loops, arrays in memory."""
+"""Recorder of a law's operations on nodes: numbers, variables, loops, arrays in memory."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -29,18 +29,18 @@ from hfc_design.codegen.nodes import (
 from hfc_design.codegen.simplify import known, simpler, value_of
 from hfc_design.codegen.values import numbers_in, row_of, shape_of, type_of
 
-#: More operations than a law has that comes to an end.
+#: Largest number of operations; a law with more is taken to be endless.
 MOST = 100_000
 
 
 class Recorder:
-    """What one function does: that of a whole law, or one that it calls."""
+    """Recording of one function: that of a whole law, or one that the law calls."""
 
     def __init__(self, whole: "Recorder | None" = None, in_place: bool = False, flat: bool = False):
         self.whole: Any = whole or self
-        #: Whether what a law calls is recorded where it is called, for languages without functions.
+        #: True if called functions are recorded in place, for languages without functions.
         self.flat = flat
-        #: Whether what is remembered may be written to before the law is through.
+        #: True if memory may be written to before the law has finished.
         self.in_place = in_place
         self.root = self.block = Block(self)
         self.running: Any = self  # of the whole: that of the function that is being recorded
@@ -53,7 +53,7 @@ class Recorder:
         self.rewritten: set[Storage] = set()  # of the arrays that are remembered
 
     def made(self, op: str, *args: Any) -> Any:
-        """The node of an operation; equal ones are one."""
+        """Return the node of an operation; equal operations are one node."""
         args = tuple(map(self.plain, args))
         if (simple := simpler(op, args)) is not None:
             return simple
@@ -67,7 +67,7 @@ class Recorder:
     def _known(
         self, seen: Block, block: Block, key: object, op: str, args: tuple[Any, ...], kind: str
     ) -> tuple[Node, bool]:
-        """The node that is ``seen`` under a key, or a new one in a block; and whether it is new."""
+        """Return the node ``seen`` under a key, or a new one of ``block``; and if it is new."""
         for at in seen.outward():
             if key in at.known:
                 return at.known[key], False
@@ -77,7 +77,7 @@ class Recorder:
         return node, True
 
     def plain(self, value: Any) -> Any:
-        """A node, or a number as Python has it."""
+        """Return a node, or a number as a number of Python."""
         if isinstance(value, Node):
             return value
         if isinstance(value, bool | np.bool_):
@@ -89,7 +89,7 @@ class Recorder:
         raise refusal(f"computes with {value!r:.60}, which is not a number")
 
     def leaf(self, op: str, name: str, kind: str = REAL, value: float | None = None) -> Node:
-        """A number from outside: an input, what is remembered, a number of the design."""
+        """Return a number from outside: an input, a number in memory, a number of the design."""
         node = self._node(self.root, op, (), kind)
         node.name, node.value = name, value
         return node
@@ -101,7 +101,7 @@ class Recorder:
         return Node(block, op, args, kind, self.whole.count)
 
     def _deepest(self, args: Sequence[Any]) -> Block:
-        """The outermost block in which all of these are known; none leaves a branch."""
+        """Return the outermost block in which all ``args`` are known; none leaves a branch."""
         around = [*self.block.outward()]
         deepest = next((block for block in around if block.branch), around[-1])
         for x in args:
@@ -112,27 +112,27 @@ class Recorder:
         return deepest
 
     def variable(self, value: Any) -> Node:
-        """What has the value until it is assigned another one."""
+        """Return a variable that keeps ``value`` until it is assigned another one."""
         node = self._node(self.block, "variable", (), kind_of(value))
         self.whole.assigned[node] = [value]
         self.block.items.append(Assign(node, value, True))
         return node
 
     def now(self, variable: Node) -> Node:
-        """What a variable is here, whatever it is assigned later."""
+        """Return the present value of a variable, whatever is assigned to it later."""
         node = self._node(self.block, "now", (variable,), variable.type)
         self.block.items.append(node)
         self.bound.add(node)
         return node
 
     def assign(self, variable: Node, value: Any) -> None:
-        """Give a variable another value."""
+        """Assign another value to a variable."""
         self.whole.assigned[variable].append(self.plain(value))
         self.block.items.append(Assign(variable, self.plain(value), False))
 
     @contextmanager
     def inside(self, branch: bool = False) -> Iterator[Block]:
-        """Record what is done in a block of its own."""
+        """Record operations in a new inner block."""
         around = self.block
         self.block = Block(self, around, branch)
         yield self.block
@@ -140,14 +140,14 @@ class Recorder:
 
     @contextmanager
     def loop(self, high: Any, low: Any = 0) -> Iterator[Node]:
-        """Record what is done with an index."""
+        """Record operations in a loop over an index."""
         with self.inside() as block:
             index = self._node(block, "index", (), WHOLE)
             yield index
         self.block.items.append(Loop(index, low, high, block))
 
     def read(self, storage: Storage, place: Any) -> Any:
-        """A number in memory."""
+        """Return a number in memory."""
         args = (self.plain(place),)
         fixed = storage.kind in ("table", "parameter")
         block = self._deepest(args) if fixed else self.block
@@ -158,11 +158,11 @@ class Recorder:
         return node
 
     def store(self, storage: Storage, place: Any, value: Any) -> None:
-        """Write a number."""
+        """Record the write of a number."""
         self.block.items.append(Store(storage, self.plain(place), self.plain(value)))
 
     def table(self, rows: Any, name: str = "") -> Any:
-        """Numbers as an array that values can index."""
+        """Return numbers as an array that nodes can index."""
         if isinstance(rows, Array):
             return rows
         shape = shape_of(rows)
@@ -182,7 +182,7 @@ class Recorder:
         return Stored(self, storage)
 
     def local(self, shape: tuple[int, ...], numbers: Sequence[Any], name: str = "") -> Stored:
-        """An array of these numbers within a sample."""
+        """Return an array with these numbers that exists within a sample."""
         storage = Storage("local", name, shape)
         self.block.items.append(storage)
         for k, x in enumerate(numbers):
@@ -190,14 +190,14 @@ class Recorder:
         return Stored(self, storage)
 
     def write(self, put: Put) -> Stored:
-        """Replace numbers of an array, in its place or in that of a copy."""
+        """Replace numbers of an array, in place or in a copy."""
         storage = self._writable(put.base)
         for place, value in put.changes:
             self.store(storage, place, value)
         return self._since(storage)
 
     def _writable(self, array: Stored) -> Storage:
-        """The memory of an array that may be written to; a copy of what is remembered, else."""
+        """Return the array's memory if it may be written to; a copy if it outlives the sample."""
         storage = array.storage
         if storage.kind == "local" or (storage.kind != "table" and self.in_place):
             array.flat(0)  # or it is no more what it was
@@ -212,7 +212,7 @@ class Recorder:
         return Stored(self, storage)
 
     def stored(self, value: Any) -> Any:
-        """An array that is computed here, and not again wherever it is read."""
+        """Return an array that is computed here once, and not again wherever it is read."""
         if not isinstance(value, Lazy | Each):
             return value
         storage = self.local(value.shape, ())
@@ -228,7 +228,7 @@ class Recorder:
         return base
 
     def replace(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
-        """Write all numbers of several arrays of one shape, of each place together."""
+        """Write all numbers of several arrays of one shape, those at the same index together."""
         if not places and all(_straight(values) for _, values in pairs):
             with self.loop(pairs[0][0].size) as k:
                 self._store(pairs, k, [values.flat(k) for _, values in pairs])
@@ -255,7 +255,7 @@ class Recorder:
 
 
 def _straight(values: Any) -> bool:
-    """Whether numbers can be computed one after the other, as they lie in memory."""
+    """True if numbers can be computed one after the other, as they are ordered in memory."""
     if isinstance(values, Each):
         return all(map(_straight, values.tables))
     return isinstance(values, Stored) or (isinstance(values, Row) and _straight(values.whole))

@@ -1,4 +1,4 @@
-"""Names and comments of code, as the functions of a law have them."""
+"""Names and comments of generated code, taken from the functions of a law."""
 
 import os
 import re
@@ -12,9 +12,9 @@ from typing import Any
 
 from hfc_design.codegen.nodes import INNER, Comment, Node, Stored, Tape
 
-#: What a comment has that says where a formula is from.
+#: Citation of a formula's source, which makes a docstring's first line a comment.
 CITES = re.compile(r"\b(eq|fig)\. |\b(Table|Appendix|section|equation) \w", re.IGNORECASE)
-#: What neither names nor comments are taken from; site-packages lie below the standard library.
+#: Folders that give neither names nor comments; site-packages lie below the standard library.
 SKIPPED = (
     *INNER,
     *(
@@ -22,7 +22,7 @@ SKIPPED = (
         for name in ("abc.py", "contextlib.py", "functools.py", "inspect.py", "typing.py")
     ),
 )
-#: Names are numbered in rows of no more.
+#: Longest tuple or list whose numbers get names with an index.
 FEW = 8
 
 
@@ -31,7 +31,7 @@ def named(trace: Tape) -> Iterator[None]:
     """Take names and comments from a law while it runs.
 
     Nodes and arrays get the names of the variables of the functions that made them; the first line
-    of what such a function says of itself stands before what it does.
+    of such a function's docstring precedes the statements that it makes.
     """
     before = sys.getprofile()
 
@@ -62,7 +62,7 @@ def named(trace: Tape) -> Iterator[None]:
 
 @contextmanager
 def unnamed() -> Iterator[None]:
-    """Take none meanwhile."""
+    """Take no names and comments meanwhile."""
     before = sys.getprofile()
     sys.setprofile(None)
     try:
@@ -72,7 +72,7 @@ def unnamed() -> Iterator[None]:
 
 
 def first_line(code: CodeType) -> str:
-    """The first line of a function's docstring, without marks; "": it has none."""
+    """Return the first line of a function's docstring, without markup; "" if there is none."""
     docstring = code.co_consts[0] if code.co_consts else None
     if not isinstance(docstring, str) or code.co_name.startswith("<"):
         return ""
@@ -80,7 +80,7 @@ def first_line(code: CodeType) -> str:
 
 
 def call_it(value: Any, name: str) -> None:
-    """Give what has no name yet this one."""
+    """Give a name to a value that has none yet."""
     if isinstance(value, Node):
         value.name = value.name or name
     elif isinstance(value, Stored):

@@ -1,11 +1,11 @@
-"""Operations that need not be done, because of what is known before a design runs."""
+"""Simplification of operations by what is known before a design runs."""
 
 from collections.abc import Callable
 from typing import Any
 
 from hfc_design.codegen.nodes import TRUTH, WHOLE, Node
 
-#: What an operation does to numbers that are known.
+#: Operation -> function of known numbers.
 KNOWN: dict[str, Callable[..., Any]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
@@ -22,15 +22,15 @@ KNOWN: dict[str, Callable[..., Any]] = {
 
 
 def value_of(op: str, args: tuple[Any, ...]) -> Any:
-    """What an operation gives where all that it is made of is known; else None."""
+    """Return the result of an operation if all its operands are known; else None."""
     numbers = [known(x) for x in args]
     return None if op not in KNOWN or None in numbers else KNOWN[op](*numbers)
 
 
 def simpler(op: str, args: tuple[Any, ...]) -> Any:
-    """What an operation gives without being done, in every bit but the sign of 0; None: nothing.
+    """Return a value equal to an operation in every bit but the sign of 0; None if none is known.
 
-    Inputs and what is remembered are finite: else there is no command.
+    Inputs and memory are finite: otherwise there is no command.
     """
     if op == "whole" and isinstance(args[0], Node) and args[0].type == WHOLE:
         return args[0]
@@ -69,7 +69,7 @@ def _literal(x: Any) -> bool:
 
 
 def known(x: Any) -> float | None:
-    """What a number is, or None where that is known at run time alone."""
+    """Return the value of a number, or None if it is known at run time only."""
     return x.value if isinstance(x, Node) else x
 
 

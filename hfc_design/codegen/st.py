@@ -1,7 +1,7 @@
-"""Structured Text (IEC 61131-3) of what was recorded: what every compiler gets right.
+"""Structured Text (IEC 61131-3) printer of recorded laws, in what every compiler gets right.
 
-One function block of LREAL, DINT and BOOL, with arrays of one dimension and no function but those
-of the standard: there is no TANH, so that it is made of EXP.
+One function block of LREAL, DINT and BOOL, with arrays of one dimension and no functions but those
+of the standard: it has no TANH, which is computed by EXP.
 """
 
 import re
@@ -17,7 +17,7 @@ from hfc_design.codegen.recorded import Recorded
 
 TYPES = {REAL: "LREAL", WHOLE: "DINT", TRUTH: "BOOL"}
 FUNCTIONS = {name: name.upper() for name in ("min", "max", "abs", "exp", "sqrt", "sin", "cos")}
-#: Operations in several statements; beyond 20 TANH is 1 to the last digit.
+#: Operations that take several statements; beyond 20 TANH is 1 to the last digit.
 STEPS = {
     "tanh": (
         "{name} := EXP(2.0 * MAX(MIN({x}, 20.0), -20.0));",
@@ -32,15 +32,15 @@ STEPS = {
         "IF DINT_TO_LREAL({name}) > MAX({x}, 0.0) THEN {name} := {name} - 1; END_IF;",
     ),
 }
-#: What the block itself calls so.
+#: Names that the block itself uses.
 COUNTERS = ("i", "j", "k", "n", "n_5", "n_6", "n_7", "n_8")
 OWN = ("reset", "fault", "greatest", *COUNTERS)
-#: The largest finite number is a product of it: matiec takes no literal beyond single precision.
+#: Largest finite number as a product: matiec takes no literal beyond single precision.
 GREATEST = f"17976.0{' * 1.0E38' * 8}"
 
 
 class Variable(NamedTuple):
-    """One of a block."""
+    """Variable of a function block."""
 
     name: str
     type: str
@@ -50,7 +50,7 @@ class Variable(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A law as a function block."""
+    """Law as a function block."""
 
     constants: list[Variable]
     remembered: list[Variable]
@@ -59,7 +59,7 @@ class Block(NamedTuple):
 
     @property
     def sections(self) -> dict[str, list[Variable]]:
-        """Its own variables, by what they are for."""
+        """Variables of the block, by their purpose."""
         return {
             "constant": self.constants,
             "remembered from one sample to the next": self.remembered,
@@ -67,7 +67,7 @@ class Block(NamedTuple):
         }
 
     def listed(self, variables: list[Variable]) -> list[str]:
-        """Declarations of variables without size and first value, one line for each type."""
+        """Return declarations of variables without size and first value, one line for each type."""
         plain = sorted((x for x in variables if not (x.size or x.first)), key=lambda x: x.type)
         kinds = groupby(plain, lambda x: x.type)
         return folded(
@@ -76,12 +76,12 @@ class Block(NamedTuple):
 
     @property
     def body(self) -> str:
-        """What is done in a sample."""
+        """Statements of a sample."""
         return "".join(f"{line}\n" for line in self.lines)
 
 
 def literal_of(value: float, kind: str = TYPES[REAL]) -> str:
-    """A literal that reads back bit for bit: IEC 61131-3 wants a point in each of a real number."""
+    """Return a literal that reads back bit for bit: IEC 61131-3 wants a point in real numbers."""
     if kind != TYPES[REAL]:
         return str(bool(value)).upper() if kind == TYPES[TRUTH] else str(int(value))
     mantissa, _, exponent = repr(float(value)).partition("e")
@@ -90,7 +90,7 @@ def literal_of(value: float, kind: str = TYPES[REAL]) -> str:
 
 
 class StructuredText(Language):
-    """See ``Language``."""
+    """Structured Text, see ``Language``."""
 
     fold = True
     chooses = frozenset(("?", *STEPS))
@@ -171,14 +171,14 @@ class StructuredText(Language):
 
 
 def _left(values: Iterable[str]) -> list[str]:
-    """Leave where one of these is infinite or no number."""
+    """Return lines that leave the block if any of ``values`` is infinite or no number."""
     finite = " AND ".join(f"(ABS({x}) <= greatest)" for x in values)
     outer = f"({finite})" if " AND " in finite else finite
     return [f"IF NOT {outer} THEN", "    RETURN;", "END_IF;"]
 
 
 def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -> Block:
-    """A controller as a function block with ``outputs``.
+    """Print a controller as a function block with ``outputs``.
 
     No other variable has a name that is ``reserved``.
     """
@@ -216,7 +216,7 @@ def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = (
 
 
 def _begin(remembered: list[Variable], tables: Mapping[str, str | None]) -> Iterator[str]:
-    """Set what is remembered; ``tables`` are what arrays start from, None: from 0."""
+    """Yield lines that initialise the memory; ``tables`` are those of arrays, None: 0."""
     for x in remembered:
         if x.size:
             table = tables[x.name]

@@ -1,4 +1,4 @@
-"""Runs a law on nodes, which write down what it does: the functions that a law gets as ``xp``."""
+"""Execution of a law on nodes that record its operations: its functions ``xp``."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -38,16 +38,16 @@ from hfc_design.codegen.values import (
 )
 from hfc_design.core.numbers import SCALARS, Xp
 
-#: Sums of no more operations are written out.
+#: Largest number of operations of a sum that is written out.
 SHORT = 24
 
 
 class Trace(Recorder):
-    """What one function does, for a law that runs with its ``xp``."""
+    """Recording of one function, for a law that runs with its ``xp``."""
 
     @property
     def xp(self) -> Xp:
-        """The functions of a law."""
+        """Functions for a law."""
         return SCALARS._replace(
             where=lambda condition, a, b: self.made("?", condition, a, b),
             minimum=lambda a, b: self.made("min", a, b),
@@ -74,20 +74,20 @@ class Trace(Recorder):
         )
 
     def foreign(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """What a function gives that may be written for JAX."""
+        """Return the result of a function that may be written for JAX."""
         from hfc_design.codegen.jaxprs import traced  # which starts it
 
         with unnamed():
             return traced(self, function, *arguments)
 
     def pick(self, values: Any, number: Any) -> Any:
-        """The value of a number that is one of the design."""
+        """Return the value of a number of the design."""
         if isinstance(number, Node) and number.value is None:
             raise refusal("selects by a number that is known only at run time")
         return values[int(number)]
 
     def marked(self, x: Any) -> Any:
-        """What is finite, whatever comes."""
+        """Mark a number as finite whatever its operands are, and return it."""
         self.sure |= {x} if isinstance(x, Node) else set()
         return x
 
@@ -99,7 +99,7 @@ class Trace(Recorder):
         function: Callable[..., Any],
         but: int | None = None,
     ) -> list[Stored]:
-        """Tables of which some rows became ``function(number, row, ...)``, ``but`` one."""
+        """Set rows ``low`` to ``high`` but ``but`` of tables to ``function(number, row, ...)``."""
         owned = [self._writable(self._stored(table)) for table in tables]
         count = owned[0].shape[0]
         low, high = self.made("max", low, 0), self.made("min", high, count)
@@ -119,7 +119,7 @@ class Trace(Recorder):
         self.block.items.append(Branch(condition, block))
 
     def along(self, function: Callable[..., Any], *rows: Any) -> Any:
-        """``function`` of what stands at the same place in rows: lazy where one is an array."""
+        """Apply ``function`` along rows, index by index: lazily if one of them is an array."""
         if not any(isinstance(row, Array | range) for row in rows):
             return [function(*values) for values in zip(*rows, strict=True)]
         if len({len(row) for row in rows}) > 1:
@@ -135,11 +135,11 @@ class Trace(Recorder):
         return Lazy(self, (len(rows[0]), *shape_of(first)), at)
 
     def each(self, function: Callable[..., Any], *tables: Any) -> Any:
-        """``function`` of what stands at the same place in tables, computed where it is used."""
+        """Apply ``function`` to tables, index by index, where the results are used."""
         return Each(self, function, [self.table(table) for table in tables])
 
     def total(self, values: Any) -> Any:
-        """The sum, from left to right."""
+        """Return the sum, from left to right."""
         if not isinstance(values, Array):
             return reduce(add, values)
         first = values[0]
@@ -152,7 +152,7 @@ class Trace(Recorder):
         return variable if isinstance(first, Node) else reduce(add, values)
 
     def put(self, rows: Any, changes: Sequence[tuple[Any, ...]]) -> Any:
-        """Rows with some numbers replaced: ``(place, ..., value)`` of each."""
+        """Return rows with some numbers replaced, each change as ``(place, ..., value)``."""
         storage = self.stored(self.table(rows))
         if isinstance(storage, Put):
             storage.element((0,) * len(storage.shape))
@@ -162,7 +162,7 @@ class Trace(Recorder):
         )
 
     def when(self, condition: Any, function: Callable[[], Any], otherwise: Any) -> Any:
-        """``function()`` where the condition is true, else ``otherwise``."""
+        """Return ``function()`` if the condition is true, else ``otherwise``."""
         if not isinstance(condition, Node):
             return function() if condition else otherwise
         if isinstance(otherwise, Node | float) and self._idle(function, otherwise):
@@ -174,7 +174,7 @@ class Trace(Recorder):
         return mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
 
     def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
-        """Whether a function gives the number ``otherwise``; what it does is dropped."""
+        """True if a function returns the number ``otherwise``; its operations are dropped."""
         with self.inside(branch=True):
             result = function()
         if isinstance(result, Node) or isinstance(otherwise, Node):
@@ -182,7 +182,7 @@ class Trace(Recorder):
         return bool(result == otherwise)
 
     def _holder(self, value: Any) -> Any:
-        """What has the value before a branch and after it."""
+        """Return a variable with the value before a branch, for the value after the branch."""
         if isinstance(value, Array):
             array = self._stored(value)
             return array if array.storage.kind == "table" else self._writable(array)
@@ -198,11 +198,11 @@ class Trace(Recorder):
             self.replace([(holder, self._stored(value))])
 
     def call(self, function: Callable[..., Any], xp: Xp, *args: Any) -> Any:
-        """``function(xp, *args)`` as a function of the code.
+        """Record ``function(xp, *args)`` as a call of a function in the code.
 
-        Of its arguments tuples of numbers are these, lists are arrays. It may give a number, a
-        tuple of numbers, a list of numbers, which is an array, or tables of its arguments that it
-        has changed.
+        Tuples of numbers in ``args`` stay such tuples, lists are arrays. The function may return a
+        number, a tuple of numbers, a list of numbers, which is an array, or tables among its
+        arguments that it has changed.
         """
         args = tuple(map(self._argument, args))
         if self.flat:
@@ -239,7 +239,7 @@ class Trace(Recorder):
         since = {parameter: self._since(storage) for parameter, storage in stored.items()}
 
         def outside(value: Any) -> Any:
-            """What a caller sees of what the function made."""
+            """Return the caller's view of a result."""
             if isinstance(value, Stored) and value.storage in since:
                 return since[value.storage]
             if isinstance(value, tuple):
@@ -270,7 +270,7 @@ class Trace(Recorder):
         wishes = [*signature(function).parameters][1:]
 
         def parameter(wish: str, x: Any) -> Any:
-            """What the function sees of an argument."""
+            """Return the function's view of an argument."""
             if isinstance(x, Array):
                 storage = Storage("parameter", wish, x.shape, begin_of(x)[0].type)
                 recorded.parameters.append(storage)

@@ -1,4 +1,4 @@
-"""What is asked of values that a law has: numbers, arrays, tuples and lists of them."""
+"""Properties of a law's values: numbers, arrays, tuples and lists of them."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -22,7 +22,7 @@ from hfc_design.codegen.nodes import (
 
 
 def type_of(op: str, args: Sequence[Any]) -> str:
-    """The type of what an operation gives."""
+    """Return the type of an operation's result."""
     if op in TRUTHS:
         return TRUTH
     if op == "whole":
@@ -34,14 +34,14 @@ def type_of(op: str, args: Sequence[Any]) -> str:
 
 
 def cost(x: Any) -> int:
-    """How many operations an expression has, but for those that are done already by name."""
+    """Return the number of operations in an expression, without those of named numbers."""
     if not isinstance(x, Node) or x.op in ("read", "variable", "called") or not x.args:
         return 1
     return 1 + sum(map(cost, x.args))
 
 
 def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
-    """``function`` of what stands in tuples and lists, beside each other in several."""
+    """Apply ``function`` to the leaves of tuples and lists, index by index across several trees."""
     if not isinstance(tree, tuple | list):
         return function(tree, *others)
     parts = [mapped(function, *each) for each in zip(tree, *others, strict=True)]
@@ -49,19 +49,19 @@ def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
 
 
 def row_of(values: Any, k: Any) -> Any:
-    """A row as the function of a lazy array gives it."""
+    """Return a row as the function of a lazy array returns it."""
     return values.function(k) if isinstance(values, Lazy) else values[k]
 
 
 def shape_of(rows: Any) -> tuple[int, ...]:
-    """How many rows there are in rows; () of a number."""
+    """Return the dimensions of rows; () for a number."""
     if isinstance(rows, Array):
         return rows.shape
     return (len(rows), *shape_of(rows[0])) if isinstance(rows, list | tuple | np.ndarray) else ()
 
 
 def numbers_in(rows: Any) -> Iterator[Any]:
-    """All numbers of rows, row after row."""
+    """Yield all numbers of rows, row after row."""
     if isinstance(rows, list | tuple | np.ndarray | Array):
         for row in rows:
             yield from numbers_in(row)
@@ -70,7 +70,7 @@ def numbers_in(rows: Any) -> Iterator[Any]:
 
 
 def given_of(args: tuple[Any, ...]) -> Iterator[Any]:
-    """Arguments that are given at run time."""
+    """Yield the arguments that are passed at run time."""
     for x in args:
         if isinstance(x, Array | Node):
             yield x
@@ -79,12 +79,12 @@ def given_of(args: tuple[Any, ...]) -> Iterator[Any]:
 
 
 def several(x: Any) -> bool:
-    """Whether an argument is a tuple of such ones."""
+    """True if an argument is a tuple of arguments."""
     return type(x) is tuple and any(isinstance(one, Array | Node) for one in x)
 
 
 def form_of(x: Any) -> Any:
-    """What of an argument belongs to the function."""
+    """Return the part of an argument that belongs to the function itself."""
     if isinstance(x, Array):
         return x.shape
     if isinstance(x, Node):
@@ -93,7 +93,7 @@ def form_of(x: Any) -> Any:
 
 
 def begin_of(array: Array) -> tuple[Storage, Any]:
-    """The memory of an array, and where in it that begins."""
+    """Return the memory of an array, and the index at which the array begins in it."""
     if isinstance(array, Stored):
         return array.storage, 0
     places: tuple[Any, ...] = ()

@@ -1,4 +1,4 @@
-"""Writers of a design for other programs: a module for each, which makes itself known."""
+"""Writers that export a design for other programs; each module registers itself."""
 
 import importlib
 import pkgutil
@@ -11,14 +11,14 @@ from hfc_design.formats.writing import Format
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if module.name != "reading"]
 _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
 _FOUND = {one.name: one for part in _PARTS for one in getattr(part, "FORMATS", ())}
-#: Every format by its name.
+#: All export formats by name.
 FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
 
 
 def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
-    """What makes code of a format read a machine's sensors, as its scenario has them.
+    """Return the function that makes exported code read the sensors of a design's scenario.
 
-    Nothing where it is wanted ``bare``, or where the format has no code.
+    The function changes nothing if ``bare`` is true or the format has no code.
     """
     if bare or not form.connects:
         return lambda design: design
@@ -28,10 +28,10 @@ def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
 
 
 def check_score(design: Design, anyway: bool) -> None:
-    """Refuse to export a design that diverged where it was scored, if not ``anyway``.
+    """Refuse to export a design that diverged when it was scored, unless ``anyway`` is true.
 
     Raises:
-        UserError: it is one.
+        UserError: the design diverged.
     """
     if design.failed and not anyway:
         where = design.score.get("scenario", "its scenario")

@@ -1,4 +1,4 @@
-"""``--to c``: a design in C99, and all that is shipped with it."""
+"""``--to c``: a design in C99 with everything that is shipped with the code."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,22 +12,22 @@ from hfc_design.formats.deployment.folder import of_axes, with_check
 from hfc_design.formats.deployment.vectors import Vectors, deviation, vectors
 from hfc_design.formats.writing import Content, Format, signal_units
 
-#: Tabulated terms that are off by such a share change what the loop does: Lin and Lee's Table I on
-#: its ramp has an error, once it has settled, that is two per cent larger.
+#: Relative error of tabulated terms that changes what the loop does: Lin and Lee's Table I
+#: on its ramp then has a settled error that is two per cent larger.
 COARSE = 0.01
 
 
 def folder(design: Design) -> Content:
-    """The sources of a design, its page, its vectors, and ``make check``.
+    """Return the folder of a design: sources, README page, test vectors, and ``make check``.
 
     Raises:
-        UserError: a kind has no C code, or an input is called like a word of the language.
+        UserError: the kind has no C code, or an input is named like a word of the language.
     """
     return with_check(design, code.sources(design))
 
 
 class Tabulated(NamedTuple):
-    """How far tabulated terms are off."""
+    """Deviation of a controller with tabulated terms from the exact one."""
 
     of: str  # what deviates: the command, or a factor in it
     unit: str
@@ -39,12 +39,12 @@ class Tabulated(NamedTuple):
 
     @property
     def coarse(self) -> bool:
-        """Whether the loop is to be expected to do something else."""
+        """True if the loop has to be expected to behave differently."""
         return max(self.share, self.off_share) >= COARSE
 
     @property
     def lines(self) -> list[str]:
-        """It in words."""
+        """Lines of text that describe the deviation."""
         size = f"{self.deviation:.2g} {self.unit}".rstrip()
         first = f"{size}, {100 * self.share:.2g} % of the largest output of the rules"
         off = f"{self.off:.2g} {self.command_unit}".rstrip()
@@ -61,10 +61,10 @@ def write_lookup(
     points: int,
     connect: Callable[[Design], Design] = lambda design: design,
 ) -> dict[str, Tabulated]:
-    """Write the same without ``exp``, with degrees tabulated at ``points`` values.
+    """Write the C folder without ``exp``: degrees are tabulated at ``points`` values.
 
     Returns:
-        How far each axis is off; "" where they do not differ.
+        The deviation of each axis; the key is "" where the axes do not differ.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``folder``.

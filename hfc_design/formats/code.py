@@ -1,4 +1,4 @@
-"""A controller as a header and a source of C99, which do what ``runtime.Controller`` does."""
+"""C99 header and source of a controller; the code computes what ``runtime.Controller`` computes."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -14,38 +14,38 @@ from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
 from hfc_design.formats.laws import inside, machine_axes, of_path, recorded_law
 
-#: Where code of a machine has what it sees of the path.
+#: C expressions of the path values in the code of a machine.
 IN_PATH = ("path->tangent[0]", "path->tangent[1]", "path->curvature", "path->contour_error")
-#: What these are.
+#: Meanings of the path values.
 OF_PATH = (
     "along X, of the unit vector along the path",
     "along Y, of the unit vector along the path",
     "of the path, positive to the left",
     "of the measured position, positive to the left of the path",
 )
-#: What code of a machine calls so besides.
+#: Further names in the code of a machine.
 OF_MACHINES = ("axes", "path", "command", "AXES")
-#: How names of the C code end that others see.
+#: Suffixes of the public names in the C code.
 PUBLIC = ["real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest"]
 PUBLIC += ["path", "contour_error"]
-#: Largest number of a design: no sum or product of what the law is made of overflows.
+#: Largest number of a design: no sum or product inside the law overflows.
 LARGEST = 1e100
-#: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
+#: Largest number of a design that adapts: differences of 1e-4 decide there and have to be seen.
 LARGEST_LEARNT = 1e9
-#: What single precision holds with room for products, beside 0.
+#: Range of numbers that single precision holds with room for products, besides 0.
 SINGLE = (1e-30, 1e12)
 
 
 def sources(
     design: Design, law: AxisLaw | None = None, notes: Iterable[str] = ()
 ) -> dict[str, str]:
-    """A folder with ``NAME.h`` and ``NAME.c``, NAME as ``c_name`` gives it.
+    """Return ``NAME.h`` and ``NAME.c`` of a controller, with NAME from ``c_name``.
 
-    ``law`` is another one for the same numbers, as that of tabulated terms; ``notes`` stand in the
-    head.
+    ``law`` replaces the design's own law with the same numbers, for example by one with tabulated
+    terms; ``notes`` are printed in the head comment.
 
     Raises:
-        UserError: the kind has no C code, or an input is called like a word of the language.
+        UserError: the kind has no C code, or an input is named like a word of the language.
     """
     names, whole = signals(design), machine_axes(design)
     axes, numbers = [*map(identifier, whole)], checked_numbers(design)
@@ -79,10 +79,10 @@ def sources(
 
 
 def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
-    """The same without ``exp``: degrees tabulated at ``points`` values, linear in between.
+    """Return the sources without ``exp``: degrees tabulated at ``points`` values, else linear.
 
     Returns:
-        The files, and what ``Kind.lookup`` gives.
+        The files, and the result of ``Kind.lookup``.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``sources``.
@@ -99,16 +99,16 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
 
 
 def c_name(design: Design) -> str:
-    """What every name in the C code of a design begins with."""
+    """Prefix of every name in the C code of a design."""
     name = identifier(design.name)
     return name if name[:1].isalpha() else f"hfc_{name}"
 
 
 def signals(design: Design) -> dict[str, str]:
-    """What the controller reads at a sample, and its unit where that is known.
+    """Return the signals that the controller reads in a sample, with units as far as known.
 
     Raises:
-        UserError: an input is called like a word of the language.
+        UserError: an input is named like a word of the language.
     """
     read = writing.signals_read(design)
     for name in read:
@@ -118,7 +118,7 @@ def signals(design: Design) -> dict[str, str]:
 
 
 class Flat(NamedTuple):
-    """What goes in and out where all have a name of their own: of an axis, or of a machine."""
+    """Inputs and outputs of a controller of an axis or machine, each with its own name."""
 
     inputs: dict[str, str]  # name -> unit, "" if unknown
     outputs: list[str]
@@ -128,10 +128,10 @@ class Flat(NamedTuple):
 
 
 def flat(design: Design) -> Flat:
-    """Inputs and commands of a design; of a machine they begin with the name of their axis.
+    """Return inputs and commands of a design; for a machine the axis name precedes each of them.
 
     Raises:
-        UserError: what it reads is not known.
+        UserError: the signals that the controller reads are not known.
     """
     read, unit = writing.signals_read(design), writing.signal_units(design).get("command", "")
     truths = design.connected.truths if design.connected else []
@@ -153,10 +153,10 @@ def flat(design: Design) -> Flat:
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:
-    """Every number of the controller and its limits by its dotted key.
+    """Return every number of the controller and its limits, each with its dotted key.
 
     Raises:
-        UserError: one is too large for code that does what the runtime does.
+        UserError: a number is too large for code that computes what the runtime computes.
     """
     whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
     learns = saving.learns(design)
@@ -170,7 +170,7 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
 
 
 def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> str:
-    """Why a design with these numbers and widths of terms does not fit into float; "": it does."""
+    """Return why a design with these numbers and term widths does not fit into float, or ""."""
     smallest, largest = SINGLE
     odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
     odd += ["a term has no width" for width in widths if width < smallest]
@@ -178,7 +178,7 @@ def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> st
 
 
 def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
-    """Every number in a table by its dotted key."""
+    """Yield every number in a table with its dotted key."""
     if isinstance(value, dict | list | tuple):
         for name, part in value.items() if isinstance(value, dict) else enumerate(value):
             yield from _numbers(part, f"{key}.{name}".lstrip("."))

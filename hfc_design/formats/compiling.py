@@ -1,4 +1,4 @@
-"""A shared library of C sources for Linux on x86-64, where a C compiler is at hand."""
+"""Compilation of C sources to a shared library for Linux on x86-64, if there is a compiler."""
 
 import platform
 import shutil
@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from hfc_design.core.records import RunError
 
-#: Equal bits of equal sources: no name of a folder, no identity of a build, no fused operations.
+#: Options for reproducible builds: no folder names, no build identity, no fused operations.
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"),
     *("-ffp-contract=off", "-s", "-Wl,--build-id=none"),
@@ -19,14 +19,14 @@ LONGEST_S = 120.0
 
 
 def compiler() -> str | None:
-    """The path of ``cc``; None where there is none, or what it makes runs elsewhere."""
+    """Return the path of ``cc``; None if there is none, or if it builds for another platform."""
     if sys.platform != "linux" or platform.machine() != "x86_64":
         return None
     return shutil.which("cc")
 
 
 def note() -> str:
-    """What ``hfc export`` says where the sources stay alone; "": they do not."""
+    """Return the line of ``hfc export`` on why there are only sources; "" if binaries are built."""
     if compiler():
         return ""
     if sys.platform == "linux" and platform.machine() == "x86_64":
@@ -35,10 +35,10 @@ def note() -> str:
 
 
 def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:
-    """The library of all ``.c`` among the sources; None without a compiler.
+    """Compile all ``.c`` files of the sources to a shared library; None without a compiler.
 
     Raises:
-        RunError: the compiler refuses them.
+        RunError: the compiler refuses the sources.
     """
     tool = compiler()
     if tool is None:

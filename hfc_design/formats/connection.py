@@ -1,4 +1,4 @@
-"""A design as it is connected to a machine: its code reads what the machine's sensors tell."""
+"""Connection of a design to a machine: the generated code reads the signals of its sensors."""
 
 from collections.abc import Callable
 from functools import partial
@@ -38,7 +38,7 @@ Known = tuple[dict[str, str], dict[str, str]]
 
 
 class Connected(NamedTuple):
-    """What the code of a connected design reads, and what makes a law read it."""
+    """Inputs of a connected design's code, and the function that makes a law read them."""
 
     units: dict[str, str]  # name -> unit, of all that it reads, of a machine at each axis
     meanings: dict[str, str]
@@ -49,17 +49,17 @@ class Connected(NamedTuple):
 
     @property
     def truths(self) -> list[str]:
-        """Those of what it reads that are true or false."""
+        """Names of the inputs that are true or false."""
         return [name for name in self.units if name in TRUTHS]
 
 
 def connect(design: Design, scenario: Scenario | None = None) -> Design:
-    """The design with code of raw readings, as the sensors of a scenario have them.
+    """Return the design with code that reads the raw values of a scenario's sensors.
 
-    That is its own where it is left out.
+    Without ``scenario`` the scenario of the design itself is used.
 
     Raises:
-        UserError: it cannot run from here or has not its axes; or one code is for all of its axes,
+        UserError: the scenario cannot run from here or has other axes; or one code serves all axes
             and they are measured in different ways.
     """
     begin = f"design {design.name}: its sensors are not known"
@@ -103,7 +103,7 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
 
 
 def _text(drive: Drive) -> Known:
-    """Unit and meaning of all that code can read of a drive, and of its command."""
+    """Unit and meaning of every signal of a drive that code can read, and of its command."""
     known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
     known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
     of_drive = dict.fromkeys(_readings(drive), "as its sensor reads it")
@@ -112,7 +112,7 @@ def _text(drive: Drive) -> Known:
 
 
 def _readings(drive: Drive) -> dict[str, None]:
-    """Names of what the sensors of an axis tell: its state, and what no encoder forms."""
+    """Names of an axis' sensor readings: its state, and signals not formed from encoders."""
     return dict.fromkeys((*drive.initial_state(0.0)._fields, *measured_apart(drive)))
 
 
@@ -123,7 +123,7 @@ def _connected(
     rated: dict[str, tuple[str, ...]],
     known_signals: dict[str, Known],
 ) -> Connected:
-    """What connects a design to its axes, of which the rates of some angles are formed."""
+    """Return the connection of a design to its axes; its code forms the ``rated`` velocities."""
     each = tuple(_connection(design, axis, scenario, rated[axis.name]) for axis in axes)
     whole, every = laws.machine_axes(design), design.controller.sample_time_s
     start = within_rate(laws.begun_law(design))
@@ -153,13 +153,13 @@ def _connected(
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
-    """The drive of an axis with the encoder fed back that the scenario names."""
+    """Return the drive of an axis with feedback from the encoder that the scenario names."""
     encoder = scenario.sensors.of(axis.name).feedback
     return axis.drive if encoder is None else fed_back(axis.drive, encoder)
 
 
 def _sensing_of(axis: Axis, scenario: Scenario) -> tuple[Any, ...]:
-    """What of an axis decides how it is measured: also what its drive tells of odd states."""
+    """Return all that decides how an axis is measured, with its drive's readings of odd states."""
     drive = axis.drive
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
     readings = []
@@ -210,7 +210,7 @@ def _connection(
 
 
 def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callable[..., Any]:
-    """The same of numbers, whatever a drive makes of them: JAX would make them of its own."""
+    """Wrap a drive's function so that it gives plain numbers and not arrays of JAX."""
 
     def signals_of(read: dict[str, Scalar]) -> dict[str, Scalar]:
         values = read.values()
@@ -225,7 +225,7 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
 
 
 def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:
-    """A memory without its past: numbers as they ``start``, but not arrays, which are learnt."""
+    """Reset a memory: numbers return to their ``start`` values, arrays, which are learnt, stay."""
 
     def chosen(now: Any, first: Any) -> Memory:
         plain = isinstance(first, float | int) and not isinstance(first, bool)
@@ -235,7 +235,7 @@ def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: 
 
 
 def _begun(axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
-    """A memory, or where it is fresh what a first sample begins with."""
+    """Return the memory, or the memory of a first sample if it is fresh."""
 
     def chosen(now: Any, first: Any) -> Memory:
         if now is None:

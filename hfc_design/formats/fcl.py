@@ -1,7 +1,7 @@
-"""Fuzzy Control Language: that of IEC 61131-7, and the dialect of jFuzzyLogic.
+"""Fuzzy Control Language in two dialects: IEC 61131-7, and jFuzzyLogic.
 
-The standard knows terms of straight lines and singletons only, so that a Gaussian becomes a
-polygon; jFuzzyLogic knows it as GAUSS2. Triangles are exact in both.
+The standard has only terms of straight lines and singletons, so that a Gaussian becomes a polygon;
+jFuzzyLogic has it as GAUSS2. Triangles are exact in both.
 """
 
 import math
@@ -14,7 +14,7 @@ from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.formats.fuzzy_files import Input, texts
 from hfc_design.formats.writing import Format
 
-#: Straight lines on either side of a Gaussian.
+#: Number of straight lines on either side of a Gaussian.
 LINES = 64
 
 STANDARD = [
@@ -29,14 +29,14 @@ JFUZZYLOGIC = [
 
 
 def gauss2(term: Term, place: Input) -> str:
-    """Two means, each with its width; a triangle is its points."""
+    """Write a Gaussian term as two means, each with its width; a triangle as its points."""
     if not isinstance(term, FlatGaussian):
         return polygon(term, place)
     return "GAUSS2 " + " ".join(map(literal_of, (term.low, term.sigma, term.high, term.sigma)))
 
 
 def polygon(term: Term, place: Input) -> str:
-    """The points of a term on the universe of its input."""
+    """Return the points of a term on the universe of its input."""
     if isinstance(term, FlatGaussian):
         left = _tail(term.sigma, term.low, place.lowest, -1.0)
         right = _tail(term.sigma, term.high, place.highest, 1.0)
@@ -49,11 +49,12 @@ def polygon(term: Term, place: Input) -> str:
 
 
 def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[float, float]]:
-    """Points (x, degree) from a ``shoulder``, where the degree begins to fall, to ``end``.
+    """Return points (x, degree) from a ``shoulder``, where the degree begins to fall, to ``end``.
 
-    They lie on its ``side``, -1 or 1. An output is a quotient of degrees, so that small ones have
-    to be right in proportion where no term is near: the lines are denser where the degree bends,
-    counted between its bend itself, degree^(1/2), and its bend in proportion, degree^0.
+    They lie on the given ``side``, -1 or 1. An output is a quotient of degrees, so that small
+    degrees have to be right in proportion where no other term is near: the lines are denser where
+    the degree bends, counted between its own bend, degree^(1/2), and its bend in proportion,
+    degree^0.
     """
     width = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
     if width <= 0.0:

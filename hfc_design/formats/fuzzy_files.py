@@ -1,10 +1,10 @@
-"""A folder with one file of a fuzzy language a unit: what FLL, FCL, FML and FIS have in common.
+"""Folders with one file per rule unit: the common part of FLL, FCL, FML and FIS.
 
-FLL and FML need no more than that.
+FLL and FML need nothing else.
 
-A file holds one unit. Beside them ``manifest.csv`` lists the units in evaluation order with what
-they read; ``controller.json`` has everything else that the command takes: scales, limits, gains,
-and the steps of one sample in words.
+Beside the units ``manifest.csv`` lists them in evaluation order with their inputs;
+``controller.json`` holds everything else that the command depends on: scales, limits, gains, and
+the steps of one sample in words.
 """
 
 import json
@@ -35,7 +35,7 @@ CLASH = "{name!r} is a keyword of that format, or is used there for two things"
 
 
 class Input(NamedTuple):
-    """An input of a unit."""
+    """Input of a unit."""
 
     name: str
     terms: tuple[Term, ...]
@@ -45,7 +45,7 @@ class Input(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """If the row input is ``row`` and the column input is ``column`` then ``value``."""
+    """Rule: if the row input is ``row`` and the column input is ``column`` then ``value``."""
 
     name: str  # of its singleton: one a rule, so that no reader merges two, if none has a name
     row: str
@@ -54,7 +54,7 @@ class Rule(NamedTuple):
 
 
 def texts(design: Design, target: str, **values: object) -> dict[str, str]:
-    """The files of the folder by name; a unit is written by its template with ``values``.
+    """Return the files of the folder by name; a template with ``values`` renders each unit.
 
     Raises:
         UserError: the design has no rule tables, or a name is a word of the language.
@@ -89,7 +89,7 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
 
 
 def companion_files(design: Design) -> Json:
-    """What a command takes beside the units, a limit of the design too."""
+    """Return all that the command depends on beside the units, and the design's limit."""
     units = writing.signal_units(design)
     about = writing.rule_base(design).about(design.controller, units)
     if design.limits.command is not None:
@@ -105,7 +105,7 @@ def companion_files(design: Design) -> Json:
 
 
 def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
-    """Row and column input of each unit by its name."""
+    """Return the row and column input of each unit, by unit name."""
     tables = {unit.name: unit.table for unit in units}
     return {
         unit.name: (
@@ -131,7 +131,7 @@ def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable
 def _represented(
     unit: RuleUnit, name: str, least: tuple[float, float]
 ) -> tuple[float, float] | None:
-    """The range that came with the unit, where it still holds all that it has to."""
+    """Return the range that came with the unit, if it still covers everything that it has to."""
     lowest, highest = unit.ranges.get(name, (math.inf, -math.inf))
     return (lowest, highest) if lowest <= least[0] and least[1] <= highest else None
 
@@ -148,12 +148,12 @@ def _rules(unit: RuleUnit) -> list[Rule]:
 
 
 def unit_head(design: Design) -> list[str]:
-    """What made a unit's file, and what it leaves out."""
+    """Return the head comment of a unit's file: its origin, and what the file leaves out."""
     return writing.head(design, writing.rule_base(design).notes(design.controller))
 
 
 def fml(design: Design) -> dict[str, str]:
-    """A folder of FML as JFML reads it, a system a unit; UserError: two names of one are alike."""
+    """Return FML for JFML, one system per unit; UserError: two names in one are alike."""
     files = texts(design, "fml", domain=_domain)
     for text in (text for name, text in files.items() if name.endswith(".fml")):
         # Names are XML IDs: all variables, terms and rules of a file share one space of them.
@@ -165,7 +165,7 @@ def fml(design: Design) -> dict[str, str]:
 
 
 def _domain(place: Input) -> tuple[float, float]:
-    """Domain of a variable, wide where a value is not clamped: JFML does not take one beyond."""
+    """Return the domain of a variable, wide if unclamped: JFML refuses values beyond it."""
     if place.clamped:
         return place.lowest, place.highest
     room = 1e6 if isinstance(place.terms[0], Triangle) else 1.0

@@ -1,4 +1,4 @@
-"""The controller of a design as it is recorded for code: of an axis, or of a whole machine."""
+"""Recording of a design's controller for code generation, for one axis or a whole machine."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,24 +11,24 @@ from hfc_design.core.numbers import SCALARS, Floats, Memory
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import axes_of
 
-#: Of the last designs that were asked for: several parts of an export read the same one.
+#: Recordings of the last requested designs: several parts of an export read the same one.
 _KEPT: dict[tuple[Any, ...], Recorded] = {}
 MOST = 64
-#: By how much of themselves numbers are put aside, to see who reads them.
+#: Relative change of numbers that shows where they are used.
 ASIDE = 1e-3
-#: What a kind lacks of which no code can be made.
+#: Reason why no code can be generated for a kind.
 NO_CODE = "its inputs are not known; export its numbers with json"
 
 
 def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False) -> Recorded:
-    """What the controller of a design does at a sample.
+    """Record the controller of a design for one sample.
 
-    ``law`` is another one for the same numbers; ``flat`` as of ``codegen.recorded``, where the
-    limit of an axis is the design's.
+    ``law`` replaces the design's own law with the same numbers; ``flat`` as in ``codegen.recorded``
+    and with the design's limit of an axis.
 
     Raises:
-        TraceError: it does what no code can be made of.
-        UserError: it reads whatever there is.
+        TraceError: the controller does something that no code can be generated for.
+        UserError: the controller reads whatever signals exist.
     """
     if law is not None:
         return recorded(_source(design, law, flat), flat=flat)
@@ -50,14 +50,14 @@ def _key_of(design: Design) -> tuple[Any, ...]:
 
 
 def machine_axes(design: Design) -> tuple[str, ...]:
-    """The axes that one controller commands; () of the controller of an axis."""
+    """Return the axes that one controller commands; () for the controller of one axis."""
     return () if design.kind.law or design.kind.axis_records else axes_of(design)
 
 
 def of_path(design: Design) -> tuple[str, ...]:
-    """What the controller of a machine, or one inside it, has to know of the path, if anything.
+    """Return the path values that a machine's controller, or one inside it, reads; possibly none.
 
-    A connected one forms the contour error itself.
+    A connected controller computes the contour error itself.
     """
     axes = machine_axes(design)
     seen = bool(axes) and any(x.path for x in inside(design.controller, axes))
@@ -65,7 +65,7 @@ def of_path(design: Design) -> tuple[str, ...]:
 
 
 def inside(record: ControllerRecord, axes: tuple[str, ...]) -> Iterator[ControllerRecord]:
-    """A controller, and all that are inside of it."""
+    """Yield a controller and all controllers inside it."""
     yield record
     for inner in record.inside(axes).values():
         yield from inside(inner, axes)
@@ -88,7 +88,7 @@ def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
 
 
 def learnt(design: Design) -> list[str]:
-    """Names of what a controller learns: with other numbers there it is another record."""
+    """Return the names of the numbers that a controller learns: they are part of its record."""
     memory = begun_law(design)
     if (same := _adapted(design, memory)) is None:
         return []
@@ -101,7 +101,7 @@ def learnt(design: Design) -> list[str]:
 
 
 def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
-    """A record with what the code of a design has learnt, by the names of its state's members."""
+    """Return a record with the learnt ``numbers``, by the members of the code's state."""
     memory = filled(begun_law(design), {name: x.tolist() for name, x in numbers.items()})
     adapted = _adapted(design, memory)
     assert adapted is not None  # or it had learnt nothing
@@ -117,7 +117,7 @@ def _adapted(design: Design, memory: Memory) -> ControllerRecord | None:
 
 
 def begun_law(design: Design) -> Memory:
-    """What the controller of a design remembers before its first sample."""
+    """Return the memory of a design's controller before its first sample."""
     kind, record = design.kind, design.controller
     if axes := machine_axes(design):
         memory = begun(design.commanding(axes), SCALARS, 0.0, record.law_gains())

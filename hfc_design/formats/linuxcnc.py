@@ -1,6 +1,6 @@
-"""A component of LinuxCNC's HAL, the files that wire it, and a simulated machine to close the loop.
+"""LinuxCNC export: a HAL component, the files that wire it, and a simulated machine.
 
-The component includes the C code of ``--to c``, so there is one control law.
+The component includes the C code of ``--to c``, so that there is one control law.
 """
 
 import hashlib
@@ -23,21 +23,21 @@ from hfc_design.formats.writing import Content, Format, meanings_of, rendered
 from plants import Drive
 from plants.drive import fed_back
 
-#: Characters of a name in HAL.
+#: Largest number of characters of a name in HAL.
 LONGEST = 47
-#: What a component reads besides, of a controller that feeds the acceleration forward.
+#: Further input of a component whose controller feeds the acceleration forward.
 ACCELERATION = "reference_acceleration"
 
 
 def components(design: Design) -> dict[str, Content]:
-    """A folder with all that halcompile and halrun need.
+    """Return a folder with everything that halcompile and halrun need.
 
-    Where a design names no scenario, and that of its plant does not fit it, there is no loop on a
+    If the design names no scenario and does not fit that of its plant, there is no loop on a
     simulated machine, and README.md says why.
 
     Raises:
-        UserError: the design cannot run on HAL, or the scenario that it names not from here: it
-            may name a file that is not here.
+        UserError: the design cannot run on HAL, or the scenario that it names cannot be run from
+            here; it may name a file that is missing.
     """
     if design.kind.controller and not design.kind.axis_records:
         message = "it commands a whole machine, but a component has one axis; use --to c"
@@ -64,7 +64,7 @@ def components(design: Design) -> dict[str, Content]:
 
 
 def component_name(design: Design) -> str:
-    """Name of the component: an identifier that no component of LinuxCNC has."""
+    """Return the name of the component: an identifier that no component of LinuxCNC has."""
     name = f"hfc_{identifier(design.name)}"
     longest_pin = ACCELERATION if ACCELERATION in code.signals(design) else "spindle_velocity"
     longest = LONGEST - len(f".0.{longest_pin}")
@@ -75,7 +75,7 @@ def component_name(design: Design) -> str:
 
 
 def _values(design: Design) -> Json:
-    """What every template reads."""
+    """Return the values for all templates."""
     if design.plant.name not in ALL_PLANTS.names():
         raise UserError(f"design {design.name}: unknown plant {design.plant.name}")
     plant = PlantSettings(**design.plant.model_dump())
@@ -110,10 +110,10 @@ def _values(design: Design) -> Json:
 
 
 def _followed(design: Design, drive: Drive) -> Drive:
-    """The drive with the encoder fed back that the design's scenario names.
+    """Return the drive with feedback from the encoder that the design's scenario names.
 
     Raises:
-        UserError: it names another one for another axis.
+        UserError: the scenario names another encoder for another axis.
     """
     encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
     if len(encoders) > 1:
@@ -125,7 +125,7 @@ def _followed(design: Design, drive: Drive) -> Drive:
 
 
 def _plant(drive: Drive) -> Json:
-    """What the template of the plant's component reads, and which of its pins is where it is."""
+    """Return the template values of the plant's component, with the pin of its true position."""
     states, counts = plant_code.state_units(drive), plant_code.counts(drive)
     others = [name for name in plant_code.signals(drive) if name not in states]
     return {
@@ -141,7 +141,7 @@ def _plant(drive: Drive) -> Json:
 
 
 def _signals(design: Design, plant: Drive) -> Json:
-    """What the controller reads; an error comes in as the two values that it is between."""
+    """Return the controller's inputs; an error comes in as the two values that it is between."""
     read, units = code.signals(design), units_of(plant.units)
     if connection := design.connected:
         switches = [name for name in read if name in SWITCHES and name != "enable"]
@@ -177,9 +177,9 @@ def _signals(design: Design, plant: Drive) -> Json:
 
 
 def _simulated_loop(design: Design) -> tuple[Json, str]:
-    """The scenario of ``design`` for HAL, and reference.txt.
+    """Return the scenario of ``design`` for HAL, and reference.txt.
 
-    A row of that is a sample: reference, its rate and the load of each axis.
+    A row of reference.txt is a sample: reference, its rate and the load of each axis.
 
     Raises:
         UserError: the scenario cannot run from here.
@@ -212,7 +212,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
 
 
 def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
-    """UserError: the name of an axis makes one in HAL too long."""
+    """Check the names in HAL of an axis; UserError: one is too long."""
     behind = [f"machine.{name}" for name in coefficients]
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
@@ -223,7 +223,7 @@ def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:
-    """(steps,) load of each sample, which HAL holds: Simpson's mean of (2 substeps + 1, steps)."""
+    """Return the (steps,) load held in each sample: Simpson's mean of (2 substeps + 1, steps)."""
     weights = np.full(len(loads), 2.0)
     weights[1::2] = 4.0
     weights[[0, -1]] = 1.0

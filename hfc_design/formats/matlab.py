@@ -1,4 +1,4 @@
-"""For MATLAB and Octave: fuzzy inference systems, and a MAT file of all."""
+"""MATLAB and Octave export: fuzzy inference systems, and a MAT file of the whole design."""
 
 import io
 import math
@@ -16,17 +16,17 @@ from hfc_design.formats.scripts import function, named
 from hfc_design.formats.writing import Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}
-#: exp(-700) is about the smallest number of full precision.
+#: Exponent limit: exp(-700) is about the smallest number of full precision.
 FADED = 700.0
 
 
 def systems(design: Design) -> dict[str, str]:
-    """A folder with one ``.fis`` a unit and ``controller.m``, which needs none of them.
+    """Return a folder with one ``.fis`` per unit, and ``controller.m``, which does not need them.
 
     A hierarchy also gets ``controller_tree.m``, which builds MATLAB's ``fistree``.
 
     Raises:
-        UserError: a name is none of MATLAB, or there are inputs for which no rule fires.
+        UserError: a name is invalid in MATLAB, or no rule fires for some inputs.
     """
     files, units = texts(design, "fis"), rule_units(design)
     sides = inputs(units)
@@ -46,7 +46,7 @@ def systems(design: Design) -> dict[str, str]:
 
 
 def _faintest(side: Input) -> float:
-    """-ln of the lowest that the highest degree of an input can be (LL eq. 3)."""
+    """Return -ln of the least value that the highest degree of an input takes (LL eq. 3)."""
     terms = [term for term in side.terms if isinstance(term, FlatGaussian)]
     if not terms:
         return 0.0  # triangles leave no gap, see flc.record
@@ -61,14 +61,14 @@ def _exponent(term: FlatGaussian, u: float) -> float:
 
 
 def variables(design: Design) -> bytes:
-    """A MAT file (version 5) with everything that a design file holds; SciPy reads it too.
+    """Return a MAT file (version 5) with everything that a design file holds; SciPy reads it too.
 
     Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing
-    edge of a term is infinite), ``limits`` where the design has some, and of a rule base ``units``
+    edge of a term is infinite), ``limits`` where the design has some, and for a rule base ``units``
     (name, column_input, row_input, table) in evaluation order with ``wiring``.
 
     Raises:
-        UserError: a name is none of a field in MATLAB.
+        UserError: a name cannot be that of a field in MATLAB.
     """
     lines = np.array(facts(design), dtype=object)
     plant = design.plant.model_dump(mode="json")
@@ -99,7 +99,7 @@ def variables(design: Design) -> bytes:
 
 
 def _matlab(value: Any) -> object:
-    """Records as structs, lists of them as struct arrays, numbers as arrays, labels as cells."""
+    """Convert records and lists of them to structs, numbers to arrays, labels to cells."""
     if value is None:
         return np.zeros((0, 0))
     if isinstance(value, dict):

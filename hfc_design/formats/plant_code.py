@@ -1,4 +1,4 @@
-"""Drives in C99, step for step what the simulator does; LinuxCNC and FMUs have the same files."""
+"""C99 code of drives, step for step what the simulator computes; shared by LinuxCNC and FMUs."""
 
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -19,7 +19,7 @@ from hfc_design.formats.writing import RESERVED, rendered
 from plants import Drive, Machine
 from plants.five_axis import FIVE_AXIS, FIVE_AXIS_B
 
-#: Drives that share their code, and how that is called.
+#: Drive -> name of the code that it shares with other drives.
 SHARED = {
     drive.name: f"servo_{'linear' if drive.degrees is None else 'rotary'}"
     for machine in (FIVE_AXIS, FIVE_AXIS_B)
@@ -28,7 +28,7 @@ SHARED = {
 
 
 class Function(NamedTuple):
-    """One of a drive in C."""
+    """Function of a drive in C."""
 
     lines: list[str]
     outputs: dict[str, str]  # where each number that it gives goes, and what it is
@@ -37,15 +37,15 @@ class Function(NamedTuple):
 
 
 def name_of(drive: Drive) -> str:
-    """What every name in the C of a drive begins with."""
+    """Prefix of every name in the C code of a drive."""
     return f"plant_{SHARED.get(drive.name, identifier(drive.name))}"
 
 
 def check(drive: Drive, design: Design) -> None:
-    """Whether a drive of the design's plant can be written in C.
+    """Check that a drive of the design's plant can be written in C.
 
     Raises:
-        UserError: it does what no code can be made of.
+        UserError: the drive does something that no code can be generated for.
     """
     try:
         _functions(drive)
@@ -55,25 +55,25 @@ def check(drive: Drive, design: Design) -> None:
 
 
 def state_units(drive: Drive) -> dict[str, str]:
-    """Unit of every field of a drive's state, "" where it is not known."""
+    """Return the unit of every field of a drive's state, "" where it is not known."""
     units = {drive.position: drive.units["error"], drive.velocity: drive.units["error_rate"]}
     units |= drive.units | drive.state_units
     return {field: units.get(field, "") for field in drive.initial_state(0.0)._fields}
 
 
 def signals(drive: Drive) -> list[str]:
-    """What a drive's sensors tell beside the error."""
+    """Return the signals of a drive's sensors beside the error."""
     fixed = drive.coefficients(drive.parameters())
     return list(drive.signals(fixed, drive.measured(fixed, drive.initial_state(0.0))))
 
 
 def counts(drive: Drive) -> bool:
-    """Whether the drive's own sensors report another position than it has."""
+    """True if the drive's own sensors report a position that differs from the true one."""
     return _functions(drive)["measured"].outputs[f"seen.{drive.position}"] != f"x->{drive.position}"
 
 
 def sources(drive: Drive, design: Design) -> dict[str, str]:
-    """Header and source of a drive by their names; UserError as ``check``."""
+    """Return header and source of a drive by file name; UserError as ``check``."""
     check(drive, design)
     functions = _functions(drive)
     library = dict.fromkeys(name for one in functions.values() for name in one.library)
@@ -96,7 +96,7 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
 
 
 def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
-    """The coefficients of a drive by name; those of a part have the part's name before theirs."""
+    """Return the coefficients of a drive by name; the part's name precedes those of a part."""
     numbers: dict[str, Any] = {}
     for name, value in record._asdict().items():
         part = hasattr(value, "_asdict")
@@ -105,10 +105,10 @@ def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
 
 
 def coupled(machine: Machine, design: Design) -> dict[str, str]:
-    """Header and source of a step of a machine whose axes act on one another.
+    """Return header and source of a step of a machine with coupled axes.
 
     Raises:
-        UserError: it does what no code can be made of.
+        UserError: the machine does something that no code can be generated for.
     """
     count = len(machine.axes)
     given: Json = {"dt": 0.0}
@@ -144,10 +144,10 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
 
 @cache
 def _functions(drive: Drive) -> dict[str, Function]:
-    """What is in the C of a drive.
+    """Return the functions in the C code of a drive.
 
     Raises:
-        TraceError: it does what no code can be made of.
+        TraceError: the drive does something that no code can be generated for.
     """
     parameters = drive.parameters()
     fixed = jax.eval_shape(drive.coefficients, parameters)  # the names of them
@@ -175,7 +175,7 @@ def _functions(drive: Drive) -> dict[str, Function]:
 
 
 def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str) -> Function:
-    """A function of records and numbers, which gives one number or fills a record."""
+    """Print a function of records and numbers, which returns one number or fills a record."""
     trace = Trace()
     places: dict[str, str] = {}
     nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
@@ -203,7 +203,7 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
 
 
 def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: str = "") -> Any:
-    """A record of leaves, or one, by the names that C has for them; ``part`` is within a record."""
+    """Return a record of leaves, or one leaf, named as in C; ``part`` is within a record."""
     if hasattr(value, "_asdict"):
         head = f"{part}_" if part else ""
         items = value._asdict().items()
@@ -213,6 +213,6 @@ def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: st
     return trace.leaf("input", leaf)
 
 
-#: Where the numbers of a step are that lie in an array.
+#: C expressions of the numbers of a step that are elements of an array.
 PLACES = {"start": "loads[0]", "middle": "loads[1]", "end": "loads[2]"}
 PLACES |= {f"{name}_{k}": f"{name}s[{k}]" for name in ("command", "load") for k in range(64)}

@@ -1,4 +1,4 @@
-"""A project of PLCopen's XML (TC6 2.01): the block of ``--to st``, and a task that calls it."""
+"""PLCopen XML (TC6 2.01) export: the block of ``--to st``, and a task that calls it."""
 
 from decimal import Decimal
 from typing import TypeAlias
@@ -21,15 +21,15 @@ EXAMPLE = (
     "An example: give the variables what the drive's sensors tell, in the units that they name, "
     "and the drive the command; fault belongs to what stops the machine."
 )
-#: One with what it is.
+#: Name of a signal with its description.
 Told: TypeAlias = "tuple[Variable, str]"
 
 
 def project(design: Design) -> str:
-    """``design`` as a project of one function block and a program that a task calls.
+    """Return ``design`` as a project of one function block and a program that a task calls.
 
     Raises:
-        UserError: as ``st.block_of``; or a name is one of the example.
+        UserError: as ``st.block_of``; or a name is used by the example program.
     """
     block = block_of(design)
     program, instance = f"{block.name}_example", f"{block.name}_1"
@@ -68,7 +68,7 @@ def project(design: Design) -> str:
 
 
 def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
-    """What comes in, and commands and fault, with their units."""
+    """Return the inputs, and the commands with the fault output, each with its unit."""
     known = block.known
 
     def described(name: str, unit: str) -> Told:
@@ -88,7 +88,7 @@ def _call(instance: str, known: Flat) -> str:
 
 
 def folder(design: Design) -> Content:
-    """The project of a design, a page on it, vectors, and a program that runs them.
+    """Return the project of a design, a README page, test vectors, and a program that runs them.
 
     Raises:
         UserError: as ``project``.

@@ -1,4 +1,4 @@
-"""The state of a design's C code as numbers, and what such numbers have learnt."""
+"""State of a design's C code as numbers, and recovery of learnt values from such numbers."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -16,7 +16,7 @@ from hfc_design.formats.connection import connect
 
 
 class Member(NamedTuple):
-    """Numbers in the state of C code."""
+    """Member of the state in C code: one number or an array."""
 
     name: str
     size: int  # of an array; 0: it is none
@@ -27,18 +27,18 @@ class Member(NamedTuple):
 
     @property
     def length(self) -> int:
-        """How many numbers it is."""
+        """Number of values."""
         return self.size or 1
 
     @property
     def at(self) -> str:
-        """Its places among the numbers that are saved."""
+        """Indices of the member among the saved numbers."""
         last = f" to {self.first + self.length - 1}" if self.length > 1 else ""
         return f"{self.first}{last}"
 
 
 class Saved(NamedTuple):
-    """What is saved of a state: what is learnt, then the rest."""
+    """Saved members of a state, the learnt ones first."""
 
     members: list[Member]
     learnt: int  # numbers of what is learnt
@@ -46,7 +46,7 @@ class Saved(NamedTuple):
 
 
 def saved(design: Design) -> Saved:
-    """What ``NAME_save`` of a design's code writes."""
+    """Return what ``NAME_save`` of a design's code writes."""
     law, learnt = laws.recorded_law(design), laws.learnt(design)
     members: list[Member] = []
     for k, field in enumerate(law.fields):
@@ -63,26 +63,26 @@ def saved(design: Design) -> Saved:
 
 
 def learns(design: Design) -> bool:
-    """Whether the code of a design learns."""
+    """True if the code of a design learns."""
     if design.kind.axis_records:
         return any(map(learns, design.by_axis().values()))
     return design.kind.reads is not None and bool(laws.learnt(design))
 
 
 def learning(design: Design) -> Saved | None:
-    """What is saved of what learns; None of what learns nothing."""
+    """Return the saved state of a design that learns; None if it learns nothing."""
     numbers = saved(design)
     return numbers if numbers.learnt else None
 
 
 def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
-    """The controller of a design with what ``numbers`` of ``NAME_save`` have learnt.
+    """Return the controller of a design with the learnt values in ``numbers`` of ``NAME_save``.
 
-    The first ``NAME_LEARNT`` of them are enough.
+    The first ``NAME_LEARNT`` numbers are enough.
 
     Raises:
         UserError: the C code learns nothing.
-        ValueError: it saves another number of them.
+        ValueError: the C code saves another number of values.
     """
     nothing = "its C code has no learned state"
     numbers_saved: Saved = require(learning(design), design, nothing)
@@ -101,6 +101,6 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
 
 
 def size(design: Design) -> tuple[int, int]:
-    """Bytes of a state in double and in float, by the usual rules of C."""
+    """Return the bytes of a state in double and in float, by the usual rules of C."""
     count = saved(design).numbers
     return (8 * count, 4 * count) if count else (1, 1)

@@ -11,10 +11,10 @@ from hfc_design.formats.writing import RESERVED, Format, comment, rendered
 
 
 def function(design: Design, name: str = "") -> str:
-    """A function of MATLAB and Octave that commands what the runtime does.
+    """Return a function for MATLAB and Octave that computes the commands of the runtime.
 
     Raises:
-        UserError: what it reads is not known, or a name is none of a field.
+        UserError: the inputs are not known, or a name cannot be that of a field.
     """
     code.checked_numbers(design)
     known = code.flat(design)
@@ -26,17 +26,19 @@ def function(design: Design, name: str = "") -> str:
 
 
 def named(target: str, name: str) -> str:
-    """``name``, which a field can have in MATLAB; UserError: it cannot."""
+    """Return ``name`` if it can be a field in MATLAB; UserError otherwise."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
         raise UserError(f"--to {target}: {name} is not a valid field name in MATLAB; rename it")
     return name
 
 
 def module(design: Design) -> str:
-    """An ES module with ``initial()`` and ``step(state, inputs, limit)``, for a page or for Node.
+    """Return an ES module with ``initial()`` and ``step(state, inputs, limit)``.
+
+    It runs on a page or in Node.
 
     Raises:
-        UserError: what it reads is not known, or a law does what no code can be made of.
+        UserError: the inputs are not known, or a law does something without equivalent code.
     """
     code.checked_numbers(design)
     known = code.flat(design)

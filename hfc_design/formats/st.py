@@ -1,4 +1,4 @@
-"""``--to st``: a design as a function block, and all one needs to trust it."""
+"""``--to st``: a design as a function block, with the files that test it."""
 
 import re
 from typing import NamedTuple
@@ -19,13 +19,13 @@ from hfc_design.formats.writing import (
     rendered,
 )
 
-#: Digits of an ``EXP`` that may be another one's.
+#: Digits of an ``EXP`` that may differ between implementations.
 EXP_OFF = 8.0
 CLASH = "IEC 61131-3 reads {name} as {other}"
 
 
 class FunctionBlock(NamedTuple):
-    """A design as one."""
+    """Design as a function block."""
 
     name: str
     known: code.Flat
@@ -33,10 +33,10 @@ class FunctionBlock(NamedTuple):
 
 
 def block_of(design: Design) -> FunctionBlock:
-    """The function block of a design.
+    """Return the function block of a design.
 
     Raises:
-        UserError: what it reads is not known, or a name is none of the language.
+        UserError: the inputs are not known, or a name is invalid in the language.
     """
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     known = code.flat(design)
@@ -47,12 +47,12 @@ def block_of(design: Design) -> FunctionBlock:
 
 
 def text_of(design: Design) -> str:
-    """``design`` as one function block of Structured Text; UserError as ``block_of``."""
+    """Return ``design`` as a function block of Structured Text; UserError as ``block_of``."""
     return rendered("controller.st.j2", design, block=block_of(design))
 
 
 def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
-    """The block in whatever form, with a page, vectors and a program that runs them.
+    """Return the block's ``files`` with a README page, test vectors and a program that runs them.
 
     Raises:
         UserError: as ``block_of``.
@@ -94,7 +94,7 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
 
 
 def folder(design: Design) -> Content:
-    """The function block of a design, its page, its vectors, and a program that runs them.
+    """Return the function block of a design, its page, test vectors, and a program that runs them.
 
     Raises:
         UserError: as ``block_of``.

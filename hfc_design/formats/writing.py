@@ -1,7 +1,7 @@
-"""What a format is, and what every one is written with: facts of a design, names, templates.
+"""Export formats, and the parts that all writers share: facts of a design, names, templates.
 
-A module beside this one that holds ``FORMATS`` makes its own known. The same design gives the same
-bytes.
+A module beside this one that defines ``FORMATS`` registers its formats. The same design gives the
+same bytes.
 """
 
 import csv
@@ -32,38 +32,38 @@ from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from plants import Drive
 
 HERE = Path(__file__).parent
-#: Format -> words that no name in its files can be.
+#: Format -> words that cannot be names in its files.
 RESERVED: dict[str, list[str]] = {
     target: words.split()
     for target, words in tomllib.loads((HERE / "reserved.toml").read_text(encoding="utf-8")).items()
 }
-#: What the signals are that every drive has; its own ``meanings`` say of others.
+#: Meanings of the signals that every drive has; the drive's own ``meanings`` describe the others.
 MEANINGS = {
     "error": "reference less position",
     "error_rate": "rate of the reference less velocity",
     **FOLLOWED,
 }
-#: What a spreadsheet takes for the start of a formula, unless a number follows.
+#: First characters of a formula in a spreadsheet, unless a number follows.
 FORMULA = tuple("=+-@\t\r\n")
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
-#: What means something within a line of Markdown: an underscore in a word does not.
+#: Characters that are markup within a line of Markdown: an underscore in a word is not.
 MARKUP = re.compile(r"[\\`*<\[|~]|&(?=#?\w+;)|(?<![^\W_])_|_(?![^\W_])")
-#: A file, or a folder's by their names.
+#: Content of a file, or contents of a folder by file name.
 Content: TypeAlias = "str | bytes | Mapping[str, Content]"
 
 
 class Format(NamedTuple):
-    """A way to write a design for another program."""
+    """Export format of a design."""
 
     name: str
     text: str  # what it writes
-    #: Of a design, or of the part of one axis. UserError: it is not for this kind, or a name
-    #: cannot be there.
+    #: Content for a design or the part of one axis. UserError: the format does not fit the kind, or
+    #: a name is invalid in it.
     content: Callable[[Design], Content]
     suffix: str = ""  # of a part that is a file
     whole: bool = False  # it can hold several axes
     note: Callable[[], str] = str  # what is to be said of every one that is written here
-    #: Of a design in parts and the names of their axes: what lies beside the parts.
+    #: Content beside the parts, for a design in parts and the names of their axes.
     companions: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
     ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
     called: bool = False  # whether other code calls a file by its name, which is an identifier
@@ -75,9 +75,9 @@ class Format(NamedTuple):
         path: Path,
         connect: Callable[[Design], Design] = lambda design: design,
     ) -> None:
-        """Write ``design``; where its axes differ, a folder with a part for each.
+        """Write ``design``; if its axes differ, a folder with a part for each axis.
 
-        ``connect`` makes of a part one that is connected, see ``formats.connection``.
+        ``connect`` turns a part into a connected one, see ``formats.connection``.
 
         Raises:
             UserError: the format cannot hold this kind of controller.
@@ -94,7 +94,7 @@ class Format(NamedTuple):
 
 
 def write(path: Path, content: Content) -> None:
-    """Write a file or a folder, all of it or nothing; what else is in the folder stays.
+    """Write a file or a folder completely or not at all; other files in the folder stay.
 
     Raises:
         RunError: it cannot be written.
@@ -123,7 +123,7 @@ def _fill(path: Path, content: Content) -> None:
 
 
 def _check_room(whole: Path, path: Path) -> None:
-    """Before anything is in its place: no folder lies where a file belongs, nor a file instead."""
+    """Check before writing that no folder is where a file belongs, nor a file instead."""
     if whole.is_dir() and path.is_dir():
         for inner in whole.iterdir():
             _check_room(inner, path / inner.name)
@@ -133,7 +133,7 @@ def _check_room(whole: Path, path: Path) -> None:
 
 
 def _move(whole: Path, path: Path) -> None:
-    """Put a folder in its place, or its files into a folder that is there."""
+    """Move a folder to its place, or its files into an existing folder."""
     if whole.is_dir() and path.is_dir():
         for inner in sorted(whole.iterdir()):
             _move(inner, path / inner.name)
@@ -144,7 +144,7 @@ def _move(whole: Path, path: Path) -> None:
 
 
 def rule_base(design: Design) -> RuleBase:
-    """What the design's kind tells of its rule tables.
+    """Return the rule tables of the design's kind.
 
     Raises:
         UserError: the design is of a kind without rule tables.
@@ -154,21 +154,21 @@ def rule_base(design: Design) -> RuleBase:
 
 
 def rule_units(design: Design) -> list[RuleUnit]:
-    """The units in evaluation order, the last one gives the output; UserError as ``rule_base``."""
+    """Return the units in evaluation order, output last; UserError as ``rule_base``."""
     return rule_base(design).units(design.controller)
 
 
 def signal_units(design: Design) -> dict[str, str]:
-    """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
+    """Return the units of an axis' signals and of "command"; {} if the plant is unknown."""
     drive = _drive(design)
     units = units_of(drive.units) if drive else {}
     return units | design.connected.units if design.connected and units else units
 
 
 def each_axis(design: Design) -> dict[str, tuple[dict[str, str], dict[str, str]]]:
-    """Units and meanings of all that each axis of a design tells, and of its command.
+    """Return units and meanings of all signals of each axis of a design, and of its command.
 
-    Under "" what is the same of all of them, or not known.
+    The key is "" if they are the same for all axes, or not known.
     """
     if signal_units(design) or design.plant.name not in ALL_PLANTS.known:
         return {"": (signal_units(design), signal_meanings(design))}
@@ -179,7 +179,7 @@ def each_axis(design: Design) -> dict[str, tuple[dict[str, str], dict[str, str]]
 
 
 def signals_read(design: Design) -> dict[str, str]:
-    """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
+    """Return identifier and unit ("" if unknown) of each signal that the controller reads."""
     if design.connected:
         return dict(design.connected.units)
     units = signal_units(design)
@@ -188,7 +188,7 @@ def signals_read(design: Design) -> dict[str, str]:
 
 
 def signal_meanings(design: Design) -> dict[str, str]:
-    """What each signal that the controller reads is, and "command", as far as that is known."""
+    """Return the known meanings of the controller's inputs and of "command"."""
     read = require(design.kind.reads, design, "its inputs are not known")(design.controller)
     drive = _drive(design)
     if design.connected:
@@ -199,12 +199,12 @@ def signal_meanings(design: Design) -> dict[str, str]:
 
 
 def meanings_of(drive: Drive) -> dict[str, str]:
-    """What a drive says of its signals, and what the velocities of its encoders are."""
+    """Return the meanings of a drive's signals, including the velocities of its encoders."""
     return {rate: f"rate of {angle}" for angle, rate in drive.encoders.items()} | drive.meanings
 
 
 def _drive(design: Design) -> Drive | None:
-    """The drive of the axis or of all axes that a design is for; None if that is not known."""
+    """Return the drive of a design's axis, or the one of all its axes; None if not known."""
     if design.plant.name not in ALL_PLANTS.known:
         return None
     machine = PlantSettings(**design.plant.model_dump()).machine
@@ -214,7 +214,7 @@ def _drive(design: Design) -> Drive | None:
 
 
 def facts(design: Design) -> list[str]:
-    """Lines for the head of a file: what made it, and from which design."""
+    """Lines for the head of a file: the program that made it, and the design."""
     controller = design.controller
     return [
         f"made by hfc-design {__version__}",
@@ -225,22 +225,22 @@ def facts(design: Design) -> list[str]:
 
 
 def comment(lines: Iterable[str]) -> list[str]:
-    """Lines for a comment or a string; nothing in them can end it."""
+    """Return lines that are safe in a comment or a string: nothing in them can end it."""
     return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
 
 
 def plain(text: str) -> str:
-    """A text within a line of Markdown, with no markup in it; escaped only what would be some."""
+    """Return a text for a line of Markdown; only characters that would be markup are escaped."""
     return MARKUP.sub(r"\\\g<0>", harmless(text)).strip()
 
 
 def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
-    """``facts`` and notes as a comment."""
+    """Return ``facts`` and notes as a comment."""
     return comment([*facts(design), *notes])
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV; what a spreadsheet would compute gets an apostrophe (OWASP, CSV injection)."""
+    """Return rows as CSV; formulas of a spreadsheet get an apostrophe (OWASP, CSV injection)."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerows([_text(x) if isinstance(x, str) else x for x in row] for row in rows)
@@ -253,12 +253,13 @@ def _text(cell: str) -> str:
 
 
 def check_names(target: str, names: Iterable[str], clash: str) -> None:
-    """Whether all are identifiers of IEC 61131-3 and of a format, each one of its own.
+    """Check that all names are identifiers of IEC 61131-3 and of a format, and all different.
 
-    Upper and lower case are alike. ``clash`` says of a ``{name}`` that it is the ``{other}``.
+    Upper and lower case are not distinguished. ``clash`` is the message on a ``{name}`` that equals
+    the ``{other}``.
 
     Raises:
-        UserError: one is not.
+        UserError: a name is not.
     """
     taken = dict.fromkeys(RESERVED.get(target, ()), "a word of the language")
     for name in names:
@@ -274,7 +275,7 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
 
 
 def rendered(template: str, design: Design, /, **values: object) -> str:
-    """A template of ``formats/templates``, with values that most of them need.
+    """Render a template of ``formats/templates``, with values that most of them need.
 
     ``x | number`` writes a float so that it reads back bit for bit, ``x | xml`` a text between
     tags, ``x | quoted`` one in an attribute.
@@ -291,7 +292,7 @@ def rendered(template: str, design: Design, /, **values: object) -> str:
 
 @cache
 def _templates() -> Environment:
-    """What reads the templates, each of them once."""
+    """Return the environment that reads templates, each of them once."""
     environment = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         undefined=StrictUndefined,
@@ -313,7 +314,7 @@ def _templates() -> Environment:
 
 
 def _tables(design: Design) -> dict[str, str]:
-    """A rule table a file for a spreadsheet, and ``manifest.csv``, which tells the wiring."""
+    """Return one file per rule table for a spreadsheet, and ``manifest.csv`` with the wiring."""
     tables = rule_base(design).tables(design.controller)
     return {name: csv_text(rows) for name, rows in tables.items()}
 

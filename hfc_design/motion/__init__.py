@@ -1,1 +1,1 @@
-"""What the machine is to do: references, loads, paths, G-code; how far it is off them."""
+"""Motion of a machine: references, loads, paths, G-code, and the deviation from them."""

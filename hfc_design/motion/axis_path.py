@@ -1,7 +1,8 @@
-"""The path of a machine of any axes: blocks of a program, one after the other.
+"""Path of a machine of any axes: blocks of a program, one after the other.
 
-Its parameter is the way along which a feed is meant: in X-Y-Z [mm], or in A-B-C [deg] where none
-of these moves. Each axis has its own unit, mm or deg. How fast it can be passed: ``look_ahead``.
+The path parameter is the way along which a feed is meant: in X-Y-Z [mm], or in A-B-C [deg] where
+none of X, Y, Z moves. Each axis has its own unit, mm or deg. ``look_ahead`` finds the fastest
+motion along a path.
 """
 
 from collections.abc import Sequence
@@ -39,7 +40,7 @@ class AxisPath(NamedTuple):
 
     @classmethod
     def of(cls, blocks: Sequence[Block], axes: Sequence[str]) -> "AxisPath":
-        """The path of blocks that move no other ``axes``, names in small letters."""
+        """Return the path of blocks that move no other ``axes``, names in small letters."""
         rows = [AXES.index(axis.upper()) for axis in axes]
         start, end = (np.array([getattr(b, key) for b in blocks]).T for key in ("start", "end"))
         length = np.array([block.length for block in blocks])
@@ -67,12 +68,12 @@ class AxisPath(NamedTuple):
         )
 
     def at(self, way: Floats) -> Places:
-        """Where the path is after the ``way`` (points,); beyond its ends it holds."""
+        """Return the places after the ``way`` (points,); beyond its ends the path holds."""
         k = self.block(way)
         return self.on(k, np.clip(way - self.knots[k], 0.0, self.length[k]))
 
     def tip_at(self, way: Floats) -> Places:
-        """As ``at``, but on blocks that only turn, where the linear axes moved last.
+        """Return ``at``, but for blocks that only turn the places where the linear axes moved last.
 
         That is the end of the last block that moves them, or else the start of the first.
         """
@@ -86,12 +87,12 @@ class AxisPath(NamedTuple):
         return self.on(moved, np.where(self.linear[k], s, stopped))
 
     def block(self, way: Floats) -> Indices:
-        """(points,) the block in which the ``way`` (points,) ends."""
+        """Return (points,) the block in which the ``way`` (points,) ends."""
         last = len(self.length) - 1
         return np.clip(np.searchsorted(self.knots, way, side="right") - 1, 0, last)
 
     def on(self, k: Indices, s: Floats) -> Places:
-        """Where block ``k`` (points,) is after the way ``s`` (points,) of its own."""
+        """Return the places on block ``k`` (points,) after the way ``s`` (points,) within it."""
         direction = self.rate[:, k]
         position = self.start[:, k] + direction * s
         bend = np.zeros_like(direction)
@@ -106,19 +107,19 @@ class AxisPath(NamedTuple):
 
     @property
     def curvature(self) -> Floats:
-        """(blocks,) of arcs that stay in X-Y [1/mm], positive to the left; 0 of any other block."""
+        """Curvature (blocks,) of arcs that stay in X-Y [1/mm], positive to the left; else 0."""
         whole = np.hypot(*self.tangent) > 1.0 - 1e-12
         return np.where(whole, self.turning, 0.0)
 
     @property
     def fastest(self) -> Floats:
-        """(axes, blocks) largest rate of each axis along the path; an upper bound on arcs."""
+        """Largest rate (axes, blocks) of each axis along the path; an upper bound on arcs."""
         largest = np.abs(self.rate)
         largest[list(self.plane)] += np.hypot(*self.tangent)
         return largest
 
     def spans(self) -> tuple[Floats, Floats]:
-        """(axes, blocks) the lowest and the highest place of each axis on each block."""
+        """Return the lowest and the highest place (axes, blocks) of each axis on each block."""
         blocks = np.arange(len(self.length))
         ends = np.stack([self.start, self.on(blocks, self.length).position])
         low, high = ends.min(axis=0), ends.max(axis=0)
@@ -136,7 +137,7 @@ class AxisPath(NamedTuple):
 def travel_fault(
     path: AxisPath, axes: Sequence[str], travel: Sequence[tuple[float, float] | None]
 ) -> str | None:
-    """A line if the path leaves the ``travel`` of an axis somewhere."""
+    """Return a line if the path leaves the ``travel`` of an axis, else None."""
     lowest, highest = np.transpose([(-np.inf, np.inf) if one is None else one for one in travel])
     low, high = path.spans()
     below, above = low < lowest[:, None] - SAME_PLACE, high > highest[:, None] + SAME_PLACE
@@ -153,7 +154,7 @@ def travel_fault(
 
 
 def other_axis_fault(blocks: Sequence[Block], axes: Sequence[str]) -> str | None:
-    """A line if blocks move an axis that is none of these."""
+    """Return a line if blocks move an axis that is not in ``axes``, else None."""
     for block in blocks:
         for axis, a, b in zip(AXES, block.start, block.end, strict=True):
             moves = a != b or (block.centre is not None and axis in "XY")
@@ -163,16 +164,16 @@ def other_axis_fault(blocks: Sequence[Block], axes: Sequence[str]) -> str | None
     return None
 
 
-#: Share of the acceleration that a corner may take, and that the bend of an arc may.
+#: Share of the acceleration that a corner may take, and share that the bend of an arc may take.
 CORNER, BEND = 0.5, 0.4
-#: Of a jump in the time beside it.
+#: Factor on the time beside a corner in the limit of the velocity jump there, see below.
 FREE = 0.75
-#: Speeds that are reached from rest in so many cycles are no speeds to pass a corner with.
+#: Number of cycles: speeds that are reached from rest within it are not used to pass a corner.
 CYCLES = 2.0
 
 
 class Bounds(NamedTuple):
-    """What each axis can do, (axes,) in mm or deg and s."""
+    """Limits of each axis, (axes,) in mm or deg and s."""
 
     velocity: Floats
     rapid: Floats  # the velocity of G0
@@ -192,11 +193,11 @@ class Bounds(NamedTuple):
 # free by U. (At the triangle's tip that is 3/4 of s or more; time of one corner is not time of
 # another.)
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
-    """The fastest motion along ``path`` from rest to rest, block by block at constant acceleration.
+    """Return the fastest motion along ``path`` from rest to rest, by piecewise constant rates.
 
     Args:
         path: its feeds are not exceeded.
-        bounds: neither are these, see above.
+        bounds: limits that are not exceeded either, see above.
         cycle: T [s].
 
     Raises:
@@ -220,10 +221,11 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
 def _pieces(
     path: AxisPath, most: Floats, between: Floats, share: Floats, cycle: float
 ) -> tuple[Indices, Floats, Floats, Floats]:
-    """Blocks cut into what is near a corner, within a cycle, and what is not, if they are long.
+    """Cut long blocks into the parts near a corner, within a cycle of it, and the part in between.
 
-    Of each piece the block, the length and the share of its acceleration that corners take; of
-    what lies between them the largest speed.
+    Returns:
+        The block of each piece, its length, the largest speeds between pieces, and the share of
+        each piece's acceleration that corners take.
     """
     count, near = len(path.length), most * cycle
     long = path.length > 4.0 * near * (1.0 + SAME)
@@ -242,7 +244,7 @@ def _pieces(
 
 
 def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:
-    """Of each block the largest speed, the acceleration, and the share of it that a bend takes."""
+    """Return speed and acceleration limits of each block, and the share that a bend takes."""
     with np.errstate(divide="ignore"):
         inverse = 1.0 / path.fastest
     limit = np.where(np.isinf(path.feed), bounds.rapid[:, None], bounds.velocity[:, None])
@@ -259,7 +261,7 @@ def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:
 def _corners(
     path: AxisPath, bounds: Bounds, cycle: float, most: Floats, rate: Floats
 ) -> tuple[Floats, Floats]:
-    """Of each corner the largest speed, and the share of the acceleration that it takes then."""
+    """Return the largest speed of each corner, and the share of the acceleration for it."""
     ends = np.arange(len(path.length))
     leaving = path.on(ends, path.length).direction[:, :-1]
     jump = np.abs(path.on(ends, np.zeros_like(path.length)).direction[:, 1:] - leaving)

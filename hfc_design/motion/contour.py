@@ -1,4 +1,4 @@
-"""Contour error: how far the machine is off the path, wherever it is along it.
+"""Contour error: distance of the machine from the path, wherever the machine is along it.
 
 The error is positive to the left of the motion, except that of a whole circle, which is the
 distance from the centre less the radius: positive outside (JK04 section 5). All lengths are in
@@ -17,8 +17,8 @@ from hfc_design.motion.reversals import Glitch, glitches, undisturbed
 from hfc_design.motion.samples import PathFrame, PathSamples
 from hfc_design.motion.trajectories import Circle, Line, Trajectory
 
-#: The nearest point is looked for this many tracking errors before and after the commanded place:
-#: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.
+#: Reach of the search for the nearest point before and after the commanded place, in tracking
+#: errors: far enough for a machine halfway around a corner of 30 deg, but not on another branch.
 REACH = 4.0
 
 
@@ -30,7 +30,7 @@ def local_error(
     curvature: Scalar,
     root: Callable[[Scalar], Scalar] = lambda x: x**0.5,
 ) -> Scalar:
-    """Distance to the left of the line or circle that touches the path at the commanded place.
+    """Return the distance to the left of the line or circle that touches the path where commanded.
 
     Exact for lines and circles; for floats, arrays and traced scalars alike.
 
@@ -46,7 +46,7 @@ def local_error(
 
 
 class Off(NamedTuple):
-    """How far a machine is off its path, as it is known where the machine should be."""
+    """Deviation of a machine from its path, as known at the commanded place."""
 
     contour: Scalar  # in X-Y positive to the left, else a distance
     orientation: Scalar | None  # of its rotary axes, a distance; None: it has none
@@ -54,12 +54,12 @@ class Off(NamedTuple):
 
 
 def off_path(path: PathFrame, off: Sequence[Scalar]) -> Off:
-    """Errors of a machine that is ``off`` the commanded place of each axis by so much.
+    """Return the errors of a machine that is ``off`` the commanded place of each axis by so much.
 
-    The contour error in X-Y is ``local_error``; of other axes the distance in X-Y-Z to the parabola
-    that touches the path there; where only rotary axes move, that touched the last motion of the
-    others. The orientation is compared with that where the machine is along the path. Lengths and
-    angles are in the units of the axes.
+    In X-Y the contour error is ``local_error``; with other axes it is the distance in X-Y-Z to the
+    parabola that touches the path there, or, if only rotary axes move, to the one that touched the
+    last motion of the others. The orientation is compared with that at the machine's place along
+    the path. Lengths and angles are in the units of the axes.
     """
     rows = [*zip(off, path.tangent, path.bend or (0.0,) * len(off), strict=True)]
     linear = [row for row in rows if row[2] is not None]
@@ -79,7 +79,7 @@ def _length(vector: Sequence[Scalar]) -> Scalar:
 
 
 class Nearest(NamedTuple):
-    """The points of the contour that the machine is nearest to."""
+    """Points of the contour nearest to the machine."""
 
     point: Floats  # (2, steps) [mm]
     error: Floats  # (steps,) contour error [mm]
@@ -87,7 +87,7 @@ class Nearest(NamedTuple):
 
 @np.errstate(invalid="ignore")  # a diverged motion, or one at the centre
 def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nearest:
-    """Nearest points and contour error of the actual positions (2, steps) [mm].
+    """Return nearest points and contour error of the actual positions (2, steps) [mm].
 
     Circle: distance from the centre less the radius. Line: distance to the left of the line
     without its ends. Otherwise ``nearest_on_path``.
@@ -108,7 +108,7 @@ def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nea
 
 @np.errstate(invalid="ignore")  # a diverged motion
 def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest:
-    """Nearest point of the path and the distance to it, positive to the left.
+    """Return the nearest point of the path and the distance to it, positive to the left.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
     branch that passes by is not taken for the one being cut. At a corner the left side is that
@@ -143,7 +143,7 @@ def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest
 
 
 def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Length of segment ``k`` up to its point between two lengths that is nearest to ``actual``."""
+    """Return the length on segment ``k``, between two lengths, nearest to ``actual``."""
     off = actual - path.start[:, k]
     tangent, curvature = path.tangent[:, k], path.curvature[k]
     ahead = tangent[0] * off[0] + tangent[1] * off[1]
@@ -161,7 +161,7 @@ def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest:
 
 
 class Contour(NamedTuple):
-    """The path of a machine and how far off it was."""
+    """Path of a machine, and its deviation from the path."""
 
     trajectory: Trajectory | Program
     samples: PathSamples
@@ -177,12 +177,12 @@ class Contour(NamedTuple):
 
     @property
     def any_axes(self) -> bool:
-        """Whether it is of a program of any axes, and not of X-Y alone."""
+        """True for a program of any axes, false for a path in X-Y alone."""
         return isinstance(self.trajectory, Program)
 
     @property
     def planar(self) -> Trajectory:
-        """The path of an X-Y machine, which can be drawn."""
+        """Path of an X-Y machine, which can be drawn."""
         assert isinstance(self.trajectory, Trajectory)
         return self.trajectory
 
@@ -195,9 +195,9 @@ def contour(
     millimetres: float,
     seen: Floats | None = None,
 ) -> Contour:
-    """The contour error of ``positions`` (2, steps) [unit], counted from where the path starts.
+    """Return the contour error of ``positions`` (2, steps) [unit], counted from the path's start.
 
-    ``seen`` are those that are fed back, where these are others.
+    ``seen`` are the positions that are fed back, if they differ from ``positions``.
     """
     samples = trajectory.samples(time)
 
@@ -212,7 +212,7 @@ def contour(
 
 
 def during(contour: Contour, time: Floats, part: slice) -> Contour:
-    """Its errors and glitches in a part of ``time`` (steps,) [s]."""
+    """Return errors and glitches of a contour in a part of ``time`` (steps,) [s]."""
     part_time = time[part]
 
     def inside(all_of_them: list[Glitch]) -> list[Glitch]:

@@ -1,9 +1,9 @@
-"""Reads the motion of any axes out of a G-code program.
+"""Reader of the motion of any axes in a G-code program.
 
 The language is the part of RS274/NGC that moves X, Y, Z [mm or inch], A, B, C [deg]: G0 to G3, arcs
 in X-Y by their centre (I, J) or their radius (R) with any motion of the others beside it, G20/G21
-units, G90/G91 positions, G93/G94 F. What moves no axis is passed over: N, O, S and T
-words, ``IDLE_M``, ``IDLE_G``; ``notes`` says what a machine may do otherwise. Everything else is
+units, G90/G91 positions, G93/G94 F. Words that move no axis are ignored: N, O, S and T words,
+``IDLE_M``, ``IDLE_G``; ``notes`` lists those on which machines may differ. Everything else is
 refused: a program that is understood in part would be simulated wrongly.
 """
 
@@ -20,31 +20,31 @@ from hfc_design.core.embedded_files import AnyFile, content_of
 from hfc_design.core.texts import as_user_error, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
-#: A comment, blanks, or a letter with the number that belongs to it.
+#: Comment, blanks, or a letter with its number.
 PIECE = re.compile(
     r"(?P<comment>\([^()\n]*\)|;[^\n]*|%)"
     r"|(?P<letter>[A-Za-z])\s*(?P<number>[+-]?\s*(?:\d[\d\s]*(?:\.[\d\s]*)?|\.\s*\d[\d\s]*))?"
     r"|(?P<blank>\s+)",
     re.ASCII,
 )
-#: What a block begins with that a machine may be told to skip.
+#: First character of a block that a machine may be told to skip.
 SKIPPED = "/"
-#: O words that are more than the number of a program.
+#: O words other than the number of a program.
 FLOW = re.compile(
     r"\s*(o\s*(?:<[^<>]*>|\d+)\s*(?:sub|endsub|call|return|if|elseif|else|endif|while|endwhile|do"
     r"|repeat|endrepeat|break|continue)\b)",
     re.ASCII | re.IGNORECASE,
 )
-#: Beginnings of what has no fixed number -> what that is.
+#: First character of a computed number -> what it begins.
 CALCULATED = {"#": "parameters", "[": "expressions"}
-#: Characters that are shown of what is not understood.
+#: Number of characters of a refused text that are shown.
 SHOWN = 20
 
 
 def words_of(block: str) -> list[tuple[str, float]]:
-    """Letters, in capitals, and numbers of a block.
+    """Return the words of a block: capital letters with their numbers.
 
-    As RS274/NGC has it, blanks mean nothing, inside of numbers neither: ``X- .992`` is X-.992.
+    As in RS274/NGC blanks mean nothing, not even inside numbers: X- .992 is X-.992.
 
     Raises:
         ValueError: a letter has no number, or something is neither word nor comment.
@@ -76,31 +76,31 @@ def _number(letter: str, number: str | None) -> float:
 
 CODES = tomllib.loads(Path(__file__).with_name("gcode.toml").read_text("utf-8"))
 IDLE_G, IDLE_M, ENDS = frozenset(CODES["idle_g"]), frozenset(CODES["idle_m"]), frozenset({2, 30})
-#: What is read, although a machine may do something else -> how it is read.
+#: Accepted codes that a machine may treat differently -> how they are read.
 NOTED_G = {int(code): how for code, how in CODES["noted_g"].items()}
 NOTED_BLOCK = "blocks that begin with / are carried out"
 #: Words that belong to a code, and mean nothing without it.
 PARAMETERS = {float(code): letters for code, letters in CODES["parameters"].items()}
-#: Codes that are refused, and why.
+#: Refused codes, with the reason.
 OTHERS: dict[str, dict[float, str]] = {
     letter: {code: why for why, codes in CODES[key].items() for code in codes}
     for letter, key in (("G", "refused_g"), ("M", "refused_m"))
 }
 PLANES = {17: "X-Y", 18: "X-Z", 19: "Y-Z"}
-#: [mm] of a unit of length.
+#: Length of a unit [mm].
 UNITS = {20: 25.4, 21: 1.0}
 
 
 AXES = "XYZABC"
-#: Words that count in the unit of length.
+#: Words in the unit of length.
 LENGTHS = frozenset("XYZIJR")
 IDLE_LETTERS = frozenset("NOST")
 LETTERS = "ABCFGIJKMRXYZ"
-#: By how much the radii at both ends of an arc may differ [mm].
+#: Largest difference of the radii at both ends of an arc [mm].
 ROUNDING = 0.01
-#: Numbers that no machine has a use for; larger ones would overflow when squared.
+#: Largest number in a program; larger ones are of no use and would overflow when squared.
 LARGEST = 1e6
-#: Lines of a program that are read in a few seconds.
+#: Largest number of lines, which are read in a few seconds.
 MOST_LINES = 50_000
 
 Words = dict[str, float]
@@ -109,24 +109,24 @@ ORIGIN: Places = (0.0,) * len(AXES)
 
 
 class Block(NamedTuple):
-    """A straight line in all axes, or an arc in X-Y with a straight line in all others."""
+    """Straight line in all axes, or an arc in X-Y with a straight line in all others."""
 
     line: int  # of the program
     start: Places
     end: Places
-    #: [mm/min] along X-Y-Z, or [deg/min] along A-B-C where only these move; None: G0.
+    #: Feed [mm/min] along X-Y-Z, or [deg/min] along A-B-C if only these move; None: G0.
     feed: float | None
     centre: Point | None = None  # of an arc
     sweep: float = 0.0  # [rad], ccw if positive
 
     @property
     def linear(self) -> bool:
-        """Whether X, Y or Z move, along which the feed is meant then."""
+        """True if X, Y or Z moves, so that the feed is meant along X-Y-Z."""
         return self.centre is not None or _apart(self.start[:3], self.end[:3])
 
     @property
     def length(self) -> float:
-        """Of the way along which the feed is meant [mm or deg]."""
+        """Length of the way along which the feed is meant [mm or deg]."""
         if self.centre is not None:
             around = dist(self.start[:2], self.centre) * abs(self.sweep)
             return hypot(around, self.end[2] - self.start[2])
@@ -139,7 +139,7 @@ def _apart(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def text_of(file: AnyFile) -> str:
-    """The text of a program; its comments may be in any encoding.
+    """Read the text of a program; its comments may be in any encoding.
 
     Raises:
         ValueError: the file cannot be read.
@@ -149,10 +149,10 @@ def text_of(file: AnyFile) -> str:
 
 @lru_cache(maxsize=8)
 def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
-    """What the program ``text`` moves, one after the other, from ``start`` on.
+    """Return the motions of the program ``text`` in order, from ``start`` on.
 
     Raises:
-        ValueError: it cannot be used; the message starts with the line number.
+        ValueError: the program cannot be used; the message starts with the line number.
     """
     machine = _Machine(start, start[:2])
     for number, code in _lines(text):
@@ -165,7 +165,7 @@ def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
 
 
 def notes(text: str) -> list[str]:
-    """What the program ``text`` has that a machine may do otherwise, a line each with its first."""
+    """Return notes on what a machine may treat differently, each with its first line."""
     lines: dict[str, str] = {}
     for number, code in _lines(text):
         words = words_of(code)
@@ -181,7 +181,7 @@ def notes(text: str) -> list[str]:
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """Numbers and texts of the lines up to the ``%`` that ends a program."""
+    """Yield numbers and texts of the lines up to the ``%`` that ends a program."""
     lines = text.split("\n")
     if len(lines) > MOST_LINES:
         raise ValueError(
@@ -198,7 +198,7 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
-    """``segments`` of the program in ``file``.
+    """Return the ``segments`` of the program in ``file``.
 
     Raises:
         UserError: the file cannot be read or used; the line says file, line number and why.
@@ -209,12 +209,12 @@ def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
 
 @lru_cache(maxsize=8)
 def segments(text: str, rapid: float) -> tuple[Segment, ...]:
-    """The segments that the program ``text`` moves an X-Y machine along; G0 at ``rapid`` [mm/min].
+    """Return the X-Y segments of the program ``text``; G0 moves at ``rapid`` [mm/min].
 
-    The machine starts at X0 Y0; Z in a block of its own is passed over.
+    The machine starts at X0 Y0; Z in a block of its own is ignored.
 
     Raises:
-        ValueError: it cannot be used, or moves something else.
+        ValueError: the program cannot be used, or moves something else.
     """
     moves = []
     for block in blocks(text):
@@ -236,7 +236,7 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
 
 
 def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[float], Words]:
-    """The G codes, the M codes and the other words of a block."""
+    """Return the G codes, the M codes and the other words of a block."""
     codes: dict[str, list[float]] = {"G": [], "M": []}
     words: Words = {}
     for letter, code in block_words:
@@ -264,7 +264,7 @@ def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[flo
 
 @dataclass
 class _Machine:
-    """What a block finds and leaves behind."""
+    """Modal state of the machine between blocks."""
 
     place: Places  # as programmed [mm, deg]
     reached: Places  # X and Y, off it by the rounding of an arc's radii [mm]
@@ -280,7 +280,7 @@ class _Machine:
     def ended_by(
         self, number: int, g_codes: list[float], m_codes: list[float], words: Words
     ) -> bool:
-        """Carry out a block in line ``number``; whether it ends the program."""
+        """Carry out a block in line ``number``; return whether it ends the program."""
         self._set_modes(g_codes)
         for code in m_codes:
             if code not in IDLE_M | ENDS:
@@ -339,7 +339,7 @@ class _Machine:
         self.place = end
 
     def _turn(self, number: int, to: Places, words: Words) -> None:
-        """An arc to there, and straight on in Z, A, B, C."""
+        """Add an arc to ``to``, with straight motion in Z, A, B, C."""
         if self.plane != 17:
             raise ValueError(
                 f"an arc in {PLANES[self.plane]} (G{self.plane}); only arcs in X-Y are read"
@@ -360,7 +360,7 @@ class _Machine:
         self._add(number, to, (x, y), centre, sweep)
 
     def _add(self, number: int, end: Places, reached: Places, *turning: Any) -> None:
-        """Note a motion that ends in X-Y at ``reached``; of an arc with its centre and sweep."""
+        """Add a motion that ends in X-Y at ``reached``; ``turning``: centre and sweep of an arc."""
         ends = (*self.reached, *self.place[2:]), (*reached, *end[2:])
         block = Block(number, *ends, self.feed if self.mode else None, *turning)
         if block.feed is not None:
@@ -371,7 +371,7 @@ class _Machine:
 
 
 def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
-    """Of an arc, from its I and J, or from its R (negative: more than half a circle)."""
+    """Return an arc's centre from I and J, or from R (negative: more than half a circle)."""
     x, y = end[0] - start[0], end[1] - start[1]
     chord = hypot(x, y)
     if "R" in words:
@@ -397,7 +397,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
 
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
-    """Angle [rad] from start to end about the centre, ccw if positive; a full turn if equal."""
+    """Return the angle [rad] from start to end about the centre, ccw > 0; a full turn if equal."""
     if dist(start, end) < SAME_PLACE:
         return 2 * pi if ccw else -2 * pi
     turn = atan2(end[1] - centre[1], end[0] - centre[0])

@@ -1,4 +1,4 @@
-"""What the axes of a machine may do on a program, as a user writes it."""
+"""Limits of a machine's axes on a program, as a user writes them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, NamedTuple, TypeAlias
@@ -11,7 +11,7 @@ from hfc_design.motion.axis_path import Bounds
 
 
 class MovedAxis(NamedTuple):
-    """What a program has to know of an axis of the machine."""
+    """Axis of the machine as a program needs it."""
 
     name: str
     unit: float  # of its position [mm or deg]; 0: neither a length nor an angle
@@ -43,7 +43,7 @@ class AxisLimits(Record):
         return self
 
     def bounds(self, top_speed: float) -> tuple[float, float, float]:
-        """Velocity, that of G0 and acceleration, in mm or deg and s; of a drive's ``top_speed``."""
+        """Return velocity, G0 velocity and acceleration in mm or deg and s for a ``top_speed``."""
         velocity = top_speed
         if self.velocity_per_min is not None:
             velocity = self.velocity_per_min / 60.0
@@ -55,10 +55,10 @@ class AxisLimits(Record):
         return velocity, rapid, acceleration
 
 
-#: The ``[reference.limits]`` of a scenario: those of each axis by its name.
+#: Table ``[reference.limits]`` of a scenario: limits of each axis by its name.
 Limits: TypeAlias = dict[Label, AxisLimits]
 
 
 def bounds_of(limits: Mapping[str, AxisLimits], axes: Sequence[MovedAxis]) -> Bounds:
-    """Those of every axis."""
+    """Return the limits of all axes."""
     return Bounds(*np.array([limits[axis.name].bounds(axis.top_speed) for axis in axes]).T)

@@ -1,4 +1,4 @@
-"""Paths in the X-Y plane, straight lines and circular arcs one after the other, and motion along.
+"""Paths of straight lines and circular arcs in the X-Y plane, and motion along them.
 
 One formula serves both. From a start with unit tangent t, a segment of curvature c has turned by
 c s after the length s; its chord has turned by half of that and is s sinc(c s / 2) long.
@@ -16,7 +16,7 @@ Point = tuple[float, float]
 
 
 class Segment(NamedTuple):
-    """A line, or an arc of any number of turns."""
+    """Line, or arc of any number of turns."""
 
     start: Point  # [mm]
     tangent: Point  # unit vector at the start
@@ -26,14 +26,14 @@ class Segment(NamedTuple):
 
 
 def line(start: Point, end: Point, feed: float) -> Segment:
-    """The straight line between two different points [mm] at ``feed`` [mm/min]."""
+    """Return the straight line between two different points [mm] at ``feed`` [mm/min]."""
     x, y = end[0] - start[0], end[1] - start[1]
     length = hypot(x, y)
     return Segment(start, (x / length, y / length), length, 0.0, feed)
 
 
 def arc(start: Point, centre: Point, sweep: float, feed: float) -> Segment:
-    """The arc from ``start`` about ``centre`` [mm] through ``sweep`` [rad], ccw if positive."""
+    """Return the arc from ``start`` about ``centre`` [mm] by ``sweep`` [rad], ccw if positive."""
     x, y = start[0] - centre[0], start[1] - centre[1]
     radius = hypot(x, y)
     side = 1.0 if sweep > 0 else -1.0
@@ -41,10 +41,10 @@ def arc(start: Point, centre: Point, sweep: float, feed: float) -> Segment:
     return Segment(start, tangent, radius * abs(sweep), side / radius, feed)
 
 
-#: Points nearer than this are the same place [mm].
+#: Largest distance of two points that count as the same place [mm].
 SAME_PLACE = 1e-6
-#: A change of direction up to this is no corner [deg]; programs print three digits of a mm. A
-#: circle of 360 lines changes it by 1, but for the last bits, and has none.
+#: Largest change of direction that is no corner [deg]; programs print three digits of a mm. A
+#: circle of 360 lines changes it by 1, but for rounding, and has no corner.
 CORNER = 1.000001
 
 
@@ -68,7 +68,7 @@ class Path(NamedTuple):
 
     @classmethod
     def of(cls, segments: Iterable[Segment]) -> "Path":
-        """The path of at least one segment; each starts where the one before ends."""
+        """Return the path of at least one segment; each starts where the one before ends."""
         columns = zip(*segments, strict=True)
         start, tangent, length, curvature, feed = (
             np.array(column, dtype=np.float64).T for column in columns
@@ -77,25 +77,25 @@ class Path(NamedTuple):
         return cls(start, tangent, length, curvature, feed, knots)
 
     def at(self, distance: Floats) -> Places:
-        """Where the path is after ``distance`` (points,) [mm]; beyond its ends it holds."""
+        """Return the places after ``distance`` (points,) [mm]; beyond its ends the path holds."""
         distance = np.clip(distance, 0.0, self.knots[-1])
         k = self.segment(distance)
         return self.on(k, distance - self.knots[k])
 
     def segment(self, distance: Floats) -> Indices:
-        """(points,) the segment that a ``distance`` (points,) [mm] along the path is on."""
+        """Return (points,) the segment at a ``distance`` (points,) [mm] along the path."""
         last = len(self.length) - 1
         return np.clip(passed(self.knots, distance) - 1, 0, last)
 
     def on(self, k: Indices, s: Floats) -> Places:
-        """Where segment ``k`` (points,) is after the length ``s`` (points,) [mm] of its own."""
+        """Return the places on segment ``k`` (points,) after its length ``s`` (points,) [mm]."""
         curvature, tangent = self.curvature[k], self.tangent[:, k]
         half = 0.5 * curvature * s
         chord = s * np.sinc(half / pi) * turned(tangent, half)
         return Places(self.start[:, k] + chord, turned(tangent, 2 * half), curvature)
 
     def corners(self) -> Mask:
-        """(segments - 1,) whether the direction jumps between a segment and the next."""
+        """Return (segments - 1,) true where the direction jumps between a segment and the next."""
         before = turned(self.tangent, self.curvature * self.length)[:, :-1]
         after = self.tangent[:, 1:]
         cross = before[0] * after[1] - before[1] * after[0]
@@ -103,7 +103,7 @@ class Path(NamedTuple):
         return np.asarray(np.abs(jump) > np.radians(CORNER))
 
     def largest_components(self) -> Floats:
-        """(2, segments) the largest share of the speed that X and Y get on each segment."""
+        """Return (2, segments) the largest share of the speed that X and Y get on each segment."""
         first = np.arctan2(self.tangent[1], self.tangent[0])
         ends = np.sort([first, first + self.curvature * self.length], axis=0) / pi
         shifted = np.stack([ends, ends - 0.5])  # an axis moves fastest where this is an integer
@@ -113,13 +113,13 @@ class Path(NamedTuple):
 
 
 def turned(vector: Floats, angle: Floats) -> Floats:
-    """Vectors (2, points) turned to the left by an ``angle`` (points,) [rad]."""
+    """Return vectors (2, points) turned to the left by an ``angle`` (points,) [rad]."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
 class Motion(NamedTuple):
-    """Trapezoidal velocity: three phases a segment (up, even, down), and the rest after it."""
+    """Motion with trapezoidal velocity: three phases per segment (up, even, down), then rest."""
 
     start: Floats  # (phases,) when each begins [s]
     distance: Floats  # (phases,) way until then [mm]
@@ -129,16 +129,16 @@ class Motion(NamedTuple):
 
     @property
     def finite(self) -> bool:
-        """Whether numbers can hold it."""
+        """True if all numbers of the motion are finite."""
         return all(bool(np.isfinite(part).all()) for part in self)
 
     @property
     def duration(self) -> float:
-        """When the end of the path is reached [s]."""
+        """Time at which the end of the path is reached [s]."""
         return float(self.start[-1])
 
     def at(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Way [mm], speed [mm/s] and acceleration along it [mm/s2] at ``time`` (steps,) [s].
+        """Return way [mm], speed [mm/s], acceleration along it [mm/s2] at ``time`` (steps,) [s].
 
         In closed form from the phase.
         """
@@ -151,11 +151,11 @@ class Motion(NamedTuple):
 
 
 def motion(path: Path, acceleration: float | None) -> Motion:
-    """The fastest motion along ``path`` from rest to rest.
+    """Return the fastest motion along ``path`` from rest to rest.
 
-    It stops where the direction jumps, and passes from segment to segment at the lower of both
-    feeds, or slower where that leaves too little way to brake. The limit is that of the speed
-    along the path; the centripetal acceleration of an arc comes on top.
+    The motion stops where the direction jumps, and passes from segment to segment at the lower of
+    both feeds, or slower where that leaves too little way to brake. The limit is that of the
+    acceleration along the path; the centripetal acceleration of an arc comes on top.
 
     Args:
         path: the segments and their feeds.
@@ -178,7 +178,7 @@ def motion(path: Path, acceleration: float | None) -> Motion:
 
 
 class Speeds(NamedTuple):
-    """How each segment of a path is passed, (segments,) [mm/s] and [s]."""
+    """Speeds and times of each segment of a path, (segments,) [mm/s] and [s]."""
 
     entry: Floats
     leave: Floats
@@ -188,9 +188,9 @@ class Speeds(NamedTuple):
 
 
 def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motion:
-    """The motion through segments of this ``length`` between ``knots`` (segments + 1,) [mm].
+    """Return the motion through segments of this ``length`` between ``knots`` (segments + 1,) [mm].
 
-    Each accelerates and brakes by its ``rate`` [mm/s2].
+    Each segment accelerates and brakes by its ``rate`` [mm/s2].
     """
     entry, leave, peak, up, down = speeds
     rise = 0.5 * (entry + peak) * up
@@ -209,9 +209,9 @@ def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motio
 
 
 def reachable(most: Floats, gain: Floats) -> Floats:
-    """(segments + 1,) speeds [mm/s] between segments, ``most`` where there is enough way.
+    """Return (segments + 1,) speeds [mm/s] between segments, ``most`` where the way is long enough.
 
-    The square of the speed changes by ``gain`` (segments,) at most on each segment.
+    The square of the speed changes by at most ``gain`` (segments,) on each segment.
     """
     squares, gains = (most**2).tolist(), gain.tolist()
     for k, more in enumerate(gains):  # no faster than it can get there

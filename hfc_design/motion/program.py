@@ -1,4 +1,4 @@
-"""The motion of a machine of any axes through a program, block by block within its limits."""
+"""Motion of a machine of any axes through a program, block by block within its limits."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
 class Program(NamedTuple):
-    """Where a machine is to be, and when."""
+    """Commanded places of a machine over time."""
 
     axes: tuple[MovedAxis, ...]
     path: AxisPath
@@ -24,26 +24,26 @@ class Program(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """When the end is reached [s]; from then on it holds."""
+        """Time at which the end is reached [s]; from then on the machine holds."""
         return self.motion.duration
 
     @property
     def start(self) -> dict[str, float]:
-        """Where each axis begins, in the unit of its drive."""
+        """Initial place of each axis, in the unit of its drive."""
         each = zip(self.axes, self.path.start[:, 0].tolist(), strict=True)
         return {axis.name: place / axis.unit for axis, place in each}
 
     @property
     def linear(self) -> Mask:
-        """(axes,) which are in mm."""
+        """True (axes,) for axes in mm."""
         return np.array([not axis.rotary for axis in self.axes])
 
     def cutting(self, way: Floats) -> Mask:
-        """(points,) whether the path has a feed there, and is no rapid."""
+        """Return (points,) true where the path has a feed and is no rapid."""
         return np.isfinite(self.path.feed[self.path.block(way)])
 
     def samples(self, time: Floats) -> PathSamples:
-        """The motion at ``time`` (steps,) [s], in mm and deg."""
+        """Return the motion at ``time`` (steps,) [s], in mm and deg."""
         way, speed, change = self.motion.at(time)
         position, direction, bend = self.path.at(way)
         acceleration = change * direction + speed**2 * bend
@@ -51,7 +51,7 @@ class Program(NamedTuple):
         return PathSamples(position, speed * direction, direction, curvature, way, acceleration)
 
     def axis_samples(self, time: Floats) -> tuple[list[AxisSamples], PathFrame]:
-        """Every axis in units of its drive, not yet in the drive's steps, and the path."""
+        """Return every axis in units of its drive, not yet in the drive's steps, and the path."""
         samples, units = self.samples(time), [axis.unit for axis in self.axes]
         rows = zip(samples.position, samples.velocity, samples.acceleration, units, strict=True)
         axes = [AxisSamples(x / u, v / u, None, None, x / u, a / u) for x, v, a, u in rows]
@@ -81,10 +81,10 @@ def program(
     limits: Mapping[str, AxisLimits],
     cycle: float,
 ) -> Program:
-    """The motion through ``blocks``, of axes in the order of the machine, every ``cycle`` [s].
+    """Return the motion through ``blocks`` every ``cycle`` [s], with axes in the machine's order.
 
     Raises:
-        ValueError: they move another axis, or leave the travel of one; the line says where.
+        ValueError: the blocks move another axis, or leave the travel of one; the line says where.
     """
     names = [axis.name for axis in axes]
     if not blocks:
@@ -99,7 +99,7 @@ def program(
 
 
 def top_speed_fault(program: Program) -> str | None:
-    """A line if a program asks an axis for more than its drive's speed."""
+    """Return a line if a program asks an axis for more than its drive's speed, else None."""
     wanted = program.path.fastest * program.motion.peak
     reached = np.array([[axis.top_speed] for axis in program.axes])
     if not (wanted > reached * (1.0 + SAME)).any():

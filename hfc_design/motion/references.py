@@ -1,4 +1,4 @@
-"""What one axis is to follow, and what loads it, as a user writes them."""
+"""References and loads of one axis, as a user writes them."""
 
 import re
 import warnings
@@ -17,7 +17,7 @@ from hfc_design.motion.samples import AxisSamples
 
 
 def table_of(file: AnyFile) -> tuple[Floats, Floats]:
-    """The two columns of a CSV file; a first line that does not begin with a number is a header.
+    """Return the two columns of a CSV file; a first line without a number at its start is a header.
 
     Raises:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
@@ -43,22 +43,22 @@ CsvFile = Annotated[WRITTEN, readable_by(table_of)]
 
 
 class Profile(Record):
-    """A reference of one axis; each kind moves in its own way."""
+    """Reference of one axis; each kind is another motion."""
 
     def samples(self, time: Floats) -> AxisSamples:
-        """What the axis is to follow at ``time`` (steps,) [s], not yet in steps of its drive."""
+        """Return the reference at ``time`` (steps,) [s], not yet in steps of its drive."""
         place, rate, acceleration = self._motion(time)
         return AxisSamples(place, rate, None, None, place, acceleration)
 
     @abstractmethod
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Place, rate and acceleration; these two are zero at a jump, the last at corners too."""
+        """Return place, rate, acceleration; rates are 0 at a jump, the last at corners too."""
 
 
 class Table(Profile):
     """Two columns of a CSV file, constant at both ends.
 
-    In between linear, or a cubic spline, which has an acceleration to feed forward.
+    Between rows the table is linear, or a cubic spline, which has an acceleration to feed forward.
     """
 
     kind: Literal["csv"] = "csv"
@@ -108,7 +108,7 @@ class Sine(Profile):
 
 
 class Step(Profile):
-    """A jump, then hold."""
+    """Jump, then hold."""
 
     kind: Literal["step"] = "step"
     height: Finite  # height of the step [error]
@@ -121,7 +121,7 @@ class Step(Profile):
 
 
 class Trapezoidal(Profile):
-    """A move from rest to rest with limited velocity and acceleration, then hold."""
+    """Move from rest to rest with limited velocity and acceleration, then hold."""
 
     kind: Literal["trapezoidal"] = "trapezoidal"
     distance: Finite  # distance of the move [error]
@@ -130,13 +130,13 @@ class Trapezoidal(Profile):
 
     @property
     def takes(self) -> float:
-        """How long the move is under way [s]."""
+        """Duration of the move [s]."""
         _, rise, cruise = self._parts
         return float(2 * rise + cruise)
 
     @property
     def _parts(self) -> tuple[float, float, float]:
-        """Largest velocity, time of acceleration [s] and at constant velocity [s]."""
+        """Return largest velocity, time of acceleration [s] and time at constant velocity [s]."""
         distance = abs(self.distance)
         peak = min(self.velocity, np.sqrt(distance * self.acceleration))
         rise = peak / self.acceleration
@@ -161,7 +161,7 @@ Reference = Annotated[Ramp | Sine | Step | Trapezoidal | Table, Field(discrimina
 
 
 class EachAxis(Record):
-    """A reference of its own for every axis of a machine."""
+    """Separate reference for every axis of a machine."""
 
     kind: Literal["per-axis"] = "per-axis"
     axes: dict[Label, Reference]  # reference of each axis by its name
@@ -184,7 +184,7 @@ class AxisLoad(Record):
     file: CsvFile | None = None
 
     def at(self, time: Floats) -> Floats:
-        """Load."""
+        """Return the load at ``time``."""
         total = np.full_like(time, self.constant)
         for sine in self.sines:
             total += sine.amplitude * np.sin(sine.frequency_rad_s * time + sine.phase_rad)
@@ -194,11 +194,11 @@ class AxisLoad(Record):
 
 
 class Load(AxisLoad):
-    """Load of every axis; ``axes`` has those that have a load of their own instead."""
+    """Load of every axis; ``axes`` lists the axes that have another load instead."""
 
     #: load of a single axis, by its name, with the same keys
     axes: dict[Label, AxisLoad] = Field({}, exclude_if=not_)
 
     def of(self, axis: str) -> AxisLoad:
-        """The load of one axis."""
+        """Return the load of one axis."""
         return self.axes.get(axis, self)

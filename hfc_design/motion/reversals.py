@@ -1,4 +1,4 @@
-"""Where axes reverse: the quadrant glitches that follow, and where nothing disturbs the path."""
+"""Reversals of axes: the quadrant glitches after them, and the undisturbed parts of a path."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -8,14 +8,14 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Indices, Mask, first_at
 from hfc_design.motion.samples import PathSamples
 
-#: From a sign change of an axis' velocity on, its quadrant glitch is looked for so long [s].
+#: Time from a sign change of an axis' velocity in which its quadrant glitch is looked for [s].
 GLITCH_TIME = 1.0
-#: A component of the velocity below this share of the largest is rounding of a tangent, no motion.
+#: Share of the largest velocity below which a component is rounding of a tangent, no motion.
 MOVES = 1e-9
 
 
 class Glitch(NamedTuple):
-    """What follows when an axis reverses."""
+    """Glitch after the reversal of an axis."""
 
     time_s: float  # of the first sample with the new direction
     axis: str  # that reverses
@@ -24,7 +24,7 @@ class Glitch(NamedTuple):
 
 
 def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
-    """The sign changes of the commanded velocities with what they do to the contour error.
+    """Return the sign changes of the commanded velocities with their effect on the contour error.
 
     Args:
         time: (steps,) [s].
@@ -35,7 +35,7 @@ def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
 
 
 def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Floats) -> list[Glitch]:
-    """The same of axes with (steps,) ``velocities`` by their names."""
+    """Return the ``glitches`` of axes with (steps,) ``velocities`` by their names."""
     glitch_list, largest = [], _largest([*velocities.values()])
     for axis, velocity in velocities.items():
         for index in _reversals(velocity, largest)[1:]:
@@ -48,7 +48,7 @@ def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Float
 
 
 def turns(reference: Floats) -> list[int]:
-    """The samples at which a ``reference`` (steps,) turns back, and the one at which it ends."""
+    """Return the samples at which a ``reference`` (steps,) turns back, and that of its end."""
     moving = np.flatnonzero(change := np.diff(reference))
     back = np.flatnonzero(np.diff(np.sign(change[moving])))
     # a change from sample to sample is between them: it turns where the last change had led
@@ -56,7 +56,7 @@ def turns(reference: Floats) -> list[int]:
 
 
 def turned_back(reference: Floats) -> tuple[Floats, Floats]:
-    """Where a ``reference`` (steps,) has last turned back or come to its end, and to which side.
+    """Return the last turning point or end of a ``reference`` (steps,), and the side it came from.
 
     Returns:
         The place (steps,); 1 or -1 where the axis came from below or above, 0 before the first.
@@ -69,12 +69,12 @@ def turned_back(reference: Floats) -> tuple[Floats, Floats]:
 
 
 def reversing(time: Floats, velocities: Floats) -> Mask:
-    """(steps,) samples within ``GLITCH_TIME`` of a reversal of an axis; ``velocities`` of each."""
+    """Return (steps,) true within ``GLITCH_TIME`` after a reversal in ``velocities`` of axes."""
     return _within(time, velocities, first=1)
 
 
 def undisturbed(time: Floats, velocities: Floats, window: float = GLITCH_TIME) -> Mask:
-    """(steps,) samples that are not within a ``window`` [s] of an axis' start or reversal."""
+    """Return (steps,) true outside a ``window`` [s] after every start or reversal of an axis."""
     return ~_within(time, velocities, 0, window)
 
 
@@ -91,7 +91,7 @@ def _largest(velocities: Sequence[Floats] | Floats) -> float:
 
 
 def _reversals(velocity: Floats, largest: float) -> Indices:
-    """First samples in a new direction: that of the start, and those of each reversal."""
+    """Return the first samples in a new direction: at the start, and after each reversal."""
     moving = np.flatnonzero(np.abs(velocity) > MOVES * largest)
     return moving[np.diff(np.sign(velocity[moving]), prepend=0.0) != 0]
 

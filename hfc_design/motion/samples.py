@@ -1,4 +1,4 @@
-"""What happens to the closed loop, sampled: references, loads, sensor noise, the path.
+"""Sampled inputs of the closed loop: references, loads, sensor noise, the path.
 
 Positions, loads and commands count in the units of each axis' drive (``Drive.units``): rad, N m
 and V for the C-axis; BLU and units of the converter for a feed drive.
@@ -16,7 +16,7 @@ MAX_SUBSTEPS = 1000
 
 
 class AxisSamples(NamedTuple):
-    """What happens to one axis, one column a control sample."""
+    """Inputs of one axis, one column per control sample."""
 
     reference: Series  # (steps,) what the control is told, in whole steps if it counts
     reference_rate: Series  # (steps,)
@@ -30,19 +30,19 @@ class AxisSamples(NamedTuple):
 
 
 class PathFrame(NamedTuple):
-    """The path of a machine where it should be, one column a control sample.
+    """Path of a machine at the commanded places, one column per control sample.
 
-    Its way counts in the unit of the linear axes, or where only rotary ones move, of these.
+    Its way counts in the unit of the linear axes, or in that of the rotary axes if only these move.
     """
 
-    #: (steps,) each: change of every axis along the path; a unit vector of those it counts in.
-    #: Where only rotary axes move, that of the others is as in their last motion.
+    #: Derivative (steps,) of every axis by the way; a unit vector of the axes that it counts in.
+    #: While only rotary axes move, that of the others is as in their last motion.
     tangent: tuple[Series, ...]
     curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
     speed: Series  # (steps,) commanded along the path [unit/s]
     feed: Series  # (steps,) programmed there [unit/s]
     #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
-    #: None of a rotary one.
+    #: None for a rotary axis.
     bend: tuple[Series | None, ...] = ()
     undisturbed: Series = None  # (steps,) 1 but soon after an axis starts or reverses, there 0
     reversing: Series = None  # (steps,) 1 soon after a linear axis reverses, else 0
@@ -50,7 +50,7 @@ class PathFrame(NamedTuple):
 
 
 class PathSamples(NamedTuple):
-    """Where a machine should be at each control sample; a row for each axis, in mm or deg."""
+    """Commanded places of a machine at each control sample; a row for each axis, in mm or deg."""
 
     position: Floats  # (axes, steps)
     velocity: Floats  # (axes, steps) [1/s]
@@ -61,7 +61,7 @@ class PathSamples(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Everything that happens to the loop, one column a control sample."""
+    """All inputs of the loop, one column per control sample."""
 
     axes: tuple[AxisSamples, ...]
     path: PathFrame | None  # None for a machine that follows none
@@ -92,11 +92,11 @@ class Simulation(Record):
 
     @property
     def time(self) -> Floats:
-        """(steps,) time of each sample [s]."""
+        """Time (steps,) of each sample [s]."""
         return np.arange(self.steps, dtype=np.float64) * self.sample_time_s
 
     @property
     def moments(self) -> list[Floats]:
-        """The 2 substeps + 1 times of every sample at which the integrator needs a load [s]."""
+        """Return the 2 substeps + 1 times of every sample at which a load is needed [s]."""
         shares = np.arange(2 * self.substeps + 1) / (2 * self.substeps)
         return [self.time + share * self.sample_time_s for share in shares]

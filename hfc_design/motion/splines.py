@@ -1,4 +1,4 @@
-"""A smooth way through rows of a table that stands still where they do."""
+"""Smooth interpolation of a table that stands still where its rows do."""
 
 from itertools import pairwise
 from typing import Literal
@@ -8,16 +8,17 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from hfc_design.core.numbers import Floats
 
-#: Rows that differ by no more than this share of the whole way are a rest.
+#: Largest difference of rows that are a rest, as a share of the whole way.
 STILL = 1e-9
 
 
 def spline(times: Floats, values: Floats) -> PPoly:
-    """The cubic spline through (rows,), at rest where three rows are alike, or two at an end.
+    """Return the cubic spline through (rows,), at rest in three equal rows, or in two at an end.
 
-    One spline through all rows would ring through a rest, by ever less and never by nothing: the
-    axis would be told to creep. So each move between two rests is a spline by itself, which leaves
-    them with no speed. Two alike between others may be the rows beside a turning point.
+    One spline through all rows would oscillate through a rest with decreasing amplitude and never
+    stop: the axis would be told to creep. Therefore each move between two rests is a separate
+    spline, with speed 0 at the rests. Two equal rows between others may be the rows beside a
+    turning point.
     """
     still = np.abs(np.diff(values)) <= STILL * np.ptp(values)
     ends = [0, *(np.flatnonzero(np.diff(still)) + 1).tolist(), len(still)]

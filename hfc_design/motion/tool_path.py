@@ -1,8 +1,8 @@
-"""How far a machine of any axes is off the path of its program.
+"""Deviation of a machine of any axes from the path of its program.
 
 The contour error is the distance of the tool tip from the path in X-Y-Z, as if the rotary axes
-moved neither tip nor workpiece. The error of the orientation is how far the rotary axes are from
-where they should be at the point of the path that is nearest in all axes.
+moved neither tip nor workpiece. The error of the orientation is the distance of the rotary axes
+from their places at the point of the path that is nearest in all axes.
 """
 
 from typing import NamedTuple
@@ -16,21 +16,21 @@ from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.motion.samples import PathSamples
 
-#: A degree counts as so many mm in what is nearest in all axes.
+#: Length [mm] that a degree counts as in the search for the point nearest in all axes.
 DEGREE = 0.05
-#: Newton's steps to the nearest point of a helix.
+#: Number of Newton steps to the nearest point of a helix.
 NEWTON = 4
 
 
 class Nearest(NamedTuple):
-    """How far the machine is off the path."""
+    """Deviation of the machine from the path."""
 
     contour_error: Floats  # (steps,) [mm]
     turned: Floats | None  # (steps,) error of the orientation [deg]; None: no rotary axis
 
 
 class _Window(NamedTuple):
-    """Where on some blocks, lined up without the others, the nearest point is looked for."""
+    """Part of some blocks, joined without the others, to search for the nearest point."""
 
     blocks: Indices
     starts: Floats  # (blocks,) way along these up to each of them
@@ -42,11 +42,11 @@ class _Window(NamedTuple):
 
 @np.errstate(invalid="ignore", over="ignore")  # a diverged motion
 def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
-    """Of the actual places (axes, steps) [mm, deg] of a machine that should be at ``samples``.
+    """Return the deviation of actual places (axes, steps) [mm, deg] from those in ``samples``.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
-    branch that passes by is not taken for the one being cut. Blocks that only turn take nothing
-    from that: a tip that lags behind when the tables begin to turn may be on the path still.
+    branch that passes by is not taken for the one being cut. Blocks that only turn do not count in
+    this distance: a tip that lags behind when the tables begin to turn may be on the path still.
     """
     path, linear = program.path, program.linear
     off, blocks = actual - samples.position, [path.linear, ~path.linear]
@@ -73,7 +73,7 @@ def _distance(vectors: Floats) -> Floats:
 
 
 def _window(path: AxisPath, some: Mask, distance: Floats, search_range: Floats) -> _Window:
-    """On ``some`` of the blocks; ``distance`` and ``search_range`` (steps,) along the path."""
+    """Return the window on ``some`` blocks; ``distance``, ``search_range`` (steps,) on the path."""
     knots = np.concatenate([[0.0], np.cumsum(np.where(some, path.length, 0.0))])
     now = path.block(distance)
     here = knots[now] + np.where(some[now], distance - path.knots[now], 0.0)
@@ -88,7 +88,7 @@ def _window(path: AxisPath, some: Mask, distance: Floats, search_range: Floats) 
 
 
 def _closest(path: AxisPath, windows: list[_Window], actual: Floats, squares: Floats) -> Floats:
-    """(axes, steps) the point in the windows nearest to ``actual``, by ``squares`` of each axis."""
+    """Return (axes, steps) the point in ``windows`` nearest to ``actual``, axes by ``squares``."""
     best, point = np.full(actual.shape[1], np.inf), np.full_like(actual, np.nan)
     for window in windows:
         for turn in range(int((window.final - window.first).max(initial=0)) + 1):
@@ -108,7 +108,7 @@ def _closest(path: AxisPath, windows: list[_Window], actual: Floats, squares: Fl
 def _nearest_on(
     path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest: Floats, squares: Floats
 ) -> Floats:
-    """Way on block ``k`` to its point between two ways that is nearest to ``actual``."""
+    """Return the way on block ``k`` to its point nearest to ``actual``, between two ways."""
     rate = path.rate[:, k]
     whole = np.maximum((squares * rate**2).sum(axis=0), np.finfo(float).tiny)
     s = (squares * rate * (actual - path.start[:, k])).sum(axis=0) / whole
@@ -126,7 +126,7 @@ def _nearest_on(
 
 
 def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """The same on an arc, by the angle about its centre alone; it may lie beyond ``highest``."""
+    """Return the way on an arc, by the angle about its centre alone; it may exceed ``highest``."""
     plane, turning, tangent = list(path.plane), path.turning[k], path.tangent[:, k]
     off = actual[plane] - path.start[plane][:, k]
     ahead = (tangent * off).sum(axis=0)
@@ -140,7 +140,7 @@ def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest:
 
 
 def program_errors(program: Program, time: Floats, positions: Floats, unit: str) -> Contour:
-    """The errors of ``positions`` (axes, steps) in units of the drives at ``time`` (steps,) [s].
+    """Return the errors of ``positions`` (axes, steps) [units of drives] at ``time`` (steps,) [s].
 
     ``unit`` is that of the linear axes.
     """

@@ -2,7 +2,7 @@
 
 The machine starts at rest where the path starts: a circle at (R, 0) about the origin, a line at
 the origin, a polyline at its first point, a G-code program at X0 Y0. With limits of each axis a
-program is one of any axes, see ``program``, and starts where it says.
+program moves any axes, see ``program``, and starts where the reference says.
 """
 
 from abc import abstractmethod
@@ -34,7 +34,7 @@ from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
 class Trajectory(Record):
-    """A path and a limit of acceleration; each kind has its own path."""
+    """Path and a limit of acceleration; each kind is another path."""
 
     if TYPE_CHECKING:  # each one's own field, which stands where it always has in a file
         kind: str
@@ -44,29 +44,29 @@ class Trajectory(Record):
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
-        """Where it goes, at least one of them."""
+        """Return the segments of the path, at least one."""
 
     def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> "Trajectory | Program":
-        """The motion of a machine of these axes, which is interpolated every ``cycle`` [s]."""
+        """Return the motion of a machine with these axes, interpolated every ``cycle`` [s]."""
         return self
 
     @property
     def path(self) -> Path:
-        """Where it goes."""
+        """Path of the trajectory."""
         return Path.of(self._segments())
 
     @property
     def motion(self) -> Motion:
-        """When it is where."""
+        """Motion along the path."""
         return motion(self.path, self.acceleration_mm_s2)
 
     @property
     def duration_s(self) -> float:
-        """When the end is reached [s]; from then on it holds."""
+        """Time at which the end is reached [s]; from then on the machine holds."""
         return self.motion.duration
 
     def samples(self, time: Floats) -> PathSamples:
-        """The trajectory at ``time`` (steps,) [s]."""
+        """Return the trajectory at ``time`` (steps,) [s]."""
         path, along = self.path, self.motion
         way, speed, change = along.at(time)
         position, tangent, curvature = path.at(way)
@@ -75,9 +75,9 @@ class Trajectory(Record):
         return PathSamples(position, speed * tangent, tangent, curvature, way, bent)
 
     def axis_samples(self, time: Floats, unit: float | None) -> tuple[list[AxisSamples], PathFrame]:
-        """Both axes, not yet in steps of their drives, and the path.
+        """Return both axes, not yet in steps of their drives, and the path.
 
-        The machine starts where it stands; a ``unit`` of the positions has so many mm.
+        The machine starts where it stands; ``unit`` is the length of a unit of the positions [mm].
         """
         assert unit is not None  # the scenario has been checked
         way = self.samples(time)
@@ -95,7 +95,7 @@ class Trajectory(Record):
 
 
 class Circle(Trajectory):
-    """About the origin from (radius, 0), any number of cycles or part of one."""
+    """Circle about the origin from (radius, 0), any number of cycles or part of one."""
 
     kind: Literal["circle"] = "circle"
     radius_mm: Positive  # radius about the origin, starting at (radius, 0) [mm]
@@ -110,7 +110,7 @@ class Circle(Trajectory):
 
 
 class Line(Trajectory):
-    """From the origin straight on, at an angle to the X axis."""
+    """Line straight on from the origin, at an angle to the X axis."""
 
     kind: Literal["line"] = "line"
     length_mm: Positive  # length from the origin [mm]
@@ -135,7 +135,7 @@ def _distinct(points: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
 
 
 class Polyline(Trajectory):
-    """Straight from point to point, with a stop at each corner."""
+    """Straight lines from point to point, with a stop at each corner."""
 
     kind: Literal["polyline"] = "polyline"
     #: [X, Y] of each point, with a stop at each [mm]
@@ -153,7 +153,7 @@ PLANAR = ("rapid_mm_min", "acceleration_mm_s2")
 
 
 class GCode(Trajectory):
-    """The motion of a G-code program (``gcode``): in X-Y, or with ``limits`` in any axes."""
+    """Motion of a G-code program (``gcode``): in X-Y, or with ``limits`` in any axes."""
 
     kind: Literal["gcode"] = "gcode"
     file: Annotated[WRITTEN, PROGRAM]  # program in G-code
@@ -185,7 +185,7 @@ class GCode(Trajectory):
         return gcode.read(self.file, self.rapid_mm_min)
 
     def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> Trajectory | Program:
-        """Itself in X-Y; UserError: the program cannot be run on these axes, in a line."""
+        """Return itself in X-Y, else the program; UserError: it cannot be run on these axes."""
         planar = len(axes) == 2 and not any(axis.rotary for axis in axes)
         if planar and not self.limits:
             return self
@@ -198,7 +198,7 @@ class GCode(Trajectory):
             )
 
     def _fault(self, axes: tuple[MovedAxis, ...]) -> str | None:
-        """What keeps it from being run on these axes, whatever the program."""
+        """Return why no program can be run on these axes with these settings, else None."""
         names, letters = [axis.name for axis in axes], [*gcode.AXES.lower()]
         for key, named in (("limits", self.limits), ("start", self.start)):
             if unknown := next((name for name in named if name not in names), None):
@@ -231,7 +231,7 @@ PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator=
 
 
 def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | None:
-    """A line if a trajectory asks an axis for more than its drive's speed [mm/s].
+    """Return a line if a trajectory asks an axis for more than its drive's speed [mm/s], else None.
 
     On a segment that is too short for its feed, the speed that it does reach counts. The line
     names the feed and the one allowed.

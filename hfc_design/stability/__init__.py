@@ -1,1 +1,1 @@
-"""Gains that keep a sampled feed drive stable, and the gains of a rule table."""
+"""Stability: margins of loops, stable gains of a sampled feed drive, gains of a rule table."""

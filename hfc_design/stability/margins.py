@@ -8,44 +8,44 @@ from scipy.linalg import matrix_balance
 
 from hfc_design.core.numbers import Floats, Mask
 
-#: What a scenario may ask of its loops -> the number of ``report``, whether more of it is
-#: worse, and between what it has to lie.
+#: Requirement of a scenario on its loops -> the number of ``report``, whether a larger value is
+#: worse, and the range of its limit.
 ASKED = {
     "sensitivity": ("sensitivity", True, (1.0, 100.0)),
     "gain_margin": ("gain_up", False, (1.0, 1e6)),
     "phase_margin_deg": ("phase_deg", False, (0.0, 180.0)),
     "delay_margin_samples": ("delay_samples", False, (0.0, 1e4)),
 }
-#: A singular value of ``a - 1`` so near to 0 is an integrator's. Its poles do not tell: those of
-#: two or three in a row are found at 1 +- 1e-8 or 1e-5, by their last bits.
+#: Largest singular value of ``a - 1`` that counts as 0, of an integrator. The poles do not show it:
+#: those of two or three in a row are found at 1 +- 1e-8 or 1e-5, by rounding.
 INTEGRATES = 1e-9
-#: A gain margin beyond that, either way, is of a response that is 0 or infinite but for rounding.
+#: Gain margin beyond which, in either direction, the response is 0 or infinite but for rounding.
 NO_MARGIN = 1e5
-#: Frequencies that are looked at, in shares of half the sampling frequency.
+#: Initial frequencies, as shares of half the sampling frequency.
 FREQUENCIES = np.geomspace(1e-6, 1.0, 601)
-#: The same on either side of a pole near the unit circle, in its distances from that: where the
-#: loop is large there may be a thousandth of its frequency wide.
+#: Initial frequencies on either side of a pole near the unit circle, in units of its distance to
+#: the circle: the range where the loop is large may be a thousandth of its frequency wide.
 BESIDE = np.concatenate([way * np.geomspace(0.03, 30.0, 25) for way in (-1.0, 1.0)])
-#: How often what is found between two frequencies is sought again, between ever nearer ones.
+#: Number of refinements between two frequencies, and the places of the new ones.
 CLOSER, BETWEEN = 5, np.linspace(0.0, 1.0, 21)[1:-1]
 #: Cosine of the turn from which on a loop has gone half around, past a pole.
 HALF = -0.999
-#: The size of a closed loop at the end of its band: -3 dB.
+#: Size of a closed loop at the end of its band: -3 dB.
 BAND = 10.0**-0.15
 
 
 class OpenLoop(NamedTuple):
-    """``x(k+1) = a x + b u``, and what the controller answers: ``c x`` instead of u."""
+    """Open loop ``x(k+1) = a x + b u``, with the controller's answer ``c x`` in place of u."""
 
     a: Floats  # (states, states) drive and controller
     b: Floats  # (states,)
     c: Floats  # (states,)
 
     def reduced(self) -> "OpenLoop":
-        """Without what stays as it is whatever happens and either hears or says nothing.
+        """Return the loop without constant states that are uncontrollable or unobservable.
 
-        A rule that does not fire, say, or how far bristles were bent to begin with: that is no
-        part of the loop, and its pole of 1 does not settle.
+        Examples are a rule that does not fire, or the initial deflection of bristles: such a state
+        is no part of the loop, and its pole of 1 does not settle.
         """
         observable = self._heard()
         turned = OpenLoop(observable.a.T, observable.c, observable.b)._heard()
@@ -60,17 +60,17 @@ class OpenLoop(NamedTuple):
         return OpenLoop(basis.T @ a @ basis, basis.T @ b, basis.T @ c)
 
     def transfer(self, angle: Floats) -> Floats:
-        """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
+        """Return L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
         return np.asarray(1.0 / self.sensitivity()(np.asarray(angle)) - 1.0)
 
     def poles(self) -> tuple[Any, Any]:
-        """Of the open and of the closed loop, complex."""
+        """Return the poles of the open and of the closed loop, complex."""
         a, units = balanced(self.a)
         fed_back = np.outer(self.b / units, self.c * units)
         return np.asarray(np.linalg.eigvals(a)), np.asarray(np.linalg.eigvals(a + fed_back))
 
     def sensitivity(self) -> Callable[[Floats], Floats]:
-        """1 / (1 + L) at angles, complex: of the distances from the poles, open over closed."""
+        """Return 1 / (1 + L) of angles, complex: distances from the open over closed poles."""
         before, after = self.poles()
 
         def at(angle: Floats) -> Floats:
@@ -82,9 +82,9 @@ class OpenLoop(NamedTuple):
 
 
 class Margins(NamedTuple):
-    """How far a loop is from where it oscillates by itself; None: nothing of that kind does it.
+    """Margins of a loop to self-sustained oscillation; None: no change of that kind causes it.
 
-    Angles are those of ``z = exp(i angle)``: 2 pi times the frequency, of a sample.
+    Angles are those of ``z = exp(i angle)``: 2 pi times the frequency, per sample.
     """
 
     stable: bool
@@ -101,7 +101,7 @@ class Margins(NamedTuple):
 
 
 def margins(loop: OpenLoop) -> Margins:
-    """Margins of a loop; of one that is not stable, factors that would make it so count too."""
+    """Return the margins of a loop; if it is unstable, factors that make it stable count too."""
     loop = loop.reduced()
     before, after = loop.poles()
     after = after[np.argsort(-np.abs(after), kind="stable")]
@@ -131,16 +131,16 @@ def margins(loop: OpenLoop) -> Margins:
 
 
 def _end(values: Floats, which: Callable[..., Any]) -> float | None:
-    """The least or the largest; None of none."""
+    """Return the least or the largest finite value; None if there is none."""
     values = values[np.isfinite(values)]
     return float(which(values)) if len(values) else None
 
 
 def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
-    """Of loops (..., angles), between neighbouring angles and nan where there is nothing:
+    """Return crossings of loops (..., angles) between neighbouring angles, nan where there is none.
 
-    Factors on the gain that lead a loop through -1, at the last angle too, which is pi; angles
-    where its size is 1, and what it lags less than -1 there [rad], 0 to 2 pi.
+    Factors on the gain that lead a loop through -1, also at the last angle, which is pi; angles
+    where its size is 1, and its lag less than -1 there [rad], 0 to 2 pi.
     """
     with np.errstate(all="ignore"):
         turn = loop[..., 1:] / loop[..., :-1]
@@ -155,17 +155,18 @@ def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def swung(loop: Any, damping: float, share: float) -> Floats:
-    """How near a mode at each angle leads a loop to -1, which is 1; at 0 and below not at all.
+    """Return how near a mode at each angle leads a loop to -1: 1 reaches it, 0 or less never does.
 
-    It multiplies the loop by ``1 + share s^2 / (s^2 + 2 d w s + w^2)``: near w what comes to 1
-    goes around a circle through 0 and ``i share / 2 d``, in which ``-(1 + 1 / L)`` may not lie.
+    The mode multiplies the loop by ``1 + share s^2 / (s^2 + 2 d w s + w^2)``: near w the term
+    beside 1 goes around a circle through 0 and ``i share / 2 d``, in which ``-(1 + 1 / L)`` may not
+    lie.
     """
     off = 1.0 + 1.0 / loop
     return np.asarray(-share / (2.0 * damping) * off.imag / np.abs(off) ** 2)
 
 
 def _between(part: Floats) -> tuple[Mask, Floats]:
-    """Where it changes its sign behind an angle, and at which share of the way to the next."""
+    """Return where a part changes sign behind an angle, and the share of the way to the next."""
     crossed = (part[..., :-1] > 0.0) != (part[..., 1:] > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part[..., :-1] / (part[..., :-1] - part[..., 1:])
@@ -173,12 +174,12 @@ def _between(part: Floats) -> tuple[Mask, Floats]:
 
 
 def _place(angles: Floats, share: Floats) -> Floats:
-    """Angles at shares of the ways between neighbouring ones."""
+    """Return angles at shares of the ways between neighbouring angles."""
     return np.asarray(angles[:-1] * (angles[1:] / angles[:-1]) ** share)
 
 
 def largest(loop: OpenLoop) -> tuple[float, float]:
-    """Of ``c x`` for a sine of u in a loop that is closed already: the largest, and the slowest."""
+    """Return the largest ``c x`` for a sine of u in a closed loop, and the slowest sine's."""
     loop, few = loop.reduced(), np.exp(1j * np.pi * FREQUENCIES[::60])
     matrices = few[:, None, None] * np.eye(len(loop.b)) - loop.a
     size = np.abs(np.linalg.solve(matrices, loop.b[:, None].astype(complex))[..., 0] @ loop.c).max()
@@ -196,17 +197,17 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
 
 
 def balanced(a: Floats) -> tuple[Floats, Floats]:
-    """A step's matrix with its states in units that make it even, and those units (states,).
+    """Return a step's matrix in state units that balance it, and these units (states,).
 
     With the units of the drive, metres beside radians, or with one part of it far stiffer than the
-    others, what is not 0 lies as deep below the largest singular value as what is only rounding.
+    others, elements that are not 0 lie as far below the largest singular value as rounding.
     """
     with np.errstate(invalid="ignore"):  # of a matrix that is not finite
         even, (units, _) = matrix_balance(a, permute=False, separate=True)
     return np.asarray(even, float), np.asarray(units, float)
 
 
-#: Parts whose changes of sign are looked for, and those whose largest is.
+#: Quantities whose changes of sign are sought, and quantities whose maximum is sought.
 Parts: TypeAlias = tuple[Sequence[Floats], Sequence[Floats]]
 
 
@@ -219,7 +220,7 @@ def _of_a_loop(s: Floats) -> Parts:
 def _looked_at(
     at: Callable[[Floats], Floats], poles: Floats, sought: Callable[[Floats], Parts]
 ) -> tuple[Floats, Floats]:
-    """Angles to look at and sensitivities there; ever closer where parts of these are sought."""
+    """Return angles and their sensitivities, refined where the ``sought`` parts change or peak."""
     turning = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.5)]
     near_poles = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
     angles = np.unique(np.concatenate([np.pi * FREQUENCIES, near_poles.ravel()]))

@@ -1,16 +1,16 @@
-"""A drive linearised while it slides: what feed-forward and linear design know of it.
+"""Linearisation of a sliding drive, for feed-forward and linear design.
 
-At rest friction is no slope: the bristles of LuGre are a spring there, a dry contact holds still.
-At a creep its slope is negative where it falls towards the Coulomb level (Stribeck). So the drive
-is linearised at the speed from which on the part of the command that grows with the speed is the
-larger one: friction slides there, as it does at every higher speed. ``Drive.step`` itself is
-differentiated, in float64; the steps of converters and encoders are no part of it, because a
-rounding has the slope 0 everywhere and 1 in the mean.
+At rest friction has no slope: the bristles of LuGre are a spring there, a dry contact holds still.
+At very low speed its slope is negative where it falls towards the Coulomb level (Stribeck). The
+drive is therefore linearised at the speed from which on the part of the command that grows with
+the speed is the larger one: friction slides there, as it does at every higher speed.
+``Drive.step`` itself is differentiated, in float64; the steps of converters and encoders are left
+out, because a rounding has the slope 0 everywhere and 1 in the mean.
 
-Nor is cogging, which keeps a drive from ever moving steadily: it comes and goes while the drive
-slides. So steps from many places along the way are taken together, with the weights of a window
-(the square of Hann's) whose sum over any wave that is long beside the places' distance and short
-beside the way is 0.
+Cogging is left out as well. It keeps a drive from ever moving steadily, and comes and goes while
+the drive slides. Steps from many places along the way are therefore averaged, with the weights of
+a window (the square of Hann's) whose sum over any wave that is long beside the places' distance
+and short beside the way is 0.
 """
 
 from functools import lru_cache, partial
@@ -30,7 +30,7 @@ from plants import Drive
 #: Integration steps in a control sample, at first and at most.
 SUBSTEPS, MOST_SUBSTEPS = 16, 1024
 REFUSED = "the drive {} cannot be linearised: {}"
-#: What to do about a drive that never moves steadily, not even in the mean over its way.
+#: Advice for a drive that never moves steadily, not even in the mean over its way.
 UNSTEADY = (
     "a likely reason is a force that depends on the position with non-zero mean, such as "
     "a spring: leave it out of the model, or use a controller that needs no linear "
@@ -40,30 +40,30 @@ GAP = (
     "its backlash is the cause: set plant.parameters.backlash=0 for a linear model; "
     "[stress] tests backlash"
 )
-#: A pole so near to the unit circle does not settle by itself.
+#: Largest distance to the unit circle of a pole that does not settle by itself.
 SETTLES = 1e-9
 #: Speeds that are tried [of the position, per s], the highest first.
 SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
-#: Newton's steps towards a steady motion, and the change [1] at which it has come, or has come
-#: near enough.
+#: Newton's steps towards a steady motion, the change [1] at which it has converged, and the change
+#: at which it is near enough.
 TRIES, SETTLED, NEAR = 20, 1e-9, 1e-5
-#: What counts as 0 beside numbers of size 1.
+#: Largest number that counts as 0 beside numbers of size 1.
 RANK = 1e-9
-#: The speed that is looked for is known to this factor.
+#: Factor to which the sought speed is known.
 CLOSE = 1.0 + 1e-9
 #: Places along the way, as shares of it.
 SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
-#: Ways that are tried [of the position]: one of them holds many waves, and of each many places. No
-#: round number, which a wave could share with the places.
+#: Ways that are tried [of the position]: one of them contains many waves, each with many places.
+#: They are no round numbers, which a wave could share with the places.
 WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
-#: A force has the mean 0 along a way where so much of its slope is left.
+#: Largest remaining share of a force's slope for which its mean along a way counts as 0.
 LEFT = 1e-3
-#: Ways that leave less are alike: what is left there is rounding, of which a longer way has more.
+#: Share below which ways are equivalent: the rest is rounding, which grows with the way.
 NOTHING = 1e-9
 
 
 class Step(NamedTuple):
-    """One integration step from a state, and its derivatives."""
+    """Integration step from a state, and its derivatives."""
 
     after: Floats  # (states,)
     a: Floats  # (states, states)
@@ -74,7 +74,7 @@ class Step(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A steady motion: the same speed, command and everything else from step to step."""
+    """Steady motion: speed, command and all other values are the same from step to step."""
 
     speed: float
     state: Floats  # (states,) at position 0
@@ -83,24 +83,24 @@ class Motion(NamedTuple):
 
 
 class Steady(NamedTuple):
-    """What a part of a motion asks for, once everything else has settled."""
+    """Command and state that a part of a motion needs in the steady state."""
 
     command: float
     state: Floats  # (states,)
 
 
 class Slides:
-    """A drive whose steps are differentiated, in the mean over a ``way``; where JAX has float64.
+    """Drive with differentiated steps, averaged over a ``way``; JAX must have float64.
 
-    ``along`` (states,) is what a unit of way moves. Without it that is found in the mean over a way
-    that moves all encoders alike, where what is linear stays as it is.
+    ``along`` (states,) is what a unit of way moves. Without it, it is found in the mean over a way
+    that moves all encoders alike, which leaves linear parts as they are.
     """
 
     def __init__(
         self, drive: Drive, parameters: Parameters, way: float = 0.0, along: Floats | None = None
     ):
         fields, rows = type(drive.initial_state(0.0))._fields, reported(drive, parameters)
-        #: (states,) the position that is fed back.
+        #: Position that is fed back, as a row (states,).
         self.seen, rate = (np.eye(len(fields))[fields.index(name)] for name in drive.seen)
         signals = {name: np.asarray(row, float) for name, row in rows.items()}
         self.outputs = {"error": -self.seen, "error_rate": -rate, **signals}
@@ -113,9 +113,9 @@ class Slides:
         self.fastest = partial(drive.fastest, parameters)
 
     def step(self, state: Floats, command: float, dt: float) -> Step:
-        """From a state under a command, without a load; in the mean from all places.
+        """Return the step from a state under a command, without a load, averaged over all places.
 
-        There it does not matter from which one.
+        The mean does not depend on the place of the state.
         """
         parts = self._taken(state, command, dt, self._shifts)[0]
         after, a, b, load = map(np.asarray, parts)
@@ -127,10 +127,10 @@ class Slides:
         return Step(after, a, b, load, along, changed)
 
     def _along(self, a: Floats) -> tuple[Floats, float]:
-        """What a unit of way moves if a step changes by it as little as can be, and by how much.
+        """Return what a unit of way moves for the least change of a step, and the change.
 
-        (states,), and a share of it in units that make the step even. 0: all of the drive can be
-        shifted and nothing changes.
+        The first is (states,), the change is a share in units that balance the step. 0: the whole
+        drive can be shifted and nothing changes.
         """
         if self._known is not None:
             return self._known, 0.0
@@ -142,9 +142,9 @@ class Slides:
         return units * along / (units @ self.seen), float(off)
 
     def left(self, dt: float) -> tuple[float, Floats]:
-        """Of what a unit of way changes in a step, what is left in the mean; and what it moves.
+        """Return the share of a unit of way's effect left in the mean, and what the way moves.
 
-        inf: it changes nothing in any step, or there is no step from some place.
+        The share is inf if way has no effect on any step, or if there is no step from some place.
         """
         mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
         if not np.isfinite(slopes).all():
@@ -156,10 +156,10 @@ class Slides:
         return float(left / whole) if whole else np.inf, along
 
     def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
-        """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found.
+        """Return the steady motion with a speed, in steps of ``dt`` [s]; None if none is found.
 
-        Newton's method begins with no force anywhere and, where that leads nowhere, with what is in
-        contact in the motion ``near`` it: within a backlash no command moves what is behind.
+        Newton's method begins without forces and, where that fails, with the contacts of the motion
+        ``near`` it: within a backlash no command moves the parts behind it.
         """
         motion = self._from(speed * self._moving, 0.0, speed, dt)
         if motion is None and near is not None:
@@ -186,19 +186,20 @@ class Slides:
         return None
 
     def _bordered(self, a: Floats, b: Floats) -> Floats:
-        """Times a change of state and command it is what a step makes of it, and the position."""
+        """Return the matrix from a change of state and command to those of step and position."""
         return np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
 
     def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
-        """State at position 0 and command with ``(a - 1) x + b u = change``."""
+        """Return state at position 0 and command with ``(a - 1) x + b u = change``."""
         solution = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
         return Steady(float(solution[-1]), solution[:-1])
 
     def slowest(self, dt: float) -> Motion | None:
-        """That of the lowest speed from which on the command's growing part is larger.
+        """Return the motion of the lowest speed above which the command's growing part is larger.
 
-        That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
-        v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
+        The growing part is ``v du/dv``, compared with ``u - v du/dv``, of the command u of steady
+        motion with the speed v. Without Coulomb friction it is the lowest speed of all, without
+        viscous friction the highest.
         """
         candidate, low = None, None
         for speed in SPEEDS.tolist():
@@ -223,9 +224,9 @@ class Slides:
 
 
 def averaged(drive: Drive, parameters: Parameters, dt: float) -> Slides | None:
-    """The drive in the mean over that way over which what depends on the position has the mean 0.
+    """Return the drive averaged over the way on which position-dependent forces have the mean 0.
 
-    None where nothing does, or it has no mean of 0 along any way, as a spring.
+    None if there are no such forces, or if their mean is not 0 along any way, as for a spring.
     """
     each = [
         Slides(drive, parameters, way, Slides(drive, parameters, way).left(dt)[1]) for way in WAYS
@@ -237,7 +238,7 @@ def averaged(drive: Drive, parameters: Parameters, dt: float) -> Slides | None:
 
 @partial(jax.jit, static_argnums=0)
 def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
-    """(states,) what each signal of the drive takes of each state."""
+    """Return for each signal of the drive its derivatives (states,) by the states."""
     kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
     states = jnp.ones(len(kind._fields))
     rows: dict[str, Any] = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(states)
@@ -248,9 +249,9 @@ def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
 def differentiated(
     drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any, shifts: Any
 ) -> Any:
-    """The state after a step, its derivatives by state, command and load in the mean.
+    """Return the state after a step, and its mean derivatives by state, command and load.
 
-    And those by the state from each of the places, (places, states, states).
+    The last result is the derivative by the state at each place, (places, states, states).
     """
     kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
 
@@ -269,10 +270,10 @@ def differentiated(
 
 
 class Nominal(NamedTuple):
-    """A sliding drive near a speed: ``x(k+1) = a x + b u``, held for a control sample.
+    """Linear model of a sliding drive near a speed: ``x(k+1) = a x + b u``, for a control sample.
 
-    The rows of ``outputs`` turn a state into signals; "error" and "error_rate" are those of a
-    reference that stands still.
+    The command is held for the sample. The rows of ``outputs`` turn a state into signals; "error"
+    and "error_rate" are those of a reference that stands still.
     """
 
     speed: float  # [of the position, per s]
@@ -289,10 +290,10 @@ class Nominal(NamedTuple):
 def nominal(
     drive: Drive, parameters: Parameters, sample_time: float, speed: float | None = None
 ) -> Nominal:
-    """The drive with ``parameters`` near ``speed``, or near the one that is found.
+    """Return the drive with ``parameters`` near ``speed``, or near the speed of ``Slides.slowest``.
 
     Raises:
-        UserError: it has no steady motion, or cannot be moved from one.
+        UserError: the drive has no steady motion, or cannot be moved from one.
     """
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
@@ -326,7 +327,7 @@ def nominal(
 def _operating_point(
     slides: Slides, sample_time: float, speed: float | None
 ) -> tuple[Motion, Step, int] | None:
-    """A steady motion, a step from it, and how many of them make a control sample."""
+    """Return a steady motion, a step from it, and the number of such steps in a control sample."""
     dt = sample_time / SUBSTEPS
     if speed is None:
         slowest = slides.slowest(dt)
@@ -342,7 +343,7 @@ def _operating_point(
 
 
 def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
-    """State, command and load matrices of so many equal steps."""
+    """Return state, command and load matrices of ``substeps`` equal steps."""
     whole, power_sum = np.eye(len(one.a)), np.zeros_like(one.a)
     for _ in range(substeps):
         power_sum = power_sum + whole
@@ -351,7 +352,7 @@ def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
 
 
 def _controllable(a: Floats, b: Floats) -> bool:
-    """Whether the command moves everything that does not settle by itself (Hautus' test)."""
+    """True if the command moves everything that does not settle by itself (Hautus' test)."""
     a, units = balanced(a)
     b = b / units / (np.abs(b / units).max() or 1.0)
     lasting = [pole for pole in np.linalg.eigvals(a) if abs(pole) >= 1.0 - SETTLES]

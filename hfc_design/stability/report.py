@@ -1,4 +1,4 @@
-"""What ``hfc stability``, the pages and ``usable`` show: margins of loops, the range of JK04."""
+"""Output of ``hfc stability``, the pages and ``usable``: margins of loops, the range of JK04."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hfc_design.stability.stable_range import StableRange  # with SciPy
     from plants import Drive  # which imports JAX
 
-#: Shares of the machines that a band is between.
+#: Quantiles of the machines that bound a band.
 BAND = (0.05, 0.95)
 #: Columns of a table: title, number, unit in the title.
 COLUMNS = {
@@ -43,14 +43,14 @@ ABOUT = (
     "makes it oscillate"
 )
 BANDS = "below: between 5 and 95 % of {} other machines"
-#: K_2 bounds are told at these shares of the largest K_1.
+#: Shares of the largest K_1 at which K_2 bounds are listed.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
-#: (K_1, K_2) of rule tables [unit/BLU], by how they were found.
+#: (K_1, K_2) of rule tables [unit/BLU], by the method that found them.
 Points = Mapping[str, tuple[float, float]]
 MARKERS = "os^Dv*"
-#: A K_2 beyond so many times the range's is left out of the picture: there it has no limit.
+#: Factor on the range's K_2 beyond which a K_2 is not drawn: it is unlimited there.
 BEYOND = 4.0
-#: What inside and outside mean.
+#: Meaning of inside and outside the range.
 WITHOUT = (
     "the drive has no friction here; a design outside may still settle in one motion, "
     "which hfc score simulates"
@@ -60,7 +60,7 @@ LINE = 0.19
 
 
 class At(NamedTuple):
-    """The loop of one axis at an operating point."""
+    """Loop of one axis at an operating point."""
 
     point: str
     axis: str  # "" where there is one
@@ -71,7 +71,7 @@ class At(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What tables call it."""
+        """Name of the loop in tables."""
         return " ".join(filter(None, (self.axis, self.point)))
 
 
@@ -95,9 +95,10 @@ class LoopMargins(NamedTuple):
 
     @property
     def stable(self) -> bool | None:
-        """Whether the loops of the nominal machine are, at rest and at speed; None: there are none.
+        """True if the nominal machine's loops are stable, at rest and at speed; None: no loops.
 
-        Between the two friction that falls with the speed may push, which motions there show.
+        Between rest and speed, friction that falls with the speed may destabilise the loop;
+        simulated motions show that.
         """
         each: dict[str, list[bool]] = {}
         for row in self.rows:
@@ -107,13 +108,13 @@ class LoopMargins(NamedTuple):
 
     @property
     def crossover(self) -> float | None:
-        """The highest frequency at which a loop of the nominal machine has the magnitude 1 [Hz]."""
+        """Highest frequency at which a loop of the nominal machine has the magnitude 1 [Hz]."""
         each = [row.numbers["crossover_hz"] for row in self.rows if not row.why]
         return max((x for x in each if x), default=None)
 
     @property
     def worst(self) -> dict[str, tuple[float | None, str]]:
-        """Of each of ``ASKED`` the worst of the nominal machine, and where; None: without an end.
+        """Worst value of each of ``ASKED`` for the nominal machine, and its loop; None: unlimited.
 
         A loop that is not stable has no margin.
         """
@@ -126,7 +127,7 @@ class LoopMargins(NamedTuple):
         return worst
 
     def broken(self, limits: Mapping[str, float]) -> dict[str, tuple[float | None, str]]:
-        """What the loop has and where, of that of ``limits`` that it does not keep."""
+        """Return the worst value and a text with its loop for each violated limit."""
         violations = {}
         for name, limit in limits.items():
             value, where = self.worst.get(name, (None, ""))
@@ -143,7 +144,7 @@ class LoopMargins(NamedTuple):
         return violations
 
     def numbers(self) -> Json:
-        """What ``hfc stability --json`` prints."""
+        """Return the output of ``hfc stability --json``."""
         rows = [
             {"point": one.point, "axis": one.axis, **({"why": one.why} if one.why else {})}
             | one.numbers
@@ -155,7 +156,7 @@ class LoopMargins(NamedTuple):
         return {**summary, "stable": self.stable, "worst": worst, "points": rows}
 
     def figure(self) -> "Figure":
-        """Magnitude and phase of the open loops by the frequency [Hz], and their sensitivity."""
+        """Draw magnitude and phase of the open loops over frequency [Hz], and their sensitivity."""
         from matplotlib.ticker import NullFormatter
 
         from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
@@ -202,12 +203,12 @@ class LoopMargins(NamedTuple):
 
     @property
     def about(self) -> str:
-        """What the margins are of."""
+        """Description of the machines that the margins are for."""
         band = f"; {BANDS.format(self.machines)}" if self.machines else ""
         return f"On the plant {self.plant}. {ABOUT}{band}"
 
     def cells(self) -> tuple[list[str], list[list[str]]]:
-        """Heads and rows of a table, numbers of the nominal machine above the band of others."""
+        """Return heads and rows of a table: nominal machine above the band of others."""
         heads = ["at", "stable", *(head.format(self.units) for head in COLUMNS.values())]
         rows = []
         for one in self.rows:
@@ -224,7 +225,7 @@ class LoopMargins(NamedTuple):
 
 
 def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
-    """Margins as plain data, frequencies in Hz for samples of ``every`` [s]; None: no end."""
+    """Return margins as plain data, in Hz for samples of ``every`` [s]; None: unlimited."""
 
     def hertz(angle: float | None) -> float | None:
         return None if angle is None else angle / (2.0 * np.pi * every)
@@ -248,7 +249,7 @@ def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> 
 
 
 def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
-    """Between what the numbers of others are: the share ``BAND`` of those that are stable."""
+    """Return the range of the numbers of other machines: the share ``BAND`` of the stable ones."""
     intervals = {}
     for key in others[0] if others else ():
         if key != "stable":
@@ -272,10 +273,11 @@ def _cell(value: float | bool | None) -> str:
 
 
 def lag(response: Floats) -> Floats:
-    """Phase [deg] without jumps, such that at the lowest frequency it lies between -315 and 45.
+    """Return the phase [deg] without jumps, between -315 and 45 at the lowest frequency.
 
-    There it is a multiple of -90 for every integrator: with three of them -270, which else would
-    be drawn as +90 and the crossing of the magnitude a whole turn above the -180 that it is near.
+    There it is a multiple of -90 for every integrator: with three of them -270, which would
+    otherwise be drawn as +90 and the crossing of the magnitude a whole turn above the -180 that it
+    is near.
     """
     turned = np.degrees(np.unwrap(np.angle(response)))
     return np.asarray(turned - 360.0 * np.ceil((turned[0] - 45.0) / 360.0))
@@ -298,7 +300,7 @@ class StableGains(NamedTuple):
         return table("stable range, JK04 section 3; gains in unit/BLU", rows(self))
 
     def numbers(self) -> Json:
-        """What ``hfc stability --json`` prints."""
+        """Return the output of ``hfc stability --json``."""
         gain_range = self.range
         k1 = gain_range.k1_bound * np.array(SHARES)
         k2 = zip(k1.tolist(), gain_range.k2(k1).tolist(), strict=True)
@@ -315,7 +317,7 @@ class StableGains(NamedTuple):
         }
 
     def figure(self) -> "Figure":
-        """The bound of K_2 against K_1 (JK04 fig. 4)."""
+        """Draw the bound of K_2 against K_1 (JK04 fig. 4)."""
         return stability_figure(self.range, self.points)
 
     def show(self) -> None:
@@ -340,10 +342,10 @@ def drive_of(
     every: float,
     given: Mapping[str, float],
 ) -> dict[str, float]:
-    """Arguments of ``stable_range``: what is ``given``, else the design's own.
+    """Return the arguments of ``stable_range``: those ``given``, else those of the design.
 
-    ``description`` says what the design is for. Of its ``axes`` that with the largest gain counts;
-    ``every`` is the sample time [s].
+    ``description`` says what the design is for. Of its ``axes`` the one with the largest gain
+    counts; ``every`` is the sample time [s].
 
     Raises:
         UserError: the plant is no feed drive, and gain or time constant are not given.
@@ -357,7 +359,7 @@ def drive_of(
 
 
 def rows(gains: StableGains) -> dict[str, str]:
-    """The numbers as people read them."""
+    """Return the numbers as text for people."""
     gain_range, data = gains.range, gains.numbers()
     drive = gains.drive
     values = {
@@ -381,7 +383,7 @@ def rows(gains: StableGains) -> dict[str, str]:
 
 
 def stability_figure(gain_range: "StableRange", points: Points) -> "Figure":
-    """The bound of K_2 against K_1 [unit/BLU], the range shaded, ``points`` by their names."""
+    """Draw the bound of K_2 against K_1 [unit/BLU], the range shaded, ``points`` by their names."""
     from hfc_design.pictures.figure import OTHER, OWN, framed
 
     top = 0.15 + LINE * ceil((3 + len(points)) / 2)

@@ -69,7 +69,7 @@ def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: Ru
     bounds are never above 0, since the command saturates. A command that jumps at 0 has an
     infinite gain. Memberships of the error enter u_2 as weights that sum to 1, so that u_2/de
     lies between its values where one error term rules alone: those rows are searched. A term
-    whose centre a neighbour's edge has passed never rules alone, and K_2 may come out too large,
+    whose centre is beyond a neighbour's edge never rules alone, and K_2 may come out too large,
     on the safe side.
 
     Raises:
@@ -84,12 +84,12 @@ def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: Ru
 
 
 def middle(terms: Triangles) -> int:
-    """Place of the middle one, of an even number the upper of two."""
+    """Return the index of the middle term; of an even number that of the upper of two."""
     return len(terms) // 2
 
 
 def centred(terms: Triangles) -> bool:
-    """Whether there is a middle one, on 0."""
+    """True if there is a middle term, centred on 0."""
     return len(terms) % 2 == 1 and bool(terms[middle(terms)][1] == 0.0)
 
 
@@ -144,7 +144,7 @@ def _ratio_piece(ends: tuple[float, float], p: Floats, q: Floats) -> list[float]
 
 
 def stationary(numerator: Polynomial, denominator: Polynomial, end: float) -> list[float]:
-    """Every place between 0 and ``end`` where the quotient is stationary.
+    """Return every place between 0 and ``end`` where the quotient is stationary.
 
     Real parts of complex roots may be among them; one more place never spoils an extremum.
     """
@@ -153,7 +153,7 @@ def stationary(numerator: Polynomial, denominator: Polynomial, end: float) -> li
 
 
 def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
-    """level/x; at x = 0 the limit from inside the piece."""
+    """Return level/x; at x = 0 the limit from inside the piece."""
     if level == 0.0:
         return 0.0
     if x == 0.0:
@@ -164,7 +164,7 @@ def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
 def _checked(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> tuple[Floats, Triangles, Triangles]:
-    """What a record does not ask: the table, and the terms with edges rounded to ``DIGITS``."""
+    """Check inputs as no record does; return table, and terms with edges rounded to ``DIGITS``."""
     table = np.array(singletons, dtype=np.float64)
     wrong = np.argwhere(~(np.abs(table) <= LARGEST))
     if len(wrong):
@@ -203,14 +203,14 @@ class Rectangle(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The same with a K_2 that falls with the K_1 that the table has (JK04 fig. 4)."""
+    """Sectors whose largest K_2 falls with the K_1 that the table has (JK04 fig. 4)."""
 
     k1_max: Scalar  # [units/BLU]
     k2_max: Scalar  # [units/BLU]
     points: Sequence[Sequence[Scalar]]  # (n, 2) K_1 rising, and the largest K_2 there
 
     def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
-        """The largest K_2 at the steepest of ``slopes``, on straight lines between the points."""
+        """Return the largest K_2 at the steepest of ``slopes``, linear between the points."""
         k1, k2 = xp.once(reduce(xp.maximum, slopes)), self.points[0][1]
         for (a, b), (c, d) in pairwise(self.points):
             k2 = k2 + (d - b) * clipped(xp, (k1 - a) / (c - a), 0.0, 1.0)
@@ -218,7 +218,7 @@ class Curve(NamedTuple):
 
 
 def inner_edges(rights: Sequence[Scalar], lefts: Sequence[Scalar]) -> list[Scalar]:
-    """Of each term the edge of its neighbour towards the middle one, where its output is whole.
+    """Return for each term its neighbour's edge towards the middle, where its output is complete.
 
     A singleton is the whole output from there outwards, so this is where its slope is steepest.
     The edges are those (n - 1) where two neighbours overlap, the right one of the lower and the
@@ -280,5 +280,5 @@ def bounded(
 
 
 def _off(value: Scalar, by: Scalar) -> Scalar:
-    """The sum; a 0 of the program costs a population nothing."""
+    """Return the sum; adding the constant 0 costs a population nothing."""
     return value if isinstance(by, float) and not by else value + by

@@ -61,16 +61,16 @@ class StableRange(NamedTuple):
         return np.array(bounds).reshape(given.shape)
 
     def k2(self, k1: ArrayLike) -> Floats:
-        """Every K_2 of the range at ``k1`` is smaller than this; 0 outside the range."""
+        """Return the upper bound of K_2 in the range at ``k1``; 0 outside the range."""
         return np.where(np.asarray(k1) < self.k1_bound, self.k2_printed(k1), 0.0)
 
     def contains(self, k1: float, k2: float) -> bool:
-        """Whether sectors [0, k1] and [0, k2] lie in the range; false for nan and infinity."""
+        """True if sectors [0, k1] and [0, k2] lie in the range; false for nan and infinity."""
         return 0.0 <= k2 < float(self.k2(k1))
 
 
 def stable_range(gain: float, time_constant: float, sample_time: float) -> StableRange:
-    """The range of a drive K/(s (tau s + 1)) (JK04 eq. 18-20). It is never empty.
+    """Return the range of a drive K/(s (tau s + 1)) (JK04 eq. 18-20). It is never empty.
 
     ``gain`` K in (BLU/s)/unit, ``time_constant`` tau and ``sample_time`` T in s. The scan prints
     K_0 as a quotient by 1/tau, that is a product with tau.
@@ -108,7 +108,7 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
 
 
 def _k2_bound(gain_range: StableRange, k1: float) -> float:
-    """The least h/g over those y in [0, 2] where g is positive, as it always is at y = 0."""
+    """Return the least h/g over those y in [0, 2] where g is positive, as it always is at y = 0."""
     k0, a, b = gain_range[:3]
     kappa = k0 * k1
     h = 4.0 * (_weight(b) + kappa * _real_part(a, b))

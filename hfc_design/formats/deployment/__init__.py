@@ -1,1 +1,1 @@
-"""What code is shipped with: a page on the design, test vectors, and a check that runs them."""
+"""Files that are shipped with generated code: a README page, test vectors, and a check of both."""

@@ -1,4 +1,4 @@
-"""The folder of a design in C: its sources, a page on it, vectors, and ``make check``."""
+"""Folder of a design in C: sources, README page, test vectors, and ``make check``."""
 
 import re
 from collections.abc import Sequence
@@ -10,16 +10,17 @@ from hfc_design.formats.deployment import readme
 from hfc_design.formats.deployment.vectors import Vectors, vectors
 from hfc_design.formats.writing import Content, csv_text, head, rendered, signal_units
 
-#: Of ``math.h``, as sources name them.
+#: Functions of ``math.h``, as sources name them.
 FUNCTIONS = ("exp", "tanh", "sqrt")
 
 
 def with_check(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> dict[str, Content]:
-    """The sources with all that is shipped with them, and a ``note`` on them.
+    """Return the sources with everything that is shipped with them, and a ``note`` about them.
 
-    ``same`` are vectors of what they do, where it is not exactly that of the design's kind.
+    ``same`` are test vectors of these sources, for code that does not compute exactly what the
+    design's kind does.
     """
     filled = values(design, files, same, note)
     return {
@@ -30,20 +31,20 @@ def with_check(
 
 
 def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
-    """What lies beside the folders of axes: a page that names them, and a ``make check`` of all."""
+    """Return the files beside the folders of axes: a page, and a ``make check`` of all."""
     return page_of_axes(design, axes) | {
         "Makefile": rendered("deployment/axes.mk.j2", design, axes=axes)
     }
 
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
-    """The page that names the folders of axes."""
+    """Return the page that names the folders of axes."""
     values = {"name": code.c_name(design), "axes": axes, "about": readme.origin(design)}
     return {"README.md": rendered("deployment/axes.md.j2", design, **values)}
 
 
 def checked(design: Design, template_values: Json) -> dict[str, Content]:
-    """``Makefile``, and ``check/`` with what it compiles beside the sources, and the vectors."""
+    """Return ``Makefile``, and the folder ``check/`` with the test program and the test vectors."""
     program = rendered("deployment/check.c.j2", design, **template_values)
     return {
         "Makefile": rendered("deployment/Makefile.j2", design, **template_values),
@@ -55,7 +56,7 @@ def checked(design: Design, template_values: Json) -> dict[str, Content]:
 
 
 def table(design: Design, vectors: Vectors, note: str = "") -> str:
-    """The vectors as CSV; lines that begin with # say what they are."""
+    """Return the test vectors as CSV; lines that begin with # describe them."""
     unit = signal_units(design).get("command", "")
     notes = [
         *([note] if note else []),
@@ -69,7 +70,7 @@ def table(design: Design, vectors: Vectors, note: str = "") -> str:
 def values(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> Json:
-    """What the templates read, see ``with_check``."""
+    """Return the values for the templates, see ``with_check``."""
     name, test_vectors = code.c_name(design), same or vectors(design)
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)

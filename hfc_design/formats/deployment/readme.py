@@ -1,4 +1,4 @@
-"""The page on a design: what to connect, how it was made, what happens, how it is checked."""
+"""README page of a design: connections, origin, score, behaviour on faults, and how to check it."""
 
 import re
 from contextlib import suppress
@@ -17,7 +17,7 @@ from hfc_design.simulation.acceptance import ENOUGH, TextTable, missed_text, str
 
 
 class Signal(NamedTuple):
-    """A row of the table of what is connected."""
+    """Row of the table of signals to connect."""
 
     name: str
     axes: str  # that it is of, "" where it is of all
@@ -27,20 +27,20 @@ class Signal(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """A row of the score, of the motion or axis where it is largest."""
+    """Row of the score: a measure for the motion or axis where it is largest."""
 
     name: str
     value: str
     where: str
 
 
-#: Of a score, what counts at the machine: how far off it was, and what it asked of the drive.
+#: Parts of a score that count at the machine: the error, and the demand on the drive.
 MEASURES = re.compile(r"(?:(?P<where>\w+?)_)?(?P<name>(?:rms|max)_(?:\w+_)?error\w*|peak_\w+)")
-#: Of a signal that no command depends on: its gains are 0.
+#: Remark on a signal that no command depends on, because its gains are 0.
 NOT_USED = "not used, gain 0"
-#: Of the usability that a score may have.
+#: Parts of the usability that a score may have.
 KEPT = ("share", "machines", "spread")
-#: What is said first of one whose verdict is not yes.
+#: First words about a design whose verdict is not yes.
 NOT = {
     "no": "**not usable as it is**: ",
     "on this model only": "**usable on this model only**, not under stress: ",
@@ -48,7 +48,7 @@ NOT = {
 
 
 def values(design: Design, vectors: Vectors) -> Json:
-    """What the templates of the page read."""
+    """Return the values for the templates of the page."""
     axes = vectors.axes if vectors.axes != ("",) else ()
     return known(design, axes) | {
         "axes": vectors.axes,
@@ -60,7 +60,7 @@ def values(design: Design, vectors: Vectors) -> Json:
 
 
 def known(design: Design, axes: tuple[str, ...]) -> Json:
-    """What is to be said of a design on any page; ``axes`` that it commands, () of one axis."""
+    """Return the facts about a design for any page; ``axes`` are its axes, () of one axis."""
     record = design.controller
     read = design.kind.reads(record) if design.kind.reads else []
     return {
@@ -77,7 +77,7 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
 
 
 class Origin(NamedTuple):
-    """Where a design comes from, and what it scored; "" and None where that is not told."""
+    """Origin and score of a design; "" and None where they are not known."""
 
     source: str
     scored_on: str  # scenario
@@ -88,7 +88,7 @@ class Origin(NamedTuple):
 
 
 def origin(design: Design) -> Origin:
-    """Where a design comes from, and what it scored."""
+    """Return the origin and the score of a design."""
     score, source = design.score, plain(str(design.provenance.get("source", "")))
     sampled: Any = design.provenance.get("sampled")
     with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # none, or it was edited
@@ -109,7 +109,7 @@ def origin(design: Design) -> Origin:
 def _signals(
     design: Design, names: list[str], axes: tuple[str, ...], vectors: Vectors
 ) -> list[Signal]:
-    """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
+    """Return unit and meaning of each signal; axes with different drives have separate rows."""
     idle = {*map(identifier, unused(design, vectors) if "command" not in names else ())}
     each = {"": (signal_units(design), signal_meanings(design))}
     if axes:
@@ -129,7 +129,7 @@ def _signals(
 
 
 def _connecting(design: Design) -> list[str]:
-    """What the kind says, and what is inside of it, once each."""
+    """Return the connection notes of the kind and of every controller inside it, each note once."""
     record = design.controller
     lines = list(record.connecting())
     axes = axes_of(design) if design.kind.controller else ()
@@ -139,7 +139,7 @@ def _connecting(design: Design) -> list[str]:
 
 
 def measures(score: Json) -> list[Measure]:
-    """What of a score counts at the machine: of each measure the largest one."""
+    """Return the measures of a score that count at the machine, the largest value of each."""
     largest: dict[str, tuple[float, str]] = {}
     for key, value in score.items():
         named = MEASURES.fullmatch(key)
@@ -151,7 +151,7 @@ def measures(score: Json) -> list[Measure]:
 
 
 def _usable(stored: object) -> str:
-    """Whether a design can be used, and on how many machines it passed, in words; "": untold."""
+    """Describe whether a design is usable, and on how many machines it passed; "" if not stored."""
     if not isinstance(stored, dict):
         return ""
     numbers = [x for key in KEPT if isinstance(x := stored.get(key), int | float)]
@@ -171,7 +171,7 @@ def _usable(stored: object) -> str:
 
 
 def _stress(stored: Any) -> TextTable | None:
-    """What it was tried under; None: untold."""
+    """Return the table of disturbances that the design was tested under; None if not stored."""
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
         return stress_table(stored["stress"]) if stored["stress"] else None
     return None

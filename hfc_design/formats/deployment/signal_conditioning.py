@@ -1,4 +1,4 @@
-"""How the design's scenario formed what the controller reads: sensors, velocities, converter."""
+"""Signal conditioning in the design's scenario: sensors, velocities, converter."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from plants.drive import fed_back
 
 
 class Sensed(NamedTuple):
-    """What axes that are alike measure, and how."""
+    """Measurement of axes that are alike."""
 
     axes: tuple[str, ...]
     position: str  # that the error is formed with, and what it is
@@ -30,7 +30,7 @@ class Sensed(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """The scenario that a design was made on."""
+    """Scenario that a design was made on."""
 
     scenario: str  # "": none that runs from here
     reason: str  # why not
@@ -39,7 +39,7 @@ class Scene(NamedTuple):
 
 
 def scene(design: Design, reads: Iterable[str]) -> Scene:
-    """What the scenario of a design says of sensors, for a controller that ``reads`` signals."""
+    """Return the sensors in a design's scenario, for a controller that ``reads`` signals."""
     named = "scenario" in design.provenance
     try:
         scenario = own_scenario(design, design.name)
@@ -77,7 +77,7 @@ def _sensed(axis: Axis, scenario: Scenario, reads: tuple[str, ...]) -> Sensed:
 
 
 def _rates(drive: Drive, axis: Axis, reads: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of the signals that change where nothing but the velocities of encoders does."""
+    """Return the signals that change when nothing but the velocities of encoders changes."""
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
     speeds = {rate: 1.0 + 0.7 * k for k, rate in enumerate(drive.encoders.values())}
     moving = state._replace(**speeds)
@@ -87,7 +87,7 @@ def _rates(drive: Drive, axis: Axis, reads: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _counts(drive: Drive, axis: Axis) -> bool:
-    """Whether the machine's own encoder reads a position in steps."""
+    """True if the machine's own encoder reads a position in steps."""
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
     odd = 0.123456789012
     seen = drive.measured(fixed, state._replace(**{drive.seen[0]: odd}))

@@ -1,11 +1,12 @@
-"""A controller in single precision: the same law on float32, to tell what that changes.
+"""Single precision: the law of a controller on float32, to measure how far its commands are off.
 
-C in float sums in another order, so that its commands are about as far off as these, not equal. How
-far they may be off follows from that, and where code in float can be asked for them.
+C code in float sums in another order, so its commands are off by about as much as these, but not
+equal to them. From this follow the tolerance of test vectors and where code in float can be
+compared at all.
 
-Of a controller that decides (which rule is to blame, whether an integral is held) rounding may
-decide otherwise, and from there on it does something else, with equal right. Where a decision is
-as close as that, commands are not compared until all is forgotten.
+A controller that decides (which rule is to blame, whether an integral is held) may decide
+otherwise because of rounding, and then continues differently and equally right. Where a decision
+is that close, commands are not compared until the controller's memory is reset.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -29,7 +30,7 @@ from hfc_design.core.numbers import ARRAYS, Floats, Gains, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.deployment.test_inputs import RESETS
 
-#: Those of C's float are no less exact than these.
+#: Functions in which C's float is no less exact than float32 here.
 SINGLE = ARRAYS._replace(
     bell=lambda rate, distance: _rounded(np.exp, (-rate * distance) * distance),
     tanh=lambda x: _rounded(np.tanh, x),
@@ -41,7 +42,7 @@ def _rounded(function: np.ufunc, x: Floats) -> np.ndarray:
 
 
 def single(value: Plain) -> Plain:
-    """All real numbers in tables and records rounded to single precision."""
+    """Round all real numbers in tables and records to single precision."""
 
     def rounded(leaf: Any) -> Any:
         if isinstance(leaf, float):
@@ -59,10 +60,10 @@ def commands(
     view_of: Callable[[np.ndarray], View],
     law: AxisLaw | None,
 ) -> Floats:
-    """(tries, samples, axes) commands of a design for the ``rows`` (samples, inputs, tries).
+    """Return the commands (tries, samples, axes) of a design for ``rows`` (samples, inputs, tries).
 
-    ``view_of`` makes a view of a sample (inputs, any); ``law`` as of ``runtime.Controller``. Where
-    a command would not be finite the past is kept, as in C.
+    ``view_of`` converts a sample (inputs, any) to a view; ``law`` as in ``runtime.Controller``. The
+    memory is kept where a command would not be finite, as in C.
     """
     begins = np.array(sorted(RESETS))
     lengths = np.diff(begins, append=len(rows))
@@ -89,7 +90,7 @@ def _controller(design: Design, axes: tuple[str, ...], law: AxisLaw | None) -> C
 
 
 def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes: int) -> Floats:
-    """(steps, lanes, axes)."""
+    """Return the commands (steps, lanes, axes) of a controller for a sequence of views."""
     zero, stored = np.zeros(lanes, np.float32), []
     memory = begun(controller, SINGLE, zero, gains)
     with np.errstate(all="ignore"):
@@ -103,23 +104,23 @@ def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes:
     return np.stack(stored, dtype=np.float64)
 
 
-#: Of a command in double precision, in shares of the largest one.
+#: Tolerance of a command in double precision, as a share of the largest command.
 DOUBLE = 1e-12
-#: By how much more than the runtime in single precision C may be off: it sums in another order.
+#: Factor on the error of the runtime in single precision: C sums in another order.
 MARGIN = 4.0
-#: What single precision is off by at least, in shares of the largest command.
+#: Least error of single precision, as a share of the largest command.
 ROUNDING = 2.0**-21
-#: Inputs are off by so many roundings, where it is tried whether a decision is close.
+#: Disturbance of the inputs, in roundings, with which close decisions are found.
 NOISE = 16.0
-#: Commands that are off by so much more than before have come of another decision; those of inputs
-#: that are off by ``NOISE`` roundings may be off by four times as many.
+#: Growth of the error that shows another decision; inputs that are off by ``NOISE`` roundings may
+#: cause four times as large an error without one.
 JUMP = 16.0
-#: Times that it is tried, each with a noise and its opposite, which is on the other side.
+#: Number of tries, each with a noise and its opposite, which lies on the other side of a decision.
 TRIES = 2
 
 
 class Tolerance(NamedTuple):
-    """Of a command, in its unit."""
+    """Tolerance of a command, in the command's unit."""
 
     double: float
     single: float
@@ -127,13 +128,13 @@ class Tolerance(NamedTuple):
 
 
 def rounded(inputs: Floats) -> Iterator[Floats]:
-    """The inputs in single precision, and off by up to one more rounding, at every call alike."""
+    """Yield the inputs in single precision, off by up to one more rounding, reproducibly."""
     yield inputs.astype(np.float32).astype(float)
     yield from _disturbed(inputs, 1.0, 1)
 
 
 def disturbed(inputs: Floats) -> Iterator[Floats]:
-    """The inputs in single precision, off by up to ``NOISE`` roundings, at every call alike."""
+    """Yield the inputs in single precision, off by up to ``NOISE`` roundings, reproducibly."""
     yield from _disturbed(inputs, NOISE, TRIES)
 
 
@@ -146,9 +147,9 @@ def _disturbed(inputs: Floats, noise: float, tries: int) -> Iterator[Floats]:
 
 
 def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
-    """Of the commands (samples, axes), and what they are in single precision, (tries, ...).
+    """Return the tolerance of commands (samples, axes) from single precision, (tries, ...).
 
-    ``near`` are those of ``rounded``, ``far`` those of ``disturbed`` inputs.
+    ``near`` are the commands for ``rounded`` inputs, ``far`` those for ``disturbed`` inputs.
     """
     largest = float(np.abs(commands).max())
     off, further = (np.abs(each - commands).max(axis=(0, 2)) for each in (near, far))

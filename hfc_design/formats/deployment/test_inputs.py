@@ -1,7 +1,7 @@
-"""Inputs that drive a controller through its whole range and beyond, the same at every export.
+"""Test inputs that drive a controller through its whole range and beyond, the same at every export.
 
-Sweeps, steps that are held for a while, a rest, small swings, and values that come by chance. Of
-Python's own generator, whose numbers are the same in every release.
+Sweeps, steps that are held for a while, a rest, small swings, and random values. The random
+numbers are from Python's own generator, which gives the same ones in every release.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,23 +10,23 @@ from random import Random
 
 from hfc_design.controllers.kind import ControllerRecord
 
-#: Samples of each part of the vectors.
+#: Samples of each part of the test vectors.
 SWEEPS, STEPS, REST, SMALL, CHANCE = 250, 200, 25, 75, 450
 COUNT = SWEEPS + STEPS + REST + SMALL + CHANCE
-#: Samples before which all is forgotten, so that what learns is seen with what it starts from too.
+#: Samples before which the memory is reset, so that the test also shows how learning starts.
 RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 30)))
-#: How far the inputs go, in shares of the range.
+#: Amplitude of the inputs, as a share of the range.
 BEYOND = 1.4
-#: The change of an error in a sample, as a signal of ``ControllerRecord.input_range``.
+#: Key of the change of an error in a sample, named as in ``ControllerRecord.input_range``.
 CHANGE = "error_change"
 
 
 def input_ranges_of(
     record: ControllerRecord, axes: tuple[str, ...], limits: dict[str, float | None]
 ) -> dict[str, dict[str, float]]:
-    """How far the range of a controller goes on each axis, see ``ControllerRecord.input_range``.
+    """Return the input range of a controller on each axis, see ``ControllerRecord.input_range``.
 
-    Of what is made around others it is the farther one of both.
+    For a controller around others it is the larger one of both.
     """
     ranges = {axis: dict(record.input_range(limits[axis])) for axis in axes}
     for inner_axis, inner in record.inside(axes).items():
@@ -38,7 +38,7 @@ def input_ranges_of(
 
 
 def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[list[float]]:
-    """(COUNT, names) of what one axis tells; the ``seed`` tells axes apart."""
+    """Return (COUNT, names) test inputs of one axis; each axis has its own ``seed``."""
     random = Random(seed)
     step = sizes.get(CHANGE, 0.0)
     columns = [
@@ -51,9 +51,10 @@ def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[lis
 def connected(
     rows: list[list[float]], names: Sequence[str], fed_back: str, sizes: dict[str, float]
 ) -> list[list[float]]:
-    """Rows of what is ``driven`` as those of a machine that is near its reference.
+    """Turn ``driven`` rows into readings of a machine that is near its reference.
 
-    It is switched off now and then, takes over, and leaves its reference farther than it may.
+    The machine is switched off now and then, is taken over by the controller, and leaves its
+    reference farther than allowed.
     """
     places = {name: k for k, name in enumerate(names)}
     size = sizes.get("error", 1.0)
@@ -73,9 +74,9 @@ def connected(
 
 
 def path(sizes: dict[str, float], count: int) -> list[list[float]]:
-    """(COUNT, count) tangent, curvature and contour error of a path in X-Y, bent to both sides.
+    """Return (COUNT, count) tangent, curvature, contour error of an X-Y path that bends both ways.
 
-    ``sizes`` are of the X axis; without the contour error where ``count`` is 3.
+    ``sizes`` are those of the X axis; the contour error is left out where ``count`` is 3.
     """
     random, size = Random("path"), sizes.get("error", 1.0)
     off = _signal(random, size, 0.0)
@@ -87,9 +88,9 @@ def path(sizes: dict[str, float], count: int) -> list[list[float]]:
 
 
 def _signal(random: Random, size: float, step: float) -> Iterator[float]:
-    """A signal of ``COUNT`` samples that goes a little beyond ``size``.
+    """Yield a signal of ``COUNT`` samples that slightly exceeds ``size``.
 
-    With a ``step`` its change in a sample goes a little beyond that too, wherever the signal is.
+    With a ``step`` its change per sample slightly exceeds that too, at any value of the signal.
     """
     yield from (_short(BEYOND * size * x) for x in _shares(random))
     for _ in range(CHANCE // 2):
@@ -99,7 +100,7 @@ def _signal(random: Random, size: float, step: float) -> Iterator[float]:
 
 
 def _shares(random: Random) -> Iterator[float]:
-    """What comes before chance, from -1 to 1."""
+    """Yield the deterministic values before the random ones, from -1 to 1."""
     phase, slow, fast = pi * random.random(), random.uniform(70.0, 110.0), random.uniform(9.0, 14.0)
     for k in range(SWEEPS):
         yield 0.8 * sin(phase + tau * k / slow) + 0.2 * sin(tau * k / fast)
@@ -115,5 +116,5 @@ def _shares(random: Random) -> Iterator[float]:
 
 
 def _short(value: float) -> float:
-    """Seven digits, which single precision holds as well."""
+    """Round to seven digits, which single precision holds as well."""
     return float(f"{value:.6e}")

@@ -1,4 +1,4 @@
-"""Test vectors: inputs, and the commands of the design's own runtime, with a tolerance.
+"""Test vectors: inputs, the commands that the design's own runtime gives for them, and a tolerance.
 
 Deterministic: the same design gives the same numbers.
 """
@@ -21,16 +21,16 @@ from hfc_design.formats.deployment import single_precision, test_inputs
 from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
 
-#: What is told of the path of a machine.
+#: Names of a machine's path inputs.
 PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
 
 
-#: Samples in which a signal shows that is used at all, nearly always.
+#: Samples in which nearly every used signal shows an effect.
 SOON = 50
 
 
 class Vectors(NamedTuple):
-    """Samples of a controller; of a machine of several axes those of each, one after the other."""
+    """Samples of a controller; of a machine those of each axis, one after the other."""
 
     axes: tuple[str, ...]  # ("",) of a single one
     signals: tuple[str, ...]  # that each axis tells
@@ -49,7 +49,7 @@ class Vectors(NamedTuple):
         return ["reset", "float", *inputs, *(f"path.{x}" for x in self.path), *commands]
 
     def largest(self, axis: str, name: str) -> float:
-        """How large a signal of an axis gets, or its "command"."""
+        """Return the largest magnitude of a signal of an axis, or of its "command"."""
         k = self.axes.index(axis)
         if name == "command":
             return max(abs(row[k]) for row in self.commands)
@@ -58,13 +58,13 @@ class Vectors(NamedTuple):
 
     @property
     def rows(self) -> list[list[float]]:
-        """What stands in these columns."""
+        """Values of all columns, row by row."""
         each = zip(self.resets, self.tolerance.alike, self.inputs, self.commands, strict=True)
         return [[int(reset), int(alike), *given, *outputs] for reset, alike, given, outputs in each]
 
 
 def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
-    """The vectors of a design, or of the part of one axis; ``law`` as of ``runtime.Controller``."""
+    """Return the test vectors of a design or of one axis; ``law`` as in ``runtime.Controller``."""
     kind, axes = design.kind, _axes(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
     if connection := design.connected:
@@ -88,12 +88,12 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
 
 
 def _axes(design: Design) -> tuple[str, ...]:
-    """The axes of a machine, or that of the part of one axis."""
+    """Return the axes of a machine, or the axis of a part."""
     return (design.axis or "axis",) if design.kind.law else axes_of(design)
 
 
 def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
-    """The law of a connected design, or another one, with what connects it."""
+    """Return the law of a connected design, or ``law`` with the same connection."""
     plain = require(design.kind.law, design, NO_CODE)
     limit = design.limits.of(design.axis).command
     connected: AxisLaw = design.connected.around(law or plain(design.controller, limit))
@@ -101,21 +101,22 @@ def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
 
 
 def _unrated(design: Design) -> Design:
-    """A connected design without a rate around it, as it keeps to one inside; or another one."""
+    """Return a connected design without its outer rate limit, which its code has inside."""
     if not design.connected:
         return design
     return design.model_copy(update={"limits": design.limits.without_rate()})
 
 
 def deviation(design: Design, vectors: Vectors) -> float:
-    """The largest difference of the vectors' commands, of another law, from the design's own."""
+    """Return the largest difference of ``vectors``, made with another law, from the design."""
     return _furthest(vectors, _commands(design, vectors.signals, vectors.inputs))
 
 
 def of_the_last_digit(design: Design, vectors: Vectors) -> float:
-    """The largest difference of commands where all inputs are off by a last digit of theirs.
+    """Return the largest difference of commands when all inputs are off by one in their last digit.
 
-    What learns may make much of that, as of the last digit of an ``EXP`` that is another one's.
+    A controller that learns may amplify such a difference, and also one of the last digit
+    between two implementations of ``EXP``.
     """
     inputs, random = np.array(vectors.inputs), np.random.default_rng(0)
     inputs *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], inputs.shape)
@@ -127,7 +128,7 @@ def _furthest(vectors: Vectors, commands: list[list[float]]) -> float:
 
 
 def unused(design: Design, vectors: Vectors) -> set[str]:
-    """The signals that no command depends on, as where their gains are 0."""
+    """Return the signals that no command depends on, for example because their gains are 0."""
     count, names = len(vectors.signals), set()
     for k, name in enumerate(vectors.signals):
         without = np.array(vectors.inputs)
@@ -144,7 +145,7 @@ def unused(design: Design, vectors: Vectors) -> set[str]:
 def _commands(
     design: Design, names: tuple[str, ...], inputs: list[list[float]], law: AxisLaw | None = None
 ) -> list[list[float]]:
-    """(samples, axes) what the runtime commands, where it begins anew at the resets."""
+    """Return (samples, axes) commands of the runtime, which restarts at the resets."""
     axes = _axes(design)
     one: Controller | Machine
     if design.kind.law is None:
@@ -187,7 +188,7 @@ def _inputs(
 
 
 def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
-    """Axis, signal, and how far that goes in the motions that a design was made for."""
+    """Yield axis, signal, and the signal's range in the motions that a design was made for."""
     with suppress(UserError):  # they cannot be told here
         scenario = own_scenario(design, design.name)
         for motion in scenario.each_motion():
@@ -203,7 +204,7 @@ def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
 
 
 def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
-    """A row of the inputs as the runtime takes it."""
+    """Convert a row of inputs to the view that the runtime takes."""
     count = len(names)
     per_axis = [row[k * count : (k + 1) * count] for k in range(len(axes))]
     way = row[len(axes) * count :]

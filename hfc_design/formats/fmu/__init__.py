@@ -1,7 +1,7 @@
-"""Functional mock-up units, for co-simulation by FMI 2.0 and FMI 3.0.
+"""Functional mock-up units (FMUs) for co-simulation by FMI 2.0 and FMI 3.0.
 
-A controller, a plant, and the closed loop of both. What is computed is the C code of ``--to c`` and
-that of the simulated machine on LinuxCNC, so there is one control law and one plant.
+A controller, a plant, or the closed loop of both. Control law and plant are the C code of
+``--to c`` and of the simulated machine on LinuxCNC, so that each exists once.
 """
 
 from collections.abc import Callable

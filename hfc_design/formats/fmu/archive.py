@@ -1,4 +1,4 @@
-"""A model as a functional mock-up unit: a ZIP archive of sources, their binary, a description."""
+"""FMU archive of a model: a ZIP file of C sources, their binary, and a description."""
 
 import hashlib
 import io
@@ -21,18 +21,18 @@ from hfc_design.formats.fmu.control import commands_machine
 from hfc_design.formats.fmu.description import Model, Variable, described
 from hfc_design.formats.writing import rendered
 
-#: Files around the model; that of the version beside them.
+#: Files around the model; the version's own file stands beside them.
 AROUND = ("model.h", "model.c", "slave.h", "slave.c", "export.h")
 
 
-#: Version of FMI -> folder of a binary for Linux on x86-64.
+#: Version of FMI -> folder of the binary for Linux on x86-64.
 BINARIES = {"fmi2": "linux64", "fmi3": "x86_64-linux"}
-#: HTML in a text stays text.
+#: Markdown renderer that escapes HTML in a text.
 MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
 
 
 def page(model: Model, design: Design) -> str:
-    """The page on a model, the same for every version of FMI."""
+    """Return the README page of a model, which is the same for every version of FMI."""
     whole = commands_machine(design)
     axes = axes_of(design) if whole or model.part != "controller" else ()
     several = whole or (len(axes) > 1 and not design.axis)
@@ -42,17 +42,17 @@ def page(model: Model, design: Design) -> str:
 
 
 def fmus(model: Model, design: Design) -> dict[str, bytes]:
-    """An FMU for each version of FMI, by the names of their files.
+    """Return an FMU for each version of FMI, by file name.
 
     Raises:
-        UserError: the design is called like a file that every FMU has.
-        RunError: the C compiler that is there fails.
+        UserError: the design is named like a file that every FMU has.
+        RunError: the C compiler fails.
     """
     return {f"{model.name}_{version}.fmu": _fmu(model, design, version) for version in BINARIES}
 
 
 def _fmu(model: Model, design: Design, version: str) -> bytes:
-    """The archive; its token is a hash of the rest of it but for the binary."""
+    """Build the archive; its token is a hash of all other content except the binary."""
     documentation = page(model, design)
     sources = _sources(model, design, version, "")
     compiled = sorted(name for name in sources if name.endswith(".c"))
@@ -73,7 +73,7 @@ def _fmu(model: Model, design: Design, version: str) -> bytes:
 
 
 def _sources(model: Model, design: Design, version: str, token: str) -> dict[str, str]:
-    """Every C file, with the token in it."""
+    """Return every C file, with the token in it."""
     values = {
         "token": token,
         "version": version,
@@ -91,7 +91,7 @@ def _sources(model: Model, design: Design, version: str, token: str) -> dict[str
 
 
 def _in_c(variable: Variable) -> Json:
-    """A variable as the templates read it; bounds are finite, so that they keep infinity out."""
+    """Convert a variable for the templates; bounds are finite, which refuses infinite values."""
     settable = "fixed" if variable.fixed else "tunable"
     causality = settable if variable.causality == "parameter" else variable.causality
     largest = float_info.max
@@ -100,7 +100,7 @@ def _in_c(variable: Variable) -> Json:
 
 
 def _archive(files: Mapping[str, str | bytes]) -> bytes:
-    """A ZIP archive that is the same each time."""
+    """Build a reproducible ZIP archive."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():

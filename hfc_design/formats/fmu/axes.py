@@ -1,6 +1,6 @@
-"""An axis of a machine in an FMU: its variables, its sensors, its converter.
+"""Axes of a machine in an FMU: variables, sensors, converter.
 
-And the plant of a design as an FMU, alone or under its controller.
+Also the FMUs of a design's plant, alone or under its controller.
 """
 
 from hfc_design.controllers.connected import SWITCHES
@@ -18,20 +18,20 @@ from hfc_design.formats.fmu.control import commands_machine, part, path_variable
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
 from plants import Drive
 
-#: What a loop tells of the sample that it has just done.
+#: Sample that an output of a loop belongs to, in words.
 MOMENTS = {
     "command": "that acted on the drive in the sample before",
     "error": "by the machine's own scale at the start of the sample before",
 }
-#: Of which the sign is tried that a parameter may have.
+#: Magnitude of the values that are tried to find the allowed sign of a parameter.
 TINY = 1e-9
 
 
 def plant(design: Design) -> Model:
-    """The machine of a design alone: from commands and loads to where it is.
+    """Return the machine of a design alone, from commands and loads to positions.
 
     Raises:
-        UserError: there is no C of it, or the scenario of the design cannot be read.
+        UserError: the machine has no C code, or the scenario of the design cannot be read.
     """
     scenario, axes = _machine(design)
     variables, parts = [TIME], []
@@ -55,7 +55,7 @@ def plant(design: Design) -> Model:
 
 
 def loop(design: Design) -> Model:
-    """The machine under its controller, from the reference to where it is.
+    """Return the machine under its controller, from the reference to positions.
 
     Raises:
         UserError: as ``plant``, or as ``code.sources``.
@@ -88,7 +88,7 @@ def loop(design: Design) -> Model:
 
 
 def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
-    """What a design was made for, in its first motion, and its axes as they are fed back."""
+    """Return the scenario of a design in its first motion, and its axes with their feedback."""
     every = design.controller.sample_time_s
     loop_scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
     scenario = with_converter(loop_scenario, design).each_motion()[0]
@@ -100,7 +100,7 @@ def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
 
 
 def _head(axis: Axis, axes: list[Axis]) -> str:
-    """What the names of an axis' variables begin with; nothing where there is one."""
+    """Return the prefix of an axis' variable names; "" for a single axis."""
     return f"{axis.name}." if len(axes) > 1 else ""
 
 
@@ -114,7 +114,7 @@ def _load(drive: Drive, head: str) -> Variable:
 
 
 def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
-    """What the template reads of an axis, and its parameters and states."""
+    """Return the template values of an axis, and its parameters and states."""
     drive, units = axis.drive, plant_code.state_units(axis.drive)
     parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
     starts = {f"{head}start.{name}": name for name in units}
@@ -140,7 +140,7 @@ def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Varia
 
 
 def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
-    """A parameter of the plant, which may be negative or positive where the drive says so."""
+    """Return a parameter of the plant, which may be negative or positive as the drive allows."""
     value = float(getattr(axis.parameters, key))
     unit, what = drive.parameter_units.get(key, ""), f"{_words(key)} of the {drive.name}"
     variable = Variable(name, "parameter", unit, what, value)
@@ -155,7 +155,7 @@ def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
 def _sensing(
     scenario: Scenario, axis: Axis, head: str, reads: list[str]
 ) -> tuple[Json, list[Variable]]:
-    """What the template gives a controller that ``reads`` an axis, and the noise of its sensors.
+    """Return the template values for a controller that ``reads`` an axis, and the sensor noise.
 
     Raises:
         UserError: the converter delays by a part of a sample, or has a lag.
@@ -177,7 +177,7 @@ def _sensing(
             noises[name] = Variable(f"{head}noise.{name}", "input", units[name], what)
 
     def given(name: str) -> Json:
-        """The place in C, and the variable that is added to that."""
+        """Return the place of a reading in C, and the noise variable that is added to it."""
         if name in SWITCHES:
             return {"place": "1.0" if name == "enable" else "0.0", "variable": ""}
         if name in FOLLOWED:
@@ -204,7 +204,7 @@ def _model(
     variables: list[Variable],
     values: Json,
 ) -> Model:
-    """The model with what is the same of a plant and of a loop."""
+    """Return the model with the parts that a plant and a loop share."""
     names = {plant_code.name_of(axis.drive): axis.drive for axis in axes}
     sources: dict[str, str] = {}
     for drive in names.values():
@@ -236,7 +236,7 @@ def _model(
 def _controllers(
     design: Design, scenario: Scenario, axes: list[Axis]
 ) -> tuple[list[Json], dict[str, str]]:
-    """The controller of the machine, or that of each axis, and the files of all."""
+    """Return the controller of the machine, or one for each axis, and the files of all."""
     if commands_machine(design):
         connected = connect(design, scenario)
         return [part(connected, "controller")], code.sources(connected)

@@ -1,4 +1,4 @@
-"""The controller of a design as an FMU: that of an axis, or of a whole machine."""
+"""Controller of a design as an FMU, for one axis or a whole machine."""
 
 from itertools import chain
 
@@ -11,24 +11,24 @@ from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.laws import of_path
 from hfc_design.formats.writing import each_axis
 
-#: An importer that says nothing of these wants the controller on.
+#: Start values other than 0: an importer that does not set these inputs wants the controller on.
 STARTS = {"enable": 1.0}
-#: What stays when a sample is faulty.
+#: Description of the outputs after a faulty sample.
 FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
 TRIPPED = Variable(
     "tripped", "output", "", "1 where an error was too large, until enable is off", discrete=True
 )
-#: Names of the path that a controller of a machine sees.
+#: Names of the path values that a controller of a machine reads.
 PATH = ("path.tangent_x", "path.tangent_y", "path.curvature", "path.contour_error")
 
 
 def commands_machine(design: Design) -> bool:
-    """Whether its controller commands all axes at once."""
+    """True if the design's controller commands all axes at once."""
     return design.kind.controller is not None and design.kind.axis_records is None
 
 
 def controller(design: Design) -> Model:
-    """The controller alone: from what it reads at a sample to its command.
+    """Return the controller alone, from the inputs of a sample to its command.
 
     Raises:
         UserError: as ``code.sources``.
@@ -69,13 +69,13 @@ def controller(design: Design) -> Model:
 
 
 def part(design: Design, member: str) -> Json:
-    """What the templates read of a controller, which is a member of the model's state."""
+    """Return the template values of a controller that is a ``member`` of the model's state."""
     values = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
     return values | {"saved": saving.saved(design)}
 
 
 def path_variables(design: Design) -> list[Variable]:
-    """What a controller sees of the path, if anything."""
+    """Return the path variables that a controller reads; none if it does not use the path."""
     units, _ = next(iter(each_axis(design).values()))
     unit = units.get("error", "")
     every = [

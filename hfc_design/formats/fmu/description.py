@@ -1,4 +1,4 @@
-"""What an FMU says of itself: ``modelDescription.xml`` of FMI 2.0 and 3.0."""
+"""Description of an FMU: ``modelDescription.xml`` of FMI 2.0 and 3.0."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from hfc_design.formats.writing import rendered
 
 
 class Variable(NamedTuple):
-    """A number that an importer sees; its value reference is its place among all."""
+    """Number that an importer sees; its value reference is its index among all variables."""
 
     name: str
     causality: str  # "independent", "input", "output", "parameter"
@@ -27,26 +27,26 @@ class Variable(NamedTuple):
 
     @property
     def variability(self) -> str:
-        """As FMI calls it."""
+        """Variability, in the terms of FMI."""
         if self.causality == "parameter":
             return "fixed" if self.fixed else "tunable"
         return "discrete" if self.discrete else "continuous"
 
     @property
     def bounds(self) -> dict[str, float]:
-        """Those that there are, by the names of FMI."""
+        """Bounds that exist, by their FMI names."""
         each = {"min": self.lowest, "max": self.highest}.items()
         return {key: 0.0 if abs(x) == LEAST else x for key, x in each if abs(x) < inf}
 
 
-#: The smallest number that is more than zero.
+#: Smallest number greater than zero.
 LEAST = float_info.min
-#: What every FMU begins with, as version 3 asks.
+#: Variables that every FMU begins with, as version 3 requires.
 TIME = Variable("time", "independent", "s", "time of the simulation")
 
 
 class Model(NamedTuple):
-    """What an FMU computes."""
+    """Model that an FMU computes."""
 
     part: str  # "controller", "plant" or "loop" of both
     name: str  # an identifier
@@ -58,14 +58,14 @@ class Model(NamedTuple):
     values: Json  # what that reads
 
     def of(self, causality: str) -> list[str]:
-        """Names of the variables of a causality."""
+        """Return the names of the variables with a causality."""
         return [x.name for x in self.variables if x.causality == causality]
 
 
 def described(
     model: Model, design: Design, compiled: Sequence[str], version: str, token: str
 ) -> str:
-    """``modelDescription.xml`` of a version, "fmi2" or "fmi3", with these files to compile."""
+    """Return ``modelDescription.xml`` of version "fmi2" or "fmi3", with the files to compile."""
     units = dict.fromkeys(x.unit for x in model.variables if x.unit)
     return rendered(
         "fmu/description.xml.j2",
@@ -86,13 +86,13 @@ Exponents: TypeAlias = dict[str, int]
 
 
 class BaseUnit(NamedTuple):
-    """A unit is ``factor`` times the product of base units."""
+    """Unit as ``factor`` times the product of base units."""
 
     factor: float
     exponents: Exponents
 
     def times(self, other: "BaseUnit", power: int = 1) -> "BaseUnit":
-        """The product with a power of another one."""
+        """Return the product with a power of another unit."""
         both = {key: self.exponents.get(key, 0) for key in (*self.exponents, *other.exponents)}
         for key, exponent in other.exponents.items():
             both[key] += power * exponent
@@ -104,7 +104,7 @@ def _derived(factor: float = 1.0, **exponents: int) -> BaseUnit:
     return BaseUnit(factor, exponents)
 
 
-#: Symbol -> what it is; BLU, counts and units of a converter are none of the SI.
+#: Symbol -> base units; BLU, counts and units of a converter are not SI units.
 SYMBOLS = {
     "1": _derived(),
     "m": _derived(m=1),
@@ -129,9 +129,9 @@ TOKEN = re.compile(r"\s*(?:(?P<symbol>1|[A-Za-z]+)(?P<power>\d?)|\^(?P<raised>\d
 
 
 def base_unit(unit: str) -> BaseUnit | None:
-    """What ``unit`` is; None where it has symbols of its own.
+    """Return ``unit`` in base units; None if it contains other symbols.
 
-    A space multiplies, "/" divides by the symbol or the bracket behind it, "m2" is a square.
+    A space multiplies, "/" divides by the following symbol or bracket, "m2" is a square.
     """
     tokens, at = [], 0
     while at < len(unit.rstrip()):
@@ -144,7 +144,7 @@ def base_unit(unit: str) -> BaseUnit | None:
 
 
 def _product(left: list[re.Match[str]]) -> BaseUnit | None:
-    """Of the tokens up to the end or a closing bracket, which are taken off the end of ``left``."""
+    """Return the product of the tokens in ``left`` up to a closing bracket, and remove them."""
     whole, power = SYMBOLS["1"], 1
     while left and (token := left.pop())["sign"] != ")":
         if token["sign"] == "/":

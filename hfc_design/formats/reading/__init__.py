@@ -1,11 +1,11 @@
-"""Readers of other programs' fuzzy controllers: a design that a search can start from.
+"""Import of other programs' fuzzy controllers as designs that a search can start from.
 
-And of what a controller has learnt on a machine: see ``design_that_learned``.
+Also import of what a controller has learnt on a machine, see ``design_that_learned``.
 
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
-them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused; where
-the output has terms with a shape (Mamdani), or the user asks for it, what the file computes is
-sampled, and the largest deviation told.
+them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused. If
+the output has terms with a shape (Mamdani), or if the user asks for it, the output of the file's
+rule base is sampled, and the largest deviation is reported.
 """
 
 import hashlib
@@ -33,21 +33,21 @@ from hfc_design.formats.saving import taken
 
 __all__ = ["Wish", "assumed", "assumptions_text", "deviation_told", "imported", "left_out_told"]
 
-#: Ending of a file -> the reader of its language.
+#: File suffix -> reader of the language.
 LANGUAGES = {".fll": fll, ".fis": fis}
-#: Endings of what was learnt: numbers of ``NAME_save``, and what ``halcmd save param`` prints.
+#: Suffixes of learnt numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
 LEARNT = (".txt", ".hal")
-#: A parameter of the component, of the axis in its name, as ``halcmd save`` writes it.
+#: Parameter of the component as ``halcmd save`` writes it, with the axis in its name.
 PARAMETER = re.compile(
     r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
 )
 
 
 def imported(path: Path, wish: Wish) -> Design:
-    """The design in the file or folder ``path``, with what ``wish`` adds to it.
+    """Read a design from the file or folder ``path``, completed by ``wish``.
 
     Raises:
-        UserError: the file cannot be read, or holds more or less than a design can.
+        UserError: the file cannot be read, or does not hold exactly what a design can.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending in LEARNT:
@@ -72,7 +72,7 @@ def imported(path: Path, wish: Wish) -> Design:
 
 
 def _text(data: bytes) -> str:
-    """The text of a file; ValueError: there is none."""
+    """Decode the text of a file; ValueError: the file is no text."""
     wide = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
     text = decoded(data, "utf-16" if wide else "utf-8-sig")
     if not text.strip():
@@ -81,10 +81,10 @@ def _text(data: bytes) -> str:
 
 
 def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Json]:
-    """The tables as they are, or a sample of what a file computes, and how far that is off.
+    """Return the tables as they are, or a sample of the file's output and its deviation.
 
     Raises:
-        UserError, ValueError: there are none; it says if they can be sampled.
+        UserError, ValueError: there are none; the message says if they can be sampled.
     """
     if ending == ".csv":
         if wish.terms:
@@ -115,7 +115,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """The design that ``wish`` names with what its code on a machine has learnt."""
+    """Return the design that ``wish`` names with what its code has learnt on a machine."""
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
@@ -137,7 +137,7 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
 def design_that_learned(
     text: str, ending: str, design: Design, axis: str | None, source: dict[str, str]
 ) -> Design:
-    """The ``design`` with what stands in a file; of several axes the ``axis`` that it is of.
+    """Return ``design`` with the learnt numbers of a file; ``axis`` selects one of several axes.
 
     Raises:
         UserError, ValueError: the file holds no such numbers, or they are not of this design.
@@ -166,7 +166,7 @@ def design_that_learned(
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
-    """The learnt parameters of the controller of an axis, in the order of their places."""
+    """Return the learnt parameters of the controller of an axis, in the order of their numbers."""
     numbers = {}
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())

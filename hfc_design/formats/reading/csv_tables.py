@@ -1,4 +1,4 @@
-"""Reads the tables that ``export.csv_tables`` writes for a feed drive's fuzzy controller."""
+"""Reader of the tables that ``export.csv_tables`` writes for a feed drive's fuzzy controller."""
 
 import csv
 import io
@@ -14,7 +14,7 @@ from hfc_design.formats.reading import system
 from hfc_design.formats.reading.system import Input, Shape, System, Token
 
 FILES = ("rules.csv", "error_terms.csv", "error_change_terms.csv")
-#: What need not be there: names of the rules' singletons, and of the output.
+#: Optional files: names of the rules' singletons, and of the output.
 OTHERS = ("labels.csv", "manifest.csv")
 CORNER = re.compile(r"row (\S+) \[BLU\] \\ column (\S+) \[BLU\]")
 HEADER = ["label", "left_BLU", "centre_BLU", "right_BLU"]
@@ -25,7 +25,7 @@ Rows = list[list[Token]]
 
 
 def files(path: Path) -> list[Path]:
-    """The tables of the folder ``path``, or beside it; ValueError: there is none of rules."""
+    """Return the tables in the folder ``path``, or beside it; ValueError: no table of rules."""
     folder = path if isdir(path) else path.parent
     if isfile(path) and path.name != FILES[0]:
         raise ValueError(f"must be named {FILES[0]}, next to {FILES[1]} and {FILES[2]}")
@@ -36,7 +36,7 @@ def files(path: Path) -> list[Path]:
 
 
 def _instead(folder: Path) -> str:
-    """What can be done with a folder that has no table of rules."""
+    """Advice on a folder that has no table of rules."""
     each = folder.iterdir() if isdir(folder) else ()  # its name may be one that no file can have
     others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
@@ -49,7 +49,7 @@ def _instead(folder: Path) -> str:
 
 
 def read(texts: dict[str, str]) -> System:
-    """The system in the texts of files by name; ValueError: a table is not complete."""
+    """Read the system from the texts of files by name; ValueError: a table is not complete."""
     tables = {name: _rows(name, text) for name, text in texts.items()}
     rules, first, second = (tables[name] for name in FILES)
     corner = CORNER.fullmatch(rules[0][0].text)
@@ -70,7 +70,7 @@ def read(texts: dict[str, str]) -> System:
 
 
 def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
-    """Places of the two terms and the cell of each rule."""
+    """Yield the numbers of the two terms and the cell of each rule."""
     error, change = (item.labels for item in inputs)
     header, *rest = table
     if len(header) != len(change) + 1:
@@ -86,7 +86,7 @@ def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int
 
 
 def _rows(file: str, text: str) -> Rows:
-    """The cells of the lines that are not empty, at least one."""
+    """Return the cells of the lines that are not empty, at least one."""
     reader = csv.reader(io.StringIO(text))
     try:
         rows = [[Token(reader.line_num, c.strip(), file) for c in r] for r in reader if any(r)]

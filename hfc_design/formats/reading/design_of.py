@@ -1,4 +1,4 @@
-"""A design of the system that was read, and of what the file does not say."""
+"""Construction of a design from the system that was read and from what the file does not say."""
 
 import re
 import shlex
@@ -18,17 +18,17 @@ from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, S
 
 VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"
-#: Kind -> plant where neither --plant nor --like says one.
+#: Kind -> plant if neither --plant nor --like names one.
 PLANT_OF = {"flc": "feed-drive", "aflc": "feed-drive", HIERARCHY: "c-axis"}
-#: So many names that have changed are told.
+#: Number of changed names that are listed.
 NAMED = 3
 SAMPLE_TIMES = {"feed-drive": 0.01, "c-axis": 0.001}  # [s]
-#: What adapts in an aflc without --like.
+#: Design that the adaptation of an aflc comes from without --like.
 ADAPTIVE = "jee-koren-2004-aflc"
 
 
 class Wish(NamedTuple):
-    """What the user says about the file."""
+    """Options of the user for an import."""
 
     kind: str | None = None
     name: str | None = None
@@ -44,10 +44,10 @@ class Wish(NamedTuple):
 def design_of(
     system: System, wish: Wish, path: Path, digests: dict[str, str], sampled: Json
 ) -> Design:
-    """The design; ``digests`` are of the files that it was read from, ``sampled`` says how.
+    """Build the design; ``digests`` are those of the files read, ``sampled`` reports the sampling.
 
     Raises:
-        UserError, ValueError: what the user says does not fit, what the file says does not.
+        UserError, ValueError: the options of the user, or the contents of the file, do not fit.
     """
     gaussian, other = (item.terms[0].gaussian for item in system.inputs)
     if gaussian != other:
@@ -103,7 +103,7 @@ def design_of(
 
 
 def assumptions_text(provenance: Json) -> list[str]:
-    """What was made of the file that a user has to know, in lines."""
+    """Lines on what was assumed about the file, for the user."""
     names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
     more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
     line = (
@@ -115,7 +115,7 @@ def assumptions_text(provenance: Json) -> list[str]:
 
 
 def assumed(wish: Wish, design: Design) -> str:
-    """Line on the values of a design that neither the file nor the user gave; "": none."""
+    """Line on the values of a design that neither the file nor the user gave; "" if none."""
     if wish.like is not None:
         return ""
     assumptions = {}
@@ -131,7 +131,7 @@ def assumed(wish: Wish, design: Design) -> str:
 
 
 def checked_name(name: str) -> str:
-    """A name that a design may have; UserError: it is none."""
+    """Return ``name`` if a design may have it; UserError otherwise."""
     if not re.fullmatch(NAME, name):
         message = "must be at most 64 letters, digits, '.', '_' and '-'"
         raise UserError(f"--name {name[:70]!r}: {message}")
@@ -139,7 +139,7 @@ def checked_name(name: str) -> str:
 
 
 def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
-    """The signal that each input is."""
+    """Return the signal of each input."""
     if system.signals is not None:
         return system.signals
     names = [item.name.text for item in system.inputs]
@@ -163,7 +163,7 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
 
 
 def _originals(system: System) -> Json:
-    """Names of terms as the file has them, by those of their variables."""
+    """Names of terms as in the file, by the names of their variables."""
     labels = {item.name.text: item.labels for item in system.inputs}
     if system.output.labels:
         labels[system.output.name] = list(system.output.labels)
@@ -171,13 +171,13 @@ def _originals(system: System) -> Json:
 
 
 def _variables(system: System) -> list[str]:
-    """What the inputs, in the order of the file, and the output are called in the design."""
+    """Names in the design of the inputs, in the order of the file, and of the output."""
     names = [*(item.name.text for item in system.inputs), system.output.name or USUAL.output]
     return identifiers(names, "variable", ("input_1", "input_2", "output"))
 
 
 def _renamed(system: System) -> dict[str, str]:
-    """Name in the design, of a term behind its input's, -> that in the file if it is another."""
+    """Name in the design, for a term after that of its input, -> different name in the file."""
     called = _variables(system)
     names = [*(item.name.text for item in system.inputs), system.output.name or called[2]]
     pairs = [*zip(called, names, strict=True)]
@@ -189,7 +189,7 @@ def _renamed(system: System) -> dict[str, str]:
 
 
 def _table(system: System) -> list[list[Singleton]]:
-    """Singletons, rows by the terms of the first input, from the lowest to the highest."""
+    """Return the singletons, rows by the first input's terms, from the lowest to the highest."""
     first, second = system.inputs
     for i, j in product(first.order, second.order):
         if (i, j) not in system.rules:
@@ -199,7 +199,7 @@ def _table(system: System) -> list[list[Singleton]]:
 
 
 def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
-    """Kind flc or aflc."""
+    """Return the controller of kind flc or aflc."""
     table, (error, change) = _table(system), system.inputs
     if signals[0] != "error":
         table, error, change = [list(column) for column in zip(*table, strict=True)], change, error
@@ -222,7 +222,7 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
 
 
 def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
-    """Ranges of the variables; not those that an export gives them anyway."""
+    """Return the ranges of the variables that differ from those that an export assumes."""
     usual = [range_of([term.edges() for term in item.triangles]) for item in (error, change)]
     usual.append(spread([[one.value for one in row] for row in table]))
     ends_of = [(item.low, item.high) for item in (error, change, output)]
@@ -234,7 +234,7 @@ def _ranges(error: Input, change: Input, output: Output, table: list[list[Single
 
 
 def _rules(table: list[list[Singleton]]) -> Json:
-    """The rule table, with the names of its singletons where a name is one number."""
+    """Return the rule table, with names of singletons if each name stands for one number."""
     centroids = [[one.value for one in row] for row in table]
     values = {one.label: one.value for row in table for one in row}
     nameless = "" in values or all(
@@ -249,7 +249,7 @@ def _rules(table: list[list[Singleton]]) -> Json:
 
 
 def _with_room(controller: Json) -> Json:
-    """An aflc; with overlaps of one step where they are too wide for its terms."""
+    """Return an aflc with overlaps of one step if its overlaps are too wide for its terms."""
     adaptation = controller["adaptation"]
     for key, overlap in adaptation["smallest_overlap"].items():
         centres = [term.centre for term in controller[f"{key}_terms"]]
@@ -259,7 +259,7 @@ def _with_room(controller: Json) -> Json:
 
 
 def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
-    """A hierarchy of one unit; without --like it is the unit alone, without PD part and scales."""
+    """Return a hierarchy of one unit; without --like it has no PD part and no scales."""
     first, second = system.inputs
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
@@ -281,7 +281,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
 
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
-    """LL eq. 3 of each, in the shortest numbers that give what the file has bit for bit."""
+    """Return LL eq. 3 of each term, in the shortest numbers that give the file's bit for bit."""
     labels = identifiers([term.label.text for term in terms], "term")
     records = []
     for label, (_, _, sigma, low, high, _) in zip(labels, terms, strict=True):
@@ -295,7 +295,7 @@ def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
 def _shortest(
     values: tuple[float, ...], back: Callable[..., object], wanted: object
 ) -> list[float]:
-    """``values`` in the fewest digits of which ``back`` makes what is ``wanted``."""
+    """Return ``values`` in the fewest digits from which ``back`` computes ``wanted``."""
     rounded = list(values)
     for digits in range(1, 18):  # in 17 every float reads back
         rounded = [float(f"{value:.{digits}g}") for value in values]

@@ -1,10 +1,10 @@
-"""Reads .fis files of MATLAB's and Octave's fuzzy toolboxes.
+"""Reader of .fis files of MATLAB's and Octave's fuzzy toolboxes.
 
-``read`` takes Sugeno systems of constants, ``rule_base`` any of two inputs and one output as what
-it computes, Mamdani or Sugeno.
+``read`` takes Sugeno systems of constants; ``rule_base`` reads any system of two inputs and one
+output, Mamdani or Sugeno, as the function that it computes.
 
-Sections of ``Key=value`` lines; in [Rules] a line is ``1 2, 3 (1) : 1``: the terms of the inputs
-and of the output by number, the weight, and 1 for "and".
+A file has sections of ``Key=value`` lines; in [Rules] a line is ``1 2, 3 (1) : 1``: the terms of
+the inputs and of the output by number, the weight, and 1 for "and".
 """
 
 import re
@@ -36,19 +36,19 @@ from hfc_design.formats.reading.system import (
 SYSTEM = ALLOWED["fis"]["System"]
 SECTIONS = ("System", "Input1", "Input2", "Output1", "Rules")
 OUTPUT = re.compile(r"Output[1-9]\d?")
-#: Shape -> which of its numbers the ends are, see ``shape_of``.
+#: Shape -> which of its parameters are the ends, see ``shape_of``.
 SHAPES = {"trimf": "abbc", "trapmf": "abcd", "linzmf": "--ab", "linsmf": "ab++"}
 SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
 COMMENT = re.compile(r"""('[^']*'|"[^"]*")|^\s*#.*|%.*""")
 SECTION = re.compile(r"\[(\w+)\]")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*(\[[^][]*\])")
 RULE = re.compile(r"([^\s,]+)[\s,]+([^\s,]+)\s*,([^,()]+)\(([^()]*)\)\s*:\s*(\d+)", re.ASCII)
-#: fuzzylite writes numbers of terms with decimals; Octave's are hedges unless they are 0.
+#: Number of a term: fuzzylite writes decimals; in Octave decimals other than 0 are hedges.
 NUMBER = re.compile(r"(-?\d{1,9})(?:\.0*)?", re.ASCII)
 
 
 def read(text: str, wanted: str | None = None) -> System:
-    """The system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
+    """Read the system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
     head, *inputs, output, rules = checked_sections(text, SYSTEM, wanted)
     first, second = map(_input, inputs)
     singletons = []
@@ -66,7 +66,7 @@ def read(text: str, wanted: str | None = None) -> System:
 
 
 def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
-    """What to tell of Sugeno rules of which some conclude the same."""
+    """Return notes on Sugeno rules of which several have the same conclusion."""
     method = unquoted(head.get("AggMethod", "sum")).text
     if method == "sum" or len({*conclusions}) == len(conclusions):
         return []
@@ -77,12 +77,12 @@ def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
 
 
 def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Block]:
-    """The sections in the order of ``SECTIONS``, of outputs the ``wanted`` one.
+    """Return the sections in the order of ``SECTIONS``, with the ``wanted`` one of several outputs.
 
-    Of a rule the number of that output's term is left, rules without one are left out.
+    Rules keep only the number of that output's term; rules without one are left out.
 
     Raises:
-        ValueError: they say what is not allowed.
+        ValueError: the sections contain something that is not allowed.
         UserError: there is no such output.
     """
     sections = _sections(text)
@@ -108,7 +108,7 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
 
 
 def _of_output(rule: Token, count: int, k: int) -> Token | None:
-    """A rule as if there were but output number ``k`` of ``count``; None: it says nothing of it."""
+    """Return a rule reduced to output number ``k`` of ``count``; None if it has none there."""
     if count == 1 or not (match := rule.match(RULE)):
         return rule
     first, second, numbers, weight, connection = match
@@ -120,7 +120,7 @@ def _of_output(rule: Token, count: int, k: int) -> Token | None:
 
 
 def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
-    """The numbers of terms in a rule."""
+    """Return the term numbers in a rule."""
     numbers = []
     for part in tokens:
         whole = part._replace(text=part.text.strip()).match(NUMBER)
@@ -132,7 +132,7 @@ def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
 
 
 def _sections(text: str) -> dict[str, Block]:
-    """The sections by name; rules have no key."""
+    """Return the sections by name; rules have no key."""
     sections: dict[str, Block] = {}
     current, seen = None, set()
     for line in lines(text, COMMENT):
@@ -158,7 +158,7 @@ def _sections(text: str) -> dict[str, Block]:
 
 
 def unquoted(value: Token) -> Token:
-    """A text without its quotes."""
+    """Return a text without its quotes."""
     return value._replace(text=value.text.strip("'\""))
 
 
@@ -175,7 +175,7 @@ def _shape(label: Token, kind: Token, value: Token) -> Shape:
 
 
 def terms_in(section: Block) -> list[list[Token]]:
-    """Label, shape and numbers of each term, MF1 first."""
+    """Return label, shape and parameters of each term, MF1 first."""
     terms: list[list[Token]] = []
     for key, value in section.entries:
         if key in ("Name", "Range", "NumMFs"):
@@ -192,14 +192,14 @@ def terms_in(section: Block) -> list[list[Token]]:
 
 
 def check_count(section: Block, key: str, count: int) -> None:
-    """Refuses a number of entries that is not theirs."""
+    """Check that a section states the right number of entries."""
     value = section.get(key)
     if value.text != str(count):
         raise value.fault(f"{key} must be {count}, the number that follow (got {value.text[:20]})")
 
 
 def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
-    """So many numbers between brackets; ValueError: they are others."""
+    """Return ``count`` numbers between brackets; ValueError: there are not that many."""
     inner = value._replace(text=value.text.strip("[]").replace(",", " "))
     numbers = [word.number() if finite else word.edge() for word in inner.words()]
     if len(numbers) != count:
@@ -208,7 +208,7 @@ def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
 
 
 def corners_of(kind: str, value: Token, count: int) -> list[float]:
-    """The numbers of a term; a trapezium may begin or end at infinity, top and flank together."""
+    """Return a term's parameters; a trapezium may have top and flank at infinity together."""
     numbers = numbers_of(value, count, finite=kind != "trapmf")
     a, b, c, d = numbers if kind == "trapmf" else (0.0, 0.0, 0.0, 0.0)
     if (a == -inf) != (b == -inf) or (c == inf) != (d == inf):
@@ -232,20 +232,20 @@ def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
 
 
 METHODS = ("AndMethod", "OrMethod", "ImpMethod", "AggMethod", "DefuzzMethod")
-#: Places of an output at which evalfis has its degrees; degrees that differ by less are the same.
+#: Number of places of an output at which evalfis computes degrees; least difference of two degrees.
 PLACES, SAME = 101, 1e-9
 
 
 def is_mamdani(text: str) -> bool:
-    """Whether its output has terms with a shape, so that a table of it is a sample."""
+    """True if the output has terms with a shape, so that a table for it is a sample."""
     return bool(re.search(r"^\s*Type\s*=\s*['\"]?mamdani\b", text, re.MULTILINE | re.IGNORECASE))
 
 
 def rule_base(text: str, wanted: str | None = None) -> RuleBase:
-    """The two-input system in ``text``, Mamdani's or Sugeno's, of outputs the ``wanted`` one.
+    """Read the two-input Mamdani or Sugeno system in ``text``, with its ``wanted`` output.
 
-    Integrals as Octave's evalfis takes them: trapezia between 101 places; MATLAB's counts the
-    first and the last place twice as much.
+    Integrals are computed as in Octave's evalfis: trapezia between 101 places; MATLAB's evalfis
+    counts the first and the last place twice as much.
 
     Raises:
         ValueError: it is no .fis, or more than can be sampled.
@@ -299,7 +299,7 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
 
 
 def _conclusion(label: Token, kind: Token, value: Token) -> inference.Conclusion:
-    """A Sugeno term: a number, or numbers for the inputs and one more."""
+    """Return the conclusion of a Sugeno term: a number, or factors of the inputs and a constant."""
     kind.one_of(f"kind of the output term {label.text}", ("constant", "linear"))
     if kind.text == "constant":
         return inference.plane(0.0, 0.0, *numbers_of(value, 1))

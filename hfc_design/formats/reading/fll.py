@@ -1,8 +1,9 @@
-"""Reads the fuzzylite language (FLL) of fuzzylite and pyfuzzylite, versions 6 to 8.
+"""Reader of the fuzzylite language (FLL) of fuzzylite and pyfuzzylite, versions 6 to 8.
 
-An engine is blocks of ``key: value`` lines. Read is what a two-input unit of singletons can be:
-product, weighted average, rules of weight 1. Whatever else would change the output is refused.
-``rule_base`` reads any engine of two inputs and one output as what it computes.
+An engine is blocks of ``key: value`` lines. ``read`` accepts two-input units of singletons:
+product, weighted average, rules of weight 1. Anything else that would change the output is
+refused. ``rule_base`` reads any engine of two inputs and one output as the function that it
+computes.
 """
 
 import re
@@ -33,11 +34,11 @@ from hfc_design.formats.reading.system import (
 )
 
 KEYS = ALLOWED["fll"]
-#: How many of each block a two-input unit has.
+#: Allowed sums of a unit; number of blocks of each kind, and keys that they must have.
 SUMS = ("none", "UnboundedSum")
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
-#: Shape -> which of its numbers the ends are, see ``shape_of``.
+#: Shape -> which of its parameters are the ends, see ``shape_of``.
 SHAPES = {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"}
 SHAPES |= {"Gaussian": "baab", "GaussianProduct": "bacd"}
 COMMENT = re.compile("()#.*")
@@ -47,7 +48,7 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 
 
 def read(text: str, wanted: str | None = None) -> System:
-    """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
+    """Read the system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
     head, *inputs, output, rules = engine(text, KEYS, wanted)
     first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
@@ -65,7 +66,7 @@ def read(text: str, wanted: str | None = None) -> System:
 
 
 def _check_sums(output: Block, said: list[Singleton]) -> None:
-    """Refuses what makes of the rules' numbers something else than their average."""
+    """Refuse settings that make the output anything but the average of the rules' numbers."""
     lock, norm = output.get("lock-range"), output.get("aggregation", "none")
     low, high = ends_of(output)
     if lock.text == "true" and not all(low <= one.value <= high for one in said):
@@ -75,10 +76,10 @@ def _check_sums(output: Block, said: list[Singleton]) -> None:
 
 
 def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[Block]:
-    """Head, two inputs, the ``wanted`` output, rules that conclude something of it.
+    """Return head, two inputs, the ``wanted`` output, and the rules that conclude on it.
 
     Raises:
-        ValueError: there are others, or more is said.
+        ValueError: there are other blocks or settings.
         UserError: there is no such output.
     """
     blocks = _blocks(text, allowed)
@@ -96,7 +97,7 @@ def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[B
 
 
 def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
-    """The entries of a rule block without what they conclude of other outputs."""
+    """Return the entries of a rule block without their conclusions on other outputs."""
     clauses = []
     for key, value in block.entries:
         condition, then, rest = value.text.partition(" then ")
@@ -112,7 +113,7 @@ def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
-    """The blocks of each kind."""
+    """Return the blocks of each kind."""
     blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
     kind, block = "", None
     for line in lines(text, COMMENT):
@@ -139,7 +140,7 @@ def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
 
 
 def ends_of(block: Block) -> tuple[float, float]:
-    """The range of a variable; ValueError: it is not two numbers."""
+    """Return the range of a variable; ValueError: it is not two numbers."""
     span = block.get("range", "-inf inf")
     ends = [word.edge() for word in span.words()]
     if len(ends) != 2:
@@ -148,7 +149,7 @@ def ends_of(block: Block) -> tuple[float, float]:
 
 
 def _numbers(term: Token, kinds: Iterable[str]) -> tuple[Token, str, list[float]]:
-    """Label, shape and numbers of a term that has one of these shapes."""
+    """Return label, shape and parameters of a term that has one of these shapes."""
     label, kind, rest = term.match(TERM)
     count = CURVES[kind.one_of(f"shape of the term {label.text}", kinds)].needs
     numbers = [word.edge() for word in rest.words()]
@@ -199,10 +200,10 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
 
 
 ANY = {kind: keys | ALLOWED["fll-sampled"].get(kind, {}) for kind, keys in KEYS.items()}
-#: What integrates over terms with a shape, in so many places; fuzzylite's own number of these.
+#: Defuzzifiers that integrate over terms with a shape; places: fuzzylite's number, and the most.
 INTEGRALS = [name for name in inference.DEFUZZIFIERS if name[0].isupper()]
 PLACES, MOST_PLACES = 1000, 10_000
-#: What averages or adds the output's numbers.
+#: Defuzzifiers that average or add the numbers of the output.
 WEIGHTED = [*(name for name in inference.AVERAGES if name[0].isupper()), "WeightedSum"]
 WORD = re.compile(r"[()]|[^\s()]+")
 SAMPLED_RULE = re.compile(r"if (.+) then (\S+) is (.+?)(?: with (\S+))?")
@@ -210,7 +211,7 @@ CLAUSE = re.compile(r"(\S+) is (.+)")
 
 
 def is_mamdani(text: str) -> bool:
-    """Whether its output has terms with a shape, so that a table of it is a sample."""
+    """True if the output has terms with a shape, so that a table for it is a sample."""
     for line in lines(text, COMMENT):
         key, _, value = line.text.partition(":")
         if key.strip() == "defuzzifier" and value.split()[:1] and value.split()[0] in INTEGRALS:
@@ -219,9 +220,9 @@ def is_mamdani(text: str) -> bool:
 
 
 def rule_base(text: str, wanted: str | None = None) -> RuleBase:
-    """The two-input engine in ``text``, of outputs the ``wanted`` one.
+    """Read the two-input engine in ``text``, with the ``wanted`` one of its outputs.
 
-    Integrals are by midpoints, as fuzzylite takes them.
+    Integrals are by midpoints, as in fuzzylite.
 
     Raises:
         ValueError: it is no FLL, or more than can be sampled.
@@ -266,7 +267,7 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
 
 
 def _kinds(defuzzifier: Token, more: list[Token], output: Block) -> dict[str, int]:
-    """Kinds that the terms of a weighted output may have, and how many numbers each has."""
+    """Return the allowed kinds of a weighted output's terms, each with its number of parameters."""
     ramps = any(term.match(TERM)[1].text == "Ramp" for term in output.all("term"))
     kind = "Tsukamoto" if ramps else "TakagiSugeno"
     if [word.text for word in more] not in ([], ["Automatic"], [kind]):
@@ -275,7 +276,7 @@ def _kinds(defuzzifier: Token, more: list[Token], output: Block) -> dict[str, in
 
 
 def _count(defuzzifier: Token, words: list[str]) -> int:
-    """Places of the output at which it is integrated."""
+    """Return the number of places of the output for its integral."""
     if not words:
         return PLACES
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
@@ -312,7 +313,7 @@ def _term(term: Token, shaped: bool) -> Term:
 
 
 def _conclusion(term: Token, kinds: dict[str, int]) -> inference.Conclusion:
-    """A number, numbers for the inputs and one more, or where a ramp has its degree."""
+    """Return a conclusion: a number, a linear function of the inputs, or the inverse of a ramp."""
     label, kind, rest = term.match(TERM)
     kind.one_of(f"kind of the output term {label.text}", kinds)
     numbers = [word.number() for word in rest.words()]
@@ -345,7 +346,7 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Ru
 
 
 def _condition(condition: Token, inputs: list[Variable], by: Sequence[str]) -> list[Clause | str]:
-    """Clauses, "and" and "or" behind what they join; "and" comes before "or"."""
+    """Return clauses in postfix order, "and" and "or" behind what they join; "and" binds closer."""
     clauses: list[Clause | str] = []
     waiting, words, before = ["("], [], ""
     for text in [*WORD.findall(condition.text), ")"]:
@@ -379,7 +380,7 @@ def _clause(text: Token, inputs: list[Variable]) -> Clause:
 
 
 def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:
-    """Place of a term, and the hedges before it, the nearest first."""
+    """Return the number of a term, and the hedges before it, the nearest first."""
     *hedges, label = text.words()
     place = 0
     if label.text == "any":  # which stands without a term

@@ -1,7 +1,7 @@
-"""What a two-input rule base of another program computes, Mamdani's too: the original to sample.
+"""Evaluation of another program's two-input rule base, Mamdani included: the original to sample.
 
 Integrals are sums over the same places of the output's range as in the program that the file is
-for, so that they are its own to rounding.
+for, so that they agree with that program to rounding.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,9 +16,9 @@ from hfc_design.formats.reading.system import Token
 
 
 class Curve(NamedTuple):
-    """A shape: its degree, and which of its numbers are places on the axis (the others: widths).
+    """Shape: its degree, and which parameters are places on the axis (the others are widths).
 
-    Numbers are in the order of the language that names the shape.
+    Parameters are in the order of the language that names the shape.
     """
 
     degree: Callable[..., Floats]  # (values, *numbers) -> degrees
@@ -29,7 +29,7 @@ class Curve(NamedTuple):
 
 
 def _rising(x: Floats, a: float, b: float) -> Floats:
-    """From 0 at a to 1 at b, straight; a step at b where they are one."""
+    """Straight rise from 0 at a to 1 at b; a step at b where a and b are equal."""
     if a == -inf:
         return np.ones_like(x)
     return np.asarray(np.clip((x - a) / (b - a), 0.0, 1.0) if b > a else (x >= b) * 1.0)
@@ -48,7 +48,7 @@ def _gaussian(x: Floats, centre: float, sigma: float) -> Floats:
 
 
 def _two_gaussians(x: Floats, left: float, a: float, right: float, b: float) -> Floats:
-    """The product of a half that rises to ``left`` and one that falls from ``right``."""
+    """Product of a half that rises to ``left`` and a half that falls from ``right``."""
     rising = np.where(x < left, _gaussian(x, left, a), 1.0)
     return rising * np.where(x > right, _gaussian(x, right, b), 1.0)
 
@@ -59,7 +59,7 @@ def _bell(x: Floats, centre: float, width: float, slope: float) -> Floats:
 
 
 def sigmoid(x: Floats, inflection: float, slope: float) -> Floats:
-    """From 0 to 1, or the other way where the slope is negative."""
+    """Sigmoid from 0 to 1, or from 1 to 0 if the slope is negative."""
     with np.errstate(over="ignore"):
         return 1.0 / (1.0 + np.exp(-slope * (x - inflection)))
 
@@ -74,7 +74,7 @@ def _z(x: Floats, a: float, b: float) -> Floats:
     return np.where(x > a, _s(-x, -b, -a), 1.0)
 
 
-#: Of .fis, MATLAB's and Octave's.
+#: Shapes of .fis, for MATLAB and Octave.
 FIS = {
     "trimf": Curve(lambda x, a, b, c: _trapezoid(x, a, b, b, c), 3, (0, 1, 2), reaches=True),
     "trapmf": Curve(_trapezoid, 4, (0, 1, 2, 3), reaches=True),
@@ -94,7 +94,7 @@ FIS = {
     "zmf": Curve(_z, 2, (0, 1)),
     "pimf": Curve(lambda x, a, b, c, d: np.minimum(_s(x, a, b), _z(x, c, d)), 4, (0, 1, 2, 3)),
 }
-#: Of FLL.
+#: Shapes of FLL.
 FLL = {
     "Triangle": FIS["trimf"],
     "Trapezoid": FIS["trapmf"],
@@ -112,16 +112,16 @@ FLL = {
 }
 
 
-#: What divides by how much all rules fire; other sums of conclusions do not.
+#: Defuzzifiers that divide by the sum of firing strengths; other sums of conclusions do not.
 AVERAGES = ("wtaver", "WeightedAverage")
-#: Degrees at places of the output that are worked on together.
+#: Largest number of degrees, at all places of the output, that are computed together.
 AT_ONCE = 2_000_000
-#: Degrees that differ by less are one, and shares of an area: last bits decide nothing.
+#: Least difference of two degrees, and of shares of an area: rounding decides nothing.
 TIE, AREA = 1e-14, 1e-12
 
 T = TypeVar("T")
 Norm = Callable[[Floats, Floats], Floats]
-#: Norms under the names of .fis and of FLL.
+#: Norms by their names in .fis and FLL.
 NORMS: dict[str, Norm] = {
     **dict.fromkeys(("min", "Minimum"), np.minimum),
     **dict.fromkeys(("prod", "AlgebraicProduct"), np.multiply),
@@ -131,7 +131,7 @@ NORMS: dict[str, Norm] = {
     "BoundedSum": lambda a, b: np.minimum(a + b, 1.0),
     **dict.fromkeys(("sum", "UnboundedSum", "none"), np.add),
 }
-#: What stands before a term in FLL, "any" instead of one -> the degree of it.
+#: Hedge before a term in FLL, or "any" in place of a term -> function of the degree.
 HEDGES: dict[str, Callable[[Floats], Floats]] = {
     "not": lambda degree: 1.0 - degree,
     "very": np.square,
@@ -143,7 +143,7 @@ HEDGES: dict[str, Callable[[Floats], Floats]] = {
 
 
 class Term(NamedTuple):
-    """A term: its degree at values, and the places at which its shape begins, bends and ends."""
+    """Term: its degree at values, and the places at which its shape begins, bends and ends."""
 
     label: Token
     degree: Callable[[Floats], Floats]
@@ -151,7 +151,7 @@ class Term(NamedTuple):
 
 
 def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
-    """A term of a shape; ValueError: its places fall, or it has a width that is none."""
+    """Return a term of a shape; ValueError: its places descend, or a width is invalid."""
     places = [numbers[k] for k in curve.places]
     widths = [number for k, number in enumerate(numbers) if k not in curve.places]
     rising = all(a <= b for a, b in pairwise(places)) or curve.falls
@@ -163,17 +163,17 @@ def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
     return Term(label, lambda x: curve.degree(x, *numbers), places)
 
 
-#: (first input, second input, degree) -> number, of a Sugeno term.
+#: (first input, second input, degree) -> number, for a Sugeno term.
 Conclusion = Callable[[Floats, Floats, Floats], Floats]
 
 
 def plane(a: float, b: float, c: float) -> Conclusion:
-    """a x + b y + c."""
+    """Return the conclusion a x + b y + c."""
     return lambda x, y, _: a * x + b * y + c
 
 
 class Variable(NamedTuple):
-    """An input, or the output."""
+    """Input or output variable."""
 
     name: Token
     low: float
@@ -182,7 +182,7 @@ class Variable(NamedTuple):
 
 
 class Clause(NamedTuple):
-    """An input is a term; ``hedges`` from the nearest to the term on."""
+    """Clause "input is term", with ``hedges`` from the nearest to the term on."""
 
     input: int
     term: int
@@ -194,7 +194,7 @@ def folded(
     leaf: Callable[[Clause], T],
     joins: dict[str, Callable[[T, T], T]],
 ) -> T:
-    """What a condition gives, from what its clauses give."""
+    """Evaluate a condition from the values of its clauses."""
     waiting: list[T] = []
     for part in condition:
         joined = joins[part](waiting.pop(), waiting.pop()) if isinstance(part, str) else leaf(part)
@@ -203,7 +203,7 @@ def folded(
 
 
 class Rule(NamedTuple):
-    """If a condition holds then the output is a term."""
+    """Rule: if a condition holds, the output is a term."""
 
     condition: Sequence[Clause | str]  # "and" and "or" behind the two that they join
     term: int
@@ -211,7 +211,7 @@ class Rule(NamedTuple):
     weight: float
 
     def speaks_of(self, terms: tuple[int, int]) -> bool:
-        """Whether it is made for these terms of the inputs, that is fires where they are 1."""
+        """True if the rule fires where these terms of the inputs are 1."""
 
         def holds(clause: Clause) -> bool:
             met = "any" in clause.hedges or terms[clause.input] == clause.term
@@ -223,7 +223,7 @@ class Rule(NamedTuple):
 
 
 class Methods(NamedTuple):
-    """How rules make an output."""
+    """Methods that combine rules to an output."""
 
     conjunction: str
     disjunction: str
@@ -237,19 +237,19 @@ class Methods(NamedTuple):
 
 
 class RuleBase(NamedTuple):
-    """A rule base of two inputs and one output, as a file has it."""
+    """Rule base of two inputs and one output, as in a file."""
 
     name: str  # of the whole; "": none
     inputs: tuple[Variable, Variable]
     output: Variable
     rules: list[Rule]
     methods: Methods
-    #: Where the output's terms are functions of the inputs, Sugeno's: one a term.
+    #: Functions of the inputs, one for each term, if the output is Sugeno's.
     conclusions: Sequence[Conclusion] = ()
     notes: Sequence[str] = ()  # for the user
 
     def left_out(self) -> list[str]:
-        """Pairs of terms for which there is no rule, in words."""
+        """Pairs of terms without a rule, in words."""
         first, second = self.inputs
         return [
             f"{first.name.text} is {a.label.text} and {second.name.text} is {b.label.text}"
@@ -259,7 +259,7 @@ class RuleBase(NamedTuple):
         ]
 
     def outputs(self, first: Floats, second: Floats) -> Floats:
-        """(n,) output at inputs (n,); nan where no rule fires and there is no default."""
+        """Return the (n,) output at inputs (n,); nan if no rule fires and there is no default."""
         step = max(1, AT_ONCE // max(1, len(self.methods.places)))
         parts = [slice(k, k + step) for k in range(0, len(first), step)]
         return np.concatenate([self._outputs((first[part], second[part])) for part in parts])
@@ -288,9 +288,9 @@ class RuleBase(NamedTuple):
         return np.where((whole > 0.0).any(axis=1), integrated, np.nan)
 
     def _grouped(self, firing: list[Floats]) -> list[tuple[Rule, Floats]]:
-        """Rules with what they fire at, one a conclusion where that does not change the output.
+        """Return rules with firing strengths, one per conclusion if that keeps the output.
 
-        Those with one Sugeno term are aggregated, as fuzzylite does from version 8 on.
+        Rules with the same Sugeno term are aggregated, as in fuzzylite from version 8 on.
         """
         each = zip(self.rules, firing, strict=True)
         if not (self.conclusions or self.methods.aggregation in ("max", "Maximum")):
@@ -313,7 +313,7 @@ class RuleBase(NamedTuple):
 
 
 def hedged(degree: Floats, hedges: Sequence[str]) -> Floats:
-    """The degree after its hedges."""
+    """Apply hedges to a degree."""
     for hedge in hedges:
         degree = HEDGES[hedge](degree)
     return degree
@@ -325,7 +325,7 @@ def _centroid(degrees: Floats, places: Floats, shares: Floats) -> Floats:
 
 
 def _bisector(degrees: Floats, places: Floats, shares: Floats) -> Floats:
-    """The place up to which the area is nearest to half of it, of several their mean."""
+    """Return the place that divides the area most nearly in half, the mean of several ones."""
     area = np.cumsum(degrees * shares, axis=1)
     off = np.abs(area / area[:, -1:] - 0.5)
     return _mean(off <= off.min(axis=1, keepdims=True) + AREA, places)
@@ -339,7 +339,7 @@ def _highest(degrees: Floats) -> Mask:
     return np.asarray(degrees >= (1.0 - TIE) * degrees.max(axis=1, keepdims=True))
 
 
-#: (degrees (n, places), places, their shares) -> (n,) output, under the names of .fis and FLL.
+#: (degrees (n, places), places, their shares) -> (n,) output, by their names in .fis and FLL.
 DEFUZZIFIERS: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
     **dict.fromkeys(("centroid", "Centroid"), _centroid),
     "Bisector": _bisector,

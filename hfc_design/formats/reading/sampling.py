@@ -1,8 +1,8 @@
-"""A rule base of any kind as a table of triangles: the output at the centres, straight between.
+"""Sampling of any rule base as a table of triangles: its output at the centres, linear in between.
 
-The centres lie where the table is nearest to the original between them. They move one by one, from
-evenly spaced ones and from those of the file's terms. Of an original that says the opposite on the
-opposite side they move in pairs, so that the table does so too.
+The centres are placed where the table is nearest to the original between them. They move one by
+one, from even spacing and from the centres of the file's terms. For an odd original, whose output
+is opposite on the opposite side, they move in pairs, so that the table is odd as well.
 """
 
 from collections.abc import Iterator
@@ -18,27 +18,27 @@ from hfc_design.core.wording import percent
 from hfc_design.formats.reading.inference import RuleBase, Variable
 from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
 
-#: Points a side at which table and original are compared, and of these one in so many at which a
-#: centre can lie, beside the places of the file's terms.
+#: Points per side at which table and original are compared; every ``COARSE``-th of them, and the
+#: places of the file's terms, can be a centre.
 POINTS, COARSE = 201, 2
-#: So many pairs of terms without a rule are named.
+#: Number of pairs of terms without a rule that are listed.
 NAMED = 3
-#: A range of an input that can be sampled, and its width in shares of that.
+#: Largest bound of an input's range that can be sampled, and least width as a share of the range.
 LARGEST, SMALLEST = 1e9, 1e-15
-#: What is smaller, in shares of the largest output, is a 0 that was rounded.
+#: Values below this share of the largest output are 0 but for rounding.
 ROUNDING = 1e-13
 
 
-#: Deviations count with this power, so that the largest decide.
+#: Exponent of the deviations, so that the largest decide.
 POWER = 8
-#: How often every centre may move.
+#: Largest number of moves of every centre.
 SWEEPS = 12
-#: What differs by less, in shares of the largest output or of a range, is the same.
+#: Least difference that counts, as a share of the largest output or of a range.
 SAME = 1e-9
 
 
 class Side(NamedTuple):
-    """An input on a grid."""
+    """Input on a grid."""
 
     values: Floats  # (points,) from the lowest to the highest of its range
     allowed: Integers  # places in ``values`` at which a centre can lie
@@ -49,7 +49,7 @@ class Side(NamedTuple):
 def fitted(
     grid: Floats, sides: list[Side], inputs: tuple[Variable, Variable]
 ) -> tuple[Integers, Integers]:
-    """Places of the centres on both axes."""
+    """Return the places of the centres on both axes."""
     coarse = grid[np.ix_(sides[0].allowed, sides[1].allowed)]
     scale = float(np.ptp(coarse)) or 1.0
     axes = [side.values[side.allowed] for side in sides]
@@ -63,14 +63,14 @@ def fitted(
 
 
 def _is_odd(grid: Floats, axes: list[Floats]) -> bool:
-    """Whether it says the opposite on the opposite side, but for what it says in the middle."""
+    """True if the output is opposite on the opposite side, apart from its value in the middle."""
     twice = grid + grid[::-1, ::-1]
     ends = [np.abs(axis + axis[::-1]).max() <= SAME * np.ptp(axis) for axis in axes]
     return all(ends) and float(np.ptp(twice)) <= SAME
 
 
 def _even(side: Side, axis: Floats) -> list[int]:
-    """Evenly spaced, on either side of 0 where one stays there."""
+    """Return evenly spaced places, on either side of 0 if a centre stays there."""
     if side.centre_place is None:
         wanted = np.linspace(axis[0], axis[-1], side.centres)
     else:
@@ -81,7 +81,7 @@ def _even(side: Side, axis: Floats) -> list[int]:
 
 
 def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
-    """Where the file's terms are highest; none if these are not as many, or miss 0."""
+    """Return the peaks of the file's terms; [] if their number differs, or no peak is at 0."""
     cores = sorted({core(term.degree(axis)) for term in variable.terms})
     if len(cores) != side.centres or (
         side.centre_place is not None and axis[cores[side.centre_place]] != 0.0
@@ -91,7 +91,7 @@ def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
 
 
 def core(degree: Floats) -> int:
-    """Where a term is highest; of a flat top the middle, or its end where it begins at the edge."""
+    """Return the peak of a term; for a flat top its middle, or its end if it begins at the edge."""
     highest = np.flatnonzero(degree >= (1.0 - SAME) * degree.max())
     first, last = int(highest[0]), int(highest[-1])
     if first == 0 or last == len(degree) - 1:
@@ -100,7 +100,7 @@ def core(degree: Floats) -> int:
 
 
 def _different(places: list[int], count: int) -> list[int]:
-    """The places, rising, each at least one behind the one before."""
+    """Return the places in ascending order, each at least one behind the one before."""
     for k in range(1, len(places)):
         places[k] = max(places[k], places[k - 1] + 1)
     for k in range(len(places) - 1, -1, -1):
@@ -111,7 +111,7 @@ def _different(places: list[int], count: int) -> list[int]:
 def _moved(
     grid: Floats, axes: list[Floats], places: list[list[int]], sides: list[Side], odd: bool
 ) -> tuple[float, list[list[int]]]:
-    """The deviation, and the places after each has moved to where it is least."""
+    """Return deviation and places, after each centre has moved to where it is least."""
     counts = [len(axis) for axis in axes]
     places = [
         _paired(chosen, count) if odd else [*chosen]
@@ -139,7 +139,7 @@ def _moved(
 
 
 def _tries(chosen: list[int], k: int, count: int, odd: bool) -> Iterator[list[int]]:
-    """The places with the one of number ``k`` anywhere between its neighbours."""
+    """Yield the places with centre number ``k`` anywhere between its neighbours."""
     low = chosen[k - 1] + 1 if k else 0
     high = chosen[k + 1] if k + 1 < len(chosen) else count
     for place in range(low, min(high, count // 2) if odd else high):
@@ -148,13 +148,13 @@ def _tries(chosen: list[int], k: int, count: int, odd: bool) -> Iterator[list[in
 
 
 def _paired(places: list[int], count: int) -> list[int]:
-    """The places with those of the upper half opposite to those of the lower one."""
+    """Return the places with those of the upper half opposite to those of the lower half."""
     half = len(places) // 2
     return [*places[: len(places) - half], *(count - 1 - place for place in places[:half][::-1])]
 
 
 def _less(one: float, other: float) -> bool:
-    """Whether a deviation is less than another, by more than rounding."""
+    """True if one deviation is less than another by more than rounding."""
     return one < (1.0 - SAME) * other and other > SAME**POWER
 
 
@@ -165,15 +165,15 @@ def _deviation(grid: Floats, within: list[Floats], places: list[list[int]]) -> f
 
 
 def straight(values: Floats, centres: Floats) -> Floats:
-    """(values, centres) degrees in triangles from centre to centre, the outermost flat."""
+    """Return (values, centres) degrees in triangles from centre to centre, the outermost flat."""
     return np.stack([np.interp(values, centres, unit) for unit in np.eye(len(centres))], axis=1)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of any number in a file
 def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Json]:
-    """The table with ``wanted`` terms of each input, or as many as the file has.
+    """Return the table with ``wanted`` terms for each input, or with as many as the file has.
 
-    With it what a design's provenance says of how far it is from what it was made of.
+    The second result is the provenance of a design: how far it is from its original.
 
     Raises:
         ValueError: a range is not finite, or there are values for which no rule fires.
@@ -208,9 +208,9 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Jso
 
 
 def deviation_told(report: Json, chosen: bool) -> str:
-    """The largest deviation of a table in a line: where it is, and of how many points.
+    """Describe the largest deviation of a table in a line: its place, and the number of points.
 
-    Where nobody has ``chosen`` the number of terms, it says that there could be more.
+    If the number of terms was not ``chosen`` by the user, the line says that there could be more.
     """
     low, high = report["output_range"]
     most = report["largest_deviation"]
@@ -225,7 +225,7 @@ def deviation_told(report: Json, chosen: bool) -> str:
 
 
 def left_out_told(report: Json) -> str:
-    """Which pairs of terms have no rule, in a line; "": all have one."""
+    """Describe in a line which pairs of terms have no rule; "" if all have one."""
     pairs = report.get("without_rule", [])
     if not pairs:
         return ""
@@ -249,7 +249,7 @@ def _side(variable: Variable, count: int) -> Side:
 
 
 def _short(values: Floats) -> Floats:
-    """Evenly spaced values without the digits that rounding adds; the ends stay."""
+    """Return evenly spaced values without the digits that rounding adds; the ends stay."""
     digits = 12 - int(np.floor(np.log10(np.ptp(values))))
     rounded = np.round(values, min(digits, 300))
     rounded[[0, -1]] = values[[0, -1]]
@@ -257,7 +257,7 @@ def _short(values: Floats) -> Floats:
 
 
 def _on(base: RuleBase, x: Floats, y: Floats) -> Floats:
-    """Outputs on a grid; ValueError: there is none at one of its points."""
+    """Return the outputs on a grid; ValueError: there is none at one of its points."""
     first, second = (part.ravel() for part in np.meshgrid(x, y, indexing="ij"))
     surface = base.outputs(first, second).reshape(len(x), len(y))
     surface[np.abs(surface) < ROUNDING * np.abs(surface).max()] = 0.0
@@ -285,7 +285,7 @@ def _input(variable: Variable, centres: Floats) -> Input:
 
 
 def _labels(given: list[str], centres: list[float]) -> list[str]:
-    """The file's own where they are as many; else numbers, beside 0 with their sign."""
+    """Return the file's own labels if there are as many; else numbers, with their sign beside 0."""
     if len(given) == len(centres):
         return given
     half = len(centres) // 2

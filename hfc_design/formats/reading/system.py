@@ -1,8 +1,7 @@
-"""What every reader takes from a file, and what it fills in: two inputs of 2 to 11 terms, and a
-singleton a rule.
+"""Common part of the readers: a system of two inputs with 2 to 11 terms, and a singleton per rule.
 
 What cannot be imported is a ``ValueError`` that starts with the line that it is about; the caller
-puts the file before.
+adds the file name.
 """
 
 import re
@@ -20,14 +19,14 @@ from hfc_design.core.records import TERMS, UserError
 #: Longest name of a term or variable, see ``records.Label``.
 LONGEST = 32
 PLAIN = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
-#: Letters that are written as two, and those of which Unicode knows no plain one.
+#: Letters that are written as two, and letters that Unicode has no plain form of.
 WRITTEN = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l"}
 LETTERS = str.maketrans(WRITTEN | {k.upper(): v.title() for k, v in WRITTEN.items() if k != "ß"})
 GREEK = re.compile(r"GREEK (CAPITAL|SMALL) LETTER (\w+)")
 
 
 def _plain(name: str) -> str:
-    """The name in ASCII: umlauts as two letters, Greek ones by name, no accents, nothing else."""
+    """Return the name in ASCII: umlauts as two letters, Greek letters by name, accents removed."""
 
     def written(letter: re.Match[str]) -> str:
         greek = GREEK.fullmatch(unicodedata.name(letter[0], ""))
@@ -38,11 +37,11 @@ def _plain(name: str) -> str:
 
 
 def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()) -> list[str]:
-    """The names as identifiers of every format, all different, also in lower case.
+    """Return the names as identifiers in every format, all different even in lower case.
 
-    A letter, then letters, digits and single underscores: whatever else is none becomes an
-    underscore, ``prefix`` stands before what would begin with a digit. Of a name of which nothing
-    is left the place decides: one of ``stand_ins``, or ``prefix`` with a number from 1 on.
+    An identifier is a letter, then letters, digits and single underscores: other characters become
+    an underscore, ``prefix`` precedes a leading digit. A name of which nothing is left is replaced
+    by its place in ``stand_ins``, or by ``prefix`` with a number from 1 on.
     """
     result: list[str] = []
     taken: set[str] = set()
@@ -68,52 +67,52 @@ ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
     Path(__file__).with_name("allowed.toml").read_text(encoding="utf-8")
 )
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf", re.ASCII)
-#: Shapes of every language that are Gaussian.
+#: Gaussian shapes of every language.
 GAUSSIANS = ("Gaussian", "GaussianProduct", "gaussmf", "gauss2mf")
 _SHOULDER = "must be 1 from its centre to the end of the range, as a design's outermost term is"
 
 
 class Token(NamedTuple):
-    """A piece of a file's text and where it stands. Every method may raise its ``fault``."""
+    """Piece of a file's text with its line. Every method may raise its ``fault``."""
 
     line: int
     text: str
     file: str = ""  # where there are several
 
     def fault(self, message: str) -> ValueError:
-        """An error that names the line."""
+        """Return an error that names the line."""
         return ValueError(f"{self.file and self.file + ': '}line {self.line}: {message}")
 
     def match(self, pattern: re.Pattern[str]) -> "list[Token]":
-        """The groups of a pattern; none if this is something else."""
+        """Return the groups of a pattern; [] if the text does not match."""
         match = pattern.fullmatch(self.text)
         return [self._replace(text=part or "") for part in match.groups()] if match else []
 
     def pair(self, between: str) -> "list[Token]":
-        """What stands before and behind the first ``between``; none if there is none."""
+        """Return the text before and behind the first ``between``; [] if it does not occur."""
         key, separator, value = self.text.partition(between)
         parts = (key, value) if separator else ()
         return [self._replace(text=part.strip()) for part in parts]
 
     def words(self) -> "list[Token]":
-        """What stands between blanks."""
+        """Return the words between blanks."""
         return [self._replace(text=word) for word in self.text.split()]
 
     def number(self) -> float:
-        """A finite number."""
+        """Return the text as a finite number."""
         value = self.edge()
         if not isfinite(value):
             raise self.fault(f"{self.text} must be a finite number")
         return value
 
     def edge(self) -> float:
-        """A number that may be infinite."""
+        """Return the text as a number that may be infinite."""
         if not NUMBER.fullmatch(self.text):
             raise self.fault(f"{self.text[:40]!r} must be a number")
         return float(self.text)
 
     def one_of(self, key: str, allowed: Iterable[str]) -> str:
-        """The text, if it is allowed as the value of a key."""
+        """Return the text if it is allowed as the value of a key."""
         if self.text not in allowed:
             names = [*allowed]
             listed = f"one of {', '.join(names)}" if len(names) > 1 else names[0]
@@ -121,7 +120,7 @@ class Token(NamedTuple):
         return self.text
 
     def place(self, labels: Sequence[str], what: str) -> int:
-        """Where the text stands among ``labels``."""
+        """Return the index of the text among ``labels``."""
         if self.text not in labels:
             known = ", ".join(labels[:TERMS]) + (", ..." if len(labels) > TERMS else "")
             raise self.fault(f"{self.text[:40]!r}: unknown {what}; available: {known}")
@@ -129,29 +128,29 @@ class Token(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A block of a file: its name, and its entries as key and value."""
+    """Block of a file: its name, and its entries as key and value."""
 
     name: Token
     entries: list[tuple[str, Token]]
 
     def all(self, key: str) -> list[Token]:
-        """The values of a key."""
+        """Return all values of a key."""
         return [value for name, value in self.entries if name == key]
 
     def get(self, key: str, default: str = "") -> Token:
-        """The value of a key."""
+        """Return the value of a key."""
         return next(iter(self.all(key)), self.name._replace(text=default))
 
 
 def lines(text: str, comment: re.Pattern[str]) -> Iterator[Token]:
-    """The lines that are left without comments; a group of ``comment`` is none, and stays."""
+    """Yield the non-empty lines without comments; text in a group of ``comment`` is kept."""
     for line, content in enumerate(text.splitlines(), 1):
         if stripped := comment.sub(r"\1", content).strip():
             yield Token(line, stripped)
 
 
 def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
-    """Which output is ``wanted``; UserError, ValueError: there is none of that name, or several."""
+    """Return the index of the ``wanted`` output; UserError, ValueError: none or several."""
     names = [name.text for name in outputs]
     listed = ", ".join(names)
     if wanted is None and len(names) > 1:
@@ -162,7 +161,7 @@ def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
 
 
 def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
-    """Refuses what is not known: what it means is not known, so that it cannot be left out."""
+    """Refuse an unknown key or value: its meaning is unknown, so that it cannot be left out."""
     if key not in allowed:
         raise value.fault(f"{where}: unknown key {key[:40]!r}")
     if allowed[key]:
@@ -170,7 +169,7 @@ def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
 
 
 class Shape(NamedTuple):
-    """A term as a file has it."""
+    """Term as in a file."""
 
     label: Token
     gaussian: bool
@@ -180,11 +179,11 @@ class Shape(NamedTuple):
     right: float
 
     def fault(self, message: str) -> ValueError:
-        """An error about the term, whose label stands before the message."""
+        """Return an error about the term; the label precedes the message."""
         return self.label.fault(f"term {self.label.text}{message}")
 
     def centre(self, lowest: float, highest: float) -> float:
-        """Where it is 1 in a range, or the middle of that; a straight one has to be a triangle."""
+        """Return the place of degree 1, for a Gaussian the middle; else it must be a triangle."""
         if self.gaussian:
             return 0.5 * (self.low + self.high)
         if self.low == self.high:
@@ -199,10 +198,10 @@ class Shape(NamedTuple):
 
 
 def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) -> Shape:
-    """The term with these numbers; ValueError: it is none of a design.
+    """Return the term with these parameters; ValueError: a design cannot have it.
 
-    ``letters`` are a for the first number and so on, of left, low, high and right; - and + are
-    infinite.
+    ``letters`` are those of left, low, high and right: a for the first parameter and so on;
+    - and + are infinite.
     """
     ends = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
     left, low, high, right = (ends[letter] for letter in letters)
@@ -221,7 +220,7 @@ def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) ->
 
 
 class Input(NamedTuple):
-    """An input with a design's terms from the lowest to the highest."""
+    """Input with a design's terms from the lowest to the highest."""
 
     name: Token
     low: float
@@ -233,14 +232,14 @@ class Input(NamedTuple):
 
 
 class Singleton(NamedTuple):
-    """What a rule concludes."""
+    """Conclusion of a rule."""
 
     label: str  # "": it has none
     value: float
 
 
 class Output(NamedTuple):
-    """The output; what is empty or infinite the file does not say."""
+    """Output; empty or infinite fields are not in the file."""
 
     name: str
     low: float = -inf
@@ -249,18 +248,18 @@ class Output(NamedTuple):
 
 
 class System(NamedTuple):
-    """What a file says; rules by the places of the first and the second input's labels."""
+    """System in a file; rules by the indices of the first and the second input's labels."""
 
     name: str  # "": none
     inputs: tuple[Input, Input]
     output: Output
     rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> what says so, what it concludes
-    #: Which signal each input is, where the file says so.
+    #: Signal of each input, if the file names it.
     signals: tuple[str, str] | None = None
     notes: Sequence[str] = ()  # for the user
 
     def add(self, said: Token, places: tuple[int, int], singleton: "Singleton") -> None:
-        """A rule more; ValueError: it is not the first for its terms."""
+        """Add a rule; ValueError: there is already one for its terms."""
         earlier, _ = self.rules.setdefault(places, (said, singleton))
         if earlier is not said:
             raise said.fault(
@@ -269,7 +268,7 @@ class System(NamedTuple):
 
 
 def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> Input:
-    """An input; ValueError: its terms are not those of a design."""
+    """Return an input; ValueError: a design cannot have its terms."""
     if not FEWEST <= len(shapes) <= MOST:
         fault = f"input {name.text} must have {FEWEST} to {MOST} terms (got {len(shapes)})"
         raise name.fault(fault)
@@ -303,7 +302,7 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
 def _triangle(
     low: float, high: float, label: str, centre: float, term: Shape, end: str
 ) -> TriangleRecord:
-    """A term; the outermost are 1 up to the range's end and beyond."""
+    """Return a triangle; the outermost terms are 1 up to the end of the range and beyond."""
     lowest, highest = end == "lowest", end == "highest"
     if lowest and not term.low <= low <= centre:
         raise term.fault(f", the lowest, {_SHOULDER}")
