@@ -95,7 +95,7 @@ def halving(
         population = one.asked(within)
         best = max(islands, key=lambda island: island.worth)
         score = yield Asked(population, when, incumbent=best.incumbent)
-        one.nominal(score)
+        one.told(score)
     return max(islands, key=lambda island: island.worth).incumbent if islands else None
 
 

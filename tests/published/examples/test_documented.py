@@ -27,7 +27,7 @@ def test_the_file_of_ones_own_works_as_it_stands(tmp_path):
 def test_every_measure_is_defined_with_its_unit():
     """By one table; a unit is that of a C-axis, of contour errors that of a feed drive."""
     text = (DOCS / "trade-off.md").read_text()
-    part = text[text.index("## Measures") : text.index("## Search")]
+    part = text[text.index("## Metrics") : text.index("## Search")]
     told = {}
     for names, unit in re.findall(r"^\| (`[^|]*) \| ([^|]*) \|", part, re.MULTILINE):
         told |= dict.fromkeys(re.findall("`(.*?)`", names), unit)

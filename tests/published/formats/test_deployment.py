@@ -25,7 +25,7 @@ def test_axes_that_differ_have_units_of_their_own():
     row = r"\| x, y, z \| `error` \| in \| mm \| \S+ \| reference less position \|"
     assert re.search(row, text)
     assert "| a, c | `error_rate` | in | deg/s |" in text
-    assert text.count("No encoder is one:") == 2
+    assert text.count("An encoder is not ideal:") == 2
 
 
 @pytest.mark.parametrize("case", CASES)

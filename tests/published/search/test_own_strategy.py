@@ -76,7 +76,7 @@ def test_a_batch_of_strategies(searching):
     sizes = "[set]\nsearch.population = 6\nsearch.generations = 2\nsimulation.duration_s = 0.1\n"
     (searching / "batch.toml").write_text(f"{sizes}controller.kind = 'pd'\n{grid}")
     line = refused("batch", "batch.toml")
-    for part in ("search.preset = 'random'", "no strategy known here", "--use module:OBJECT"):
+    for part in ("search.preset = 'random'", "unknown strategy", "--use module:OBJECT"):
         assert part in line
     options = ("--strategy", "hunt:RANDOM")
     assert "'climb'" in refused("batch", "batch.toml", *options)

@@ -12,4 +12,4 @@ def test_a_search_ends_with_a_design_that_learns(tmp_path, no_baselines, known_u
     result = api.design(scenario, tmp_path / "run")
     assert result.evaluation.metrics["rms_contour_error_BLU"] < 2.0
     page = (tmp_path / "run" / "report.html").read_text()
-    assert "What Y learns" in page
+    assert "Learning of Y" in page
