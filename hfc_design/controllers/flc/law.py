@@ -47,7 +47,7 @@ class FlcMemory(NamedTuple):
 
 
 def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """Return the law of kind ``flc``; ``form`` as in JK95 eq. 1.
+    """Law of kind ``flc``; ``form`` as in JK95 eq. 1.
 
     ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
     """
@@ -155,7 +155,7 @@ def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) 
 
 
 def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Scalar:
-    """Return u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
+    """U_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
 
     Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
     towards its reference, and only when the error is a command and not the encoder's noise.

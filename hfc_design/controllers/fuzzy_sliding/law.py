@@ -114,7 +114,7 @@ def degrees(xp: Xp, place: Scalar) -> Degrees:
 def _moved(
     xp: Xp, gains: SlidingGains, moves: RuleTable, step: Scalar, in_error: Degrees, in_rate: Degrees
 ) -> RuleTable:
-    """Return the ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
+    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
 
     The box is the largest move about the designed consequents. The nearest point of a convex set
     is no farther from any point in it: the projection makes no consequent worse (Wang 1994, with a

@@ -251,7 +251,7 @@ def scales(target: Target) -> tuple[float, float]:
 
 
 def started(target: Target) -> SlidingDesign:
-    """Return LG09 Table 2 on the scales of a machine, with LG09's proportional gain.
+    """LG09 Table 2 on the scales of a machine, with LG09's proportional gain.
 
     LP is the largest command as an output, the error at which the printed gain gives the top speed
     as an error, and the top speed as a rate. LG09 prints neither the surface nor gamma.
@@ -273,5 +273,5 @@ def started(target: Target) -> SlidingDesign:
 
 
 def table_2(height: float) -> Table:
-    """Return LG09 Table 2 with LP = ``height``."""
+    """LG09 Table 2 with LP = ``height``."""
     return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

@@ -191,7 +191,7 @@ def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
 
 
 def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
-    """Return the output of one unit from the degrees of its two inputs (LL eq. 4).
+    """Output of one unit from the degrees of its two inputs (LL eq. 4).
 
     ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
     Singleton fuzzifier, product, centre average. If no rule fires (an input so far outside
@@ -236,7 +236,7 @@ def primed(
 def sample(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
 ) -> tuple[Scalar, HierarchicalMemory, HierarchyParts]:
-    """Return the command of one sample (LL eq. 6), the memory after it, and the parts.
+    """Command of one sample (LL eq. 6), the memory after it, and the parts.
 
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.

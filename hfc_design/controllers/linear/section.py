@@ -9,7 +9,7 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
-    """Return the section of the gains."""
+    """The section of the gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
     gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
     return [Section("The controller", "", gains, [])]

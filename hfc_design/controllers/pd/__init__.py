@@ -26,7 +26,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
 def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
 ) -> tuple[Scalar, tuple[()], None]:
-    """Return the command ``kp e + kd de/dt`` [V] (LL eq. 6), the memory, and no parts."""
+    """Command ``kp e + kd de/dt`` [V] (LL eq. 6), the memory, and no parts."""
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
