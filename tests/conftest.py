@@ -21,7 +21,7 @@ from hfc_design.report import parts
 
 #: Fixtures of single rooms, for whatever tier.
 pytest_plugins = ["report_fixtures", "comparison_fixtures", "batch_fixtures"]
-pytest_plugins += ["toy_run", "carried_files"]
+pytest_plugins += ["toy_run", "carried_files", "own_strategies"]
 
 #: Where the modules lie that no test brings.
 INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))

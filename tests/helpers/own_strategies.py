@@ -1,5 +1,10 @@
 """A module with two search strategies of one's own, and some that lack something."""
 
+import pytest
+
+#: So small that a whole search takes no time.
+SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
+
 MODULE = '''
 from typing import Any, NamedTuple
 import numpy as np
@@ -94,3 +99,10 @@ FOREIGN = CLIMB._replace(make=Foreign)
 BROKEN = CLIMB._replace(make=Broken)
 PICKY = CLIMB._replace(fault=lambda settings, controller: f"searches no {controller.kind}")
 '''
+
+
+@pytest.fixture
+def searching(own):
+    """The current folder, with a module of strategies that nobody has imported."""
+    (own / "hunt.py").write_text(MODULE)
+    return own

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from own_strategies import MODULE
+from own_strategies import SIZES
 from searches import same, searched
 from sledge import imported
 from wording import refused_command
@@ -69,14 +69,6 @@ def test_the_front_spreads_from_what_was_led_to(staged):
 
 
 SMALL = ("--set", "simulation.duration_s=0.1", "--population", 12, "--generations", 5, "--quiet")
-SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
-
-
-@pytest.fixture
-def searching(own):
-    """The current folder, with a module of strategies that nobody has imported."""
-    (own / "hunt.py").write_text(MODULE)
-    return own
 
 
 def test_random_search_is_what_it_says(searching):

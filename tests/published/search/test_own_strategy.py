@@ -4,24 +4,16 @@ import json
 
 import pytest
 from batches import files
-from own_strategies import MODULE
+from own_strategies import SIZES
 from sledge import hfc, imported, refused
 
 from hfc_design import api
 
 SMALL = ("--set", "simulation.duration_s=0.1", "--population", 12, "--generations", 5, "--quiet")
-SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
 #: A hierarchy that is quickly compiled.
 SCALES = {"error": 50.0, "deflection": 80.0}
 TWO = [{"name": name, "scale": scale} for name, scale in SCALES.items()]
 TWO_TOLD = ", ".join(f"{{name='{name}', scale={scale}}}" for name, scale in SCALES.items())
-
-
-@pytest.fixture
-def searching(own):
-    """The current folder, with a module of strategies that nobody has imported."""
-    (own / "hunt.py").write_text(MODULE)
-    return own
 
 
 @pytest.mark.parametrize(("name", "kind"), [("random", "pd"), ("climb", "pd+hierarchical-fuzzy")])

@@ -2,21 +2,12 @@
 
 import numpy as np
 import pytest
-from own_strategies import MODULE
+from own_strategies import SIZES
 from sledge import hfc, imported, installed
 from wording import refused, refused_command
 
 from hfc_design import api
 from hfc_design.runs import individuals
-
-SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
-
-
-@pytest.fixture
-def searching(own):
-    """The current folder, with a module of strategies that nobody has imported."""
-    (own / "hunt.py").write_text(MODULE)
-    return own
 
 
 def test_a_hierarchy_keeps_the_bounds_that_a_strategy_sets(searching):
