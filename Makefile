@@ -8,7 +8,7 @@ PYTEST := $(BIN)/pytest $(PARALLEL)
 # Tests of other Pythons and packages: all that compile nothing, and these of those that do.
 SMOKE := tests/unit tests/loop/simulation
 # Those whose numbers hang on a processor's instructions.
-NUMERIC := $(addprefix tests/loop/,attainable controllers identify motion objectives plants search simulation stability)
+NUMERIC := $(addprefix tests/loop/,attainable controllers identify objectives plants search simulation stability)
 ISA ?= AVX
 # What makes other environments, pins and releases.
 TOOLS := .venv-tools
