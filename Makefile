@@ -121,7 +121,7 @@ audit: $(TOOLS)/installed
 
 # What hfc show, hfc init and the documentation tell of keys, units and defaults, from the code.
 reference: $(VENV)/installed
-	$(BIN)/python -m hfc_design.gather
+	$(BIN)/python -m hfc_design.schema
 
 # Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
 # what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade

@@ -18,7 +18,7 @@ from hfc_design.batch.plan import LABEL, Published, matches
 from hfc_design.batch.reproduction import Reproduced, figure_row, reproduced
 from hfc_design.batch.results import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
-from hfc_design.pictures.figure import OTHER, OWN, framed
+from hfc_design.plotting.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 from hfc_design.simulation.repeats import range_text

@@ -38,7 +38,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.plotting.section import Drawing, Listing, Section
 from hfc_design.report.designs import picture
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller

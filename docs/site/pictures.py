@@ -13,7 +13,7 @@ import hfc_design.api as hfc
 from hfc_design.controllers.flc.section import rule_table, surface
 from hfc_design.controllers.hierarchical.drawn_tree import drawn_tree
 from hfc_design.controllers.surfaces import flat
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 from hfc_design.report import plots, searches
 from hfc_design.report.errors import errors
 from hfc_design.runs.run import finished_run

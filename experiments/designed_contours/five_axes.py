@@ -15,7 +15,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 from hfc_design.report.comparison.plots import machines as drawn
 from hfc_design.simulation.comparison import Comparison, compare
 

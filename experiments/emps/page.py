@@ -15,7 +15,7 @@ from experiments.emps.replay import PUBLISHED, by_speed, repeated, replayed, rms
 from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 from hfc_design.report.comparison.plots import machines as drawn
 
 #: Voltage of a pulse: as it is documented, in round numbers, and as the second log has it.

@@ -11,7 +11,7 @@ from experiments.huang_shy import pictures
 from experiments.huang_shy.tables import axes, draws, laps, learning, machines
 from experiments.shared import HEAD, Batch, markdown
 from hfc_design.cli.usage import Plain
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 
 PARTS = {
     "02-04": pictures.circle,

@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from experiments.huang_shy.tables import of_laps
 from experiments.shared import COLORS, Batch, curves
-from hfc_design.pictures.figure import framed
+from hfc_design.plotting.figure import framed
 
 ERROR = "path error [mm]"
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from experiments.shared import HEAD, Batch, calculated, chaotic, curves, markdown, number
 from hfc_design.cli.usage import Plain
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 from hfc_design.stability.stable_range import stable_range
 
 CYCLES = tuple(f"cycle_{k}_rms_contour_error_BLU" for k in (1, 2, 3))

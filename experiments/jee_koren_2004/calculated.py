@@ -9,7 +9,7 @@ import numpy as np
 from experiments.jee_koren_2004.pictures import derivative_parts
 from experiments.shared import calculated
 from hfc_design.files.loop_setup import load_design
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 from hfc_design.runtime import Controller
 from hfc_design.stability.report import stability_figure
 from hfc_design.stability.stable_range import stable_range

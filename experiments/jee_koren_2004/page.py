@@ -13,7 +13,7 @@ from experiments.jee_koren_2004.calculated import computing, rule_bases, stabili
 from experiments.jee_koren_2004.tables import friction_sets, heights, readings, variants
 from experiments.shared import HEAD, Batch, chaotic, markdown
 from hfc_design.cli.usage import Plain
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 
 PARTS = {
     "10": pictures.circle,

@@ -10,7 +10,7 @@ from experiments.shared import Batch, Floats, curves
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.core.records import ZR
 from hfc_design.files.loop_setup import load_design
-from hfc_design.pictures.figure import OTHER, OWN, framed
+from hfc_design.plotting.figure import OTHER, OWN, framed
 from hfc_design.simulation.evaluating import Evaluation
 
 CONTOUR = "contour error [BLU]"

@@ -14,7 +14,7 @@ from experiments.lin_gai_2009.pictures import AXES, SHOWN
 from experiments.lin_gai_2009.unseen import beyond, compared, ratios
 from experiments.shared import HEAD, Batch, calculated, markdown, number
 from hfc_design.cli.usage import Plain
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 
 CONTROLLERS = ("PID", "PID + compensation", "fuzzy sliding", "compensated")
 LINEAR = ("PID of that gain", "PID of that gain + compensation")

@@ -18,8 +18,8 @@ from hfc_design.batch.groups import grouped
 from hfc_design.batch.structures import winners
 from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.pictures.files import small_address
-from hfc_design.pictures.numbers import score
+from hfc_design.plotting.files import small_address
+from hfc_design.plotting.numbers import score
 
 #: Every case by the letters of its figures.
 PARTS = {"05": lambda batch: pictures.code()} | {

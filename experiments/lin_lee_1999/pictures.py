@@ -9,7 +9,7 @@ from experiments.shared import Batch
 from hfc_design.batch.plan import LABEL
 from hfc_design.batch.results import Run
 from hfc_design.files.loop_setup import load_design
-from hfc_design.pictures.figure import OTHER, OWN, framed
+from hfc_design.plotting.figure import OTHER, OWN, framed
 from hfc_design.report import searches
 from hfc_design.report.designs import picture
 from hfc_design.report.overlaid import motions

@@ -14,7 +14,7 @@ from experiments.search_power.methods import DEFAULT, names
 from experiments.search_power.tasks import GROUNDS
 from hfc_design.core.numbers import Floats
 from hfc_design.core.statistics import holm
-from hfc_design.pictures.figure import OWN, framed
+from hfc_design.plotting.figure import OWN, framed
 from hfc_design.report.errors import RIVALS
 
 #: Targets of a picture (Hansen et al., COCO, 2021), and times at which they are counted.

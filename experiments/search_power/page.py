@@ -10,7 +10,7 @@ import click
 from experiments.search_power.figures import ALPHA, HEADER, beaten, picture, read, table
 from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
-from hfc_design.pictures.files import save
+from hfc_design.plotting.files import save
 
 HERE = Path(__file__).parent
 

@@ -11,7 +11,7 @@ from hfc_design.batch.results import VERDICTS, Run
 from hfc_design.core.numbers import Floats
 from hfc_design.core.reprs import line
 from hfc_design.files.labels import LABEL, SEED
-from hfc_design.pictures.numbers import score
+from hfc_design.plotting.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
 
 #: Number that is compared: the merit, or the fitness if the runs of a task were judged differently.

@@ -21,8 +21,8 @@ from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.files.scenario import Scenario
-from hfc_design.pictures.numbers import digits, metric, score
-from hfc_design.pictures.section import Drawing, Rows
+from hfc_design.plotting.numbers import digits, metric, score
+from hfc_design.plotting.section import Drawing, Rows
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
 from hfc_design.report.comparison.tables import NONE, best, p_text, titled
 from hfc_design.report.parts import fitness_told

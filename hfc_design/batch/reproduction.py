@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Published, matches
 from hfc_design.batch.results import Run, batches_below
-from hfc_design.pictures.figure import LARGEST
+from hfc_design.plotting.figure import LARGEST
 from hfc_design.report import batch_plots
 
 #: Largest number of ratios of published figures that are drawn.

@@ -20,8 +20,8 @@ from hfc_design.core.reprs import line
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
-from hfc_design.pictures.numbers import score
-from hfc_design.pictures.section import Drawing
+from hfc_design.plotting.numbers import score
+from hfc_design.plotting.section import Drawing
 from hfc_design.report.designs import picture
 
 STRUCTURES = "structures.csv"

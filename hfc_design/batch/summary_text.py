@@ -12,7 +12,7 @@ from hfc_design.batch.groups import ANSWERS, FITNESS, Group
 from hfc_design.batch.structures import show_structures
 from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.records import harmless
-from hfc_design.pictures.numbers import score
+from hfc_design.plotting.numbers import score
 
 #: Largest numbers of tasks, and of groups of each, whose medians are printed.
 TASKS, GROUPS = 6, 10

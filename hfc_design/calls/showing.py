@@ -19,8 +19,8 @@ from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify.page import replayed
 from hfc_design.identify.result import Identified
-from hfc_design.pictures.column import in_column
-from hfc_design.pictures.files import save
+from hfc_design.plotting.column import in_column
+from hfc_design.plotting.files import save
 from hfc_design.report import REPORT, batch_plots, overlaid, plots, searches
 from hfc_design.report.comparison.page import page
 from hfc_design.report.comparison.plots import machines

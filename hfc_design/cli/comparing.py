@@ -81,7 +81,7 @@ def compare(
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.files.design_set import labelled
     from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.pictures.files import save
+    from hfc_design.plotting.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparison import compare
 

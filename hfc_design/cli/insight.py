@@ -69,7 +69,7 @@ def stability(
     drive = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     result = calls.stability(design, others, scenario=scenario, **drive)
     if plot is not None:
-        from hfc_design.pictures.files import save
+        from hfc_design.plotting.files import save
 
         save(result.figure(), plot)
     return Answer(result.numbers(), result.show, [plot] if plot else [])

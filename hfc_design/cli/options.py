@@ -49,7 +49,7 @@ def output(text: str, folder: bool = False, **others: Any) -> Any:
 
     def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
         if path and option.opts[0] == "--plot":
-            from hfc_design.pictures.files import kind_of
+            from hfc_design.plotting.files import kind_of
 
             kind_of(path)
         return path and free(path, option.opts[0], folder)

@@ -76,8 +76,8 @@ def plot(
     group over a band between its quartiles.
     """
     from hfc_design.files.loop_setup import load_design
-    from hfc_design.pictures.column import in_column
-    from hfc_design.pictures.files import save
+    from hfc_design.plotting.column import in_column
+    from hfc_design.plotting.files import save
     from hfc_design.report.designs import picture
     from hfc_design.report.paper import INCH
 

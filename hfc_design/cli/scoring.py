@@ -70,7 +70,7 @@ def score_one(
         print(f"{design.name} on {scenario.name}")
         show_usable(judged.numbers())
     if judged is not None and plot is not None:
-        from hfc_design.pictures.files import save
+        from hfc_design.plotting.files import save
         from hfc_design.report.batch_plots import distributions
 
         save(distributions(judged, f"{design.name} on {scenario.name}"), plot)

@@ -54,7 +54,7 @@ def _names(kind: str) -> list[str]:
 def _plugin(kind: str, name: str) -> list[Entry]:
     """Entries of a user's own part; UserError: there is none of that name."""
     if kind in ENTRY_POINTS and (":" in name or name in _plugins(kind)):
-        from hfc_design.gather.gather import live
+        from hfc_design.schema.collect import live
 
         return live(kind, name)
     known = _names(kind)

@@ -101,7 +101,7 @@ def simulate(
         click.echo(fill(note, room()), err=True)
     _show_kept(loops, err=True)
     if plot is not None:
-        from hfc_design.pictures.files import save
+        from hfc_design.plotting.files import save
         from hfc_design.report import plots
 
         save(plots.motion(evaluation, f"{design.name} on {where.name}"), plot)

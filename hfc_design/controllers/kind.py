@@ -161,7 +161,7 @@ def nothing(record: Record) -> list[Any]:
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """Default section of a report on a controller: its numbers."""
-    from hfc_design.pictures.section import Listing, Section  # which draw
+    from hfc_design.plotting.section import Listing, Section  # which draw
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}

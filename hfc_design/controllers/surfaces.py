@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from hfc_design.controllers.rules import RuleUnit, Term
 from hfc_design.core.numbers import Floats, Json
-from hfc_design.pictures import units
-from hfc_design.pictures.section import Drawing, Drawn
+from hfc_design.plotting import units
+from hfc_design.plotting.section import Drawing, Drawn
 
 
 class Side(NamedTuple):

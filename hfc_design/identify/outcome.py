@@ -12,8 +12,8 @@ from hfc_design.identify.parameters import FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.request import Task
 from hfc_design.identify.response import Response
-from hfc_design.pictures.numbers import readable
-from hfc_design.pictures.section import Rows
+from hfc_design.plotting.numbers import readable
+from hfc_design.plotting.section import Rows
 
 HEADS = ["parameter", "unit", "start", "found", "from", "to", "known?"]
 CHECKED = ["log", "replayed in", "rms before", "rms after"]

@@ -18,10 +18,10 @@ from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
 from hfc_design.identify.outcome import HEADS
 from hfc_design.identify.result import Identified
 from hfc_design.identify.scenario import scenario_text
-from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
-from hfc_design.pictures.files import small_address
-from hfc_design.pictures.numbers import readable
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import OTHER, OWN, above, finish, framed, gridded, plain
+from hfc_design.plotting.files import small_address
+from hfc_design.plotting.numbers import readable
 from hfc_design.report import REPORT, Page, rendered
 
 #: Least number of parts averaged for a spectrum, and most samples of a part.

@@ -1,6 +1,6 @@
 """Entries of the reference from the data file of the package, and keys of a scenario.
 
-``make reference`` rewrites the file from ``hfc_design.gather``. Reading it does not start JAX. A
+``make reference`` rewrites the file from ``hfc_design.schema``. Reading it does not start JAX. A
 key may contain placeholders for names: ``plant.axes.AXIS``, ``motions.N.weight``.
 """
 

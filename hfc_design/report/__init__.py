@@ -12,9 +12,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from hfc_design.pictures.files import address
-from hfc_design.pictures.section import Listing
-from hfc_design.pictures.units import BELOW
+from hfc_design.plotting.files import address
+from hfc_design.plotting.section import Listing
+from hfc_design.plotting.units import BELOW
 
 REPORT = "report.html"
 #: Largest number of letters in the name of a file.

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.figure import (
     COLOURS,
     LABEL,
     LINE,
@@ -27,7 +27,7 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
-from hfc_design.pictures.numbers import readable
+from hfc_design.plotting.numbers import readable
 from hfc_design.report.comparison.tables import titled
 from hfc_design.simulation.acceptance import TITLES, Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness

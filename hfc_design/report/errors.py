@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.figure import (
     COLOURS,
     LABEL,
     OWN,

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hfc_design.pictures.figure import above, finish, plain, stroke
+from hfc_design.plotting.figure import above, finish, plain, stroke
 from hfc_design.report import panels
 from hfc_design.report.panels import Evaluations, Panel
 

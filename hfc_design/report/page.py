@@ -19,7 +19,7 @@ from hfc_design.files.plausibility import plausibility_warnings
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.transfer import dotted
 from hfc_design.formats import FORMATS
-from hfc_design.pictures.numbers import metric
+from hfc_design.plotting.numbers import metric
 from hfc_design.report import REPORT, Page, parts, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper

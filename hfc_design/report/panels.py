@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats, Mask
-from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import finish, framed
-from hfc_design.pictures.numbers import readable
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import finish, framed
+from hfc_design.plotting.numbers import readable
 from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 Evaluations = Mapping[str, Evaluation]  # by the names of the designs, all of the same motion

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from hfc_design.core.records import UserError
 from hfc_design.formats.writing import write
-from hfc_design.pictures.column import in_column
-from hfc_design.pictures.files import image
-from hfc_design.pictures.latex import table
+from hfc_design.plotting.column import in_column
+from hfc_design.plotting.files import image
+from hfc_design.plotting.latex import table
 from hfc_design.report import Page
 
 #: Millimetres in an inch.

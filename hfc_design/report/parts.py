@@ -16,8 +16,8 @@ from hfc_design.files.loop_setup import load_design, machine, own_scenario
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.pictures.numbers import digits, readable, score
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.plotting.numbers import digits, readable, score
+from hfc_design.plotting.section import Drawing, Listing, Section
 from hfc_design.report.comparison.tables import NONE, short, titled
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of

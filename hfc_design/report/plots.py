@@ -13,8 +13,8 @@ from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.reversals import glitches
 from hfc_design.motion.samples import PathSamples
 from hfc_design.motion.trajectories import Trajectory
-from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import (
     OTHER,
     OWN,
     above,

@@ -9,8 +9,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import (
     LINE,
     OTHER,
     OWN,

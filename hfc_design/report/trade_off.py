@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from hfc_design.pictures.figure import OTHER, OWN, above, framed, gridded
-from hfc_design.pictures.numbers import readable, score
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.plotting.figure import OTHER, OWN, above, framed, gridded
+from hfc_design.plotting.numbers import readable, score
+from hfc_design.plotting.section import Drawing, Listing, Section
 from hfc_design.runs.front import Front, marks
 
 #: Largest number of rows of a front; ``front.csv`` has all.

@@ -159,7 +159,7 @@ class LoopMargins(NamedTuple):
         """Draw magnitude and phase of the open loops over frequency [Hz], and their sensitivity."""
         from matplotlib.ticker import NullFormatter
 
-        from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
+        from hfc_design.plotting.figure import OTHER, OWN, framed, gridded
 
         figure = framed(6.4, top=0.3)
         parts = size, phase, peak = figure.subplots(3, sharex=True)
@@ -384,7 +384,7 @@ def rows(gains: StableGains) -> dict[str, str]:
 
 def stability_figure(gain_range: "StableRange", points: Points) -> "Figure":
     """Draw the bound of K_2 against K_1 [unit/BLU], the range shaded, ``points`` by their names."""
-    from hfc_design.pictures.figure import OTHER, OWN, framed
+    from hfc_design.plotting.figure import OTHER, OWN, framed
 
     top = 0.15 + LINE * ceil((3 + len(points)) / 2)
     figure = framed(3.4 + top, top)

@@ -7,7 +7,7 @@ from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.section import rule_table, terms
 from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import SCALARS
-from hfc_design.pictures.section import Drawing, Section
+from hfc_design.plotting.section import Drawing, Section
 
 JUDGES = (
     "It judges the rules that fired one sample ago by the change of the error, and adjusts them. "

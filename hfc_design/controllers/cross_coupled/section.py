@@ -2,7 +2,7 @@
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
 from hfc_design.controllers.kind import ReportContext
-from hfc_design.pictures.section import Listing, Section
+from hfc_design.plotting.section import Listing, Section
 
 ABOUT = (
     "The command of each axis is the sum of its axis controller, the feed-forward of the "

@@ -2,7 +2,7 @@
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
 from hfc_design.controllers.kind import ReportContext
-from hfc_design.pictures.section import Listing, Section
+from hfc_design.plotting.section import Listing, Section
 
 ABOUT = (
     "To the command of its controller each axis adds one in proportion to its error, to "

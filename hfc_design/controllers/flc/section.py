@@ -21,10 +21,10 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neighbours import Partition, memberships
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
-from hfc_design.pictures.terms import Curve, Panel
-from hfc_design.pictures.terms import terms as drawn_terms
+from hfc_design.plotting.heat_map import heat_map
+from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.terms import Curve, Panel
+from hfc_design.plotting.terms import terms as drawn_terms
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
 from plants import Drive

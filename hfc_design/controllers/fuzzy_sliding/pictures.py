@@ -13,7 +13,7 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.figure import (
     OTHER,
     OWN,
     STRIP,
@@ -23,9 +23,9 @@ from hfc_design.pictures.figure import (
     framed,
     gridded,
 )
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
-from hfc_design.pictures.terms import Panel, terms
+from hfc_design.plotting.heat_map import heat_map
+from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.terms import Panel, terms
 from plants import Drive
 
 #: Terms and surfaces are drawn up to this multiple of the outermost centre.

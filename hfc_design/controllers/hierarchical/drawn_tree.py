@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH
-from hfc_design.pictures.files import Displayed
+from hfc_design.plotting.figure import OTHER, OWN, WIDTH
+from hfc_design.plotting.files import Displayed
 from plants import Drive
 
 

@@ -13,12 +13,12 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layou
 from hfc_design.controllers.hierarchical.rules import units as rule_units
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures import units
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.numbers import readable as in_unit
-from hfc_design.pictures.section import Drawn
-from hfc_design.pictures.terms import Panel
-from hfc_design.pictures.terms import terms as drawn_terms
+from hfc_design.plotting import units
+from hfc_design.plotting.heat_map import heat_map
+from hfc_design.plotting.numbers import readable as in_unit
+from hfc_design.plotting.section import Drawn
+from hfc_design.plotting.terms import Panel
+from hfc_design.plotting.terms import terms as drawn_terms
 from plants import Drive
 
 #: Largest value at which terms are drawn; inputs end at 1, but outputs of units may exceed it.

@@ -7,8 +7,8 @@ import numpy as np
 from hfc_design.controllers.hierarchical.law import memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures.figure import OTHER, OWN, finish, framed
-from hfc_design.pictures.section import Drawing
+from hfc_design.plotting.figure import OTHER, OWN, finish, framed
+from hfc_design.plotting.section import Drawing
 
 #: Line styles of the inputs of a hierarchy, six at most.
 STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0.35", ":"))

@@ -12,7 +12,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear import section as linear
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.plotting.section import Drawing, Listing, Section
 
 UNITS = (
     "The output of a unit is the average of the consequents of its rules, weighted by "

@@ -3,7 +3,7 @@
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
-from hfc_design.pictures.section import Listing, Section
+from hfc_design.plotting.section import Listing, Section
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 

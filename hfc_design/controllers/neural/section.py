@@ -10,10 +10,10 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures import units
-from hfc_design.pictures.figure import STRIP, colour_strip, framed
-from hfc_design.pictures.numbers import readable
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting import units
+from hfc_design.plotting.figure import STRIP, colour_strip, framed
+from hfc_design.plotting.numbers import readable
+from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
 from plants import Drive
 
 ABOUT = (

@@ -12,11 +12,11 @@ from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, SocMemory, deg
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
-from hfc_design.pictures.figure import STRIP, colour_strip, framed
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.numbers import readable as in_unit
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
-from hfc_design.pictures.terms import Panel, terms
+from hfc_design.plotting.figure import STRIP, colour_strip, framed
+from hfc_design.plotting.heat_map import heat_map
+from hfc_design.plotting.numbers import readable as in_unit
+from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.terms import Panel, terms
 from plants import Drive
 
 #: Shares of the motion after which the rules are drawn.

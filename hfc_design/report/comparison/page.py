@@ -1,7 +1,7 @@
 """The page of a comparison: a self-contained file with curves to zoom into."""
 
 from hfc_design.core.numbers import Json
-from hfc_design.pictures.files import small_address
+from hfc_design.plotting.files import small_address
 from hfc_design.report import Page, rendered
 from hfc_design.report.comparison import plots, tables, traces
 from hfc_design.report.errors import errors

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import (
+from hfc_design.plotting.figure import (
     above,
     colour,
     distinct,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, storable
-from hfc_design.pictures.numbers import digits, metric, readable
+from hfc_design.plotting.numbers import digits, metric, readable
 from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,

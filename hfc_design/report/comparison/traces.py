@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json
-from hfc_design.pictures.figure import drawable
-from hfc_design.pictures.numbers import readable
+from hfc_design.plotting.figure import drawable
+from hfc_design.plotting.numbers import readable
 from hfc_design.report.panels import Evaluations, Panel, drawn_samples
 from hfc_design.simulation.comparison import MotionComparison
 from hfc_design.simulation.evaluating import AxisMotion

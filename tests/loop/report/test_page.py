@@ -16,8 +16,8 @@ from wording import refused, refused_command
 
 from hfc_design.core.records import RunError
 from hfc_design.files.loop_setup import load_design, own_scenario
-from hfc_design.pictures.curves import SLICES
-from hfc_design.pictures.files import image, save
+from hfc_design.plotting.curves import SLICES
+from hfc_design.plotting.files import image, save
 from hfc_design.report import plots
 from hfc_design.report.errors import motion_errors
 from hfc_design.simulation.evaluating import evaluate

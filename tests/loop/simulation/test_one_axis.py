@@ -16,7 +16,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
-from hfc_design.pictures.files import image
+from hfc_design.plotting.files import image
 from hfc_design.report import plots
 from hfc_design.simulation.evaluating import evaluate, trajectory_csv
 

@@ -7,8 +7,8 @@ import tex
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hfc_design.pictures.latex import escaped, table
-from hfc_design.pictures.section import Listing
+from hfc_design.plotting.latex import escaped, table
+from hfc_design.plotting.section import Listing
 
 #: Letters that TeX takes for something else, and others.
 LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.éλφγΩ≤∞")

@@ -13,9 +13,9 @@ from report_pages import NAME
 from wording import refused, refused_command
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.pictures.column import in_column
-from hfc_design.pictures.figure import above, distinct, finish, framed
-from hfc_design.pictures.files import image
+from hfc_design.plotting.column import in_column
+from hfc_design.plotting.figure import above, distinct, finish, framed
+from hfc_design.plotting.files import image
 from hfc_design.report.paper import Paper
 from hfc_design.report.parts import baselines, pass_conditions
 

@@ -6,8 +6,8 @@ from read_figures import lines_of
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH
-from hfc_design.pictures.files import image
+from hfc_design.plotting.figure import WIDTH
+from hfc_design.plotting.files import image
 from hfc_design.report.plots import contour as picture
 
 

@@ -8,7 +8,7 @@ from random_runs import INPUTS, design
 
 from hfc_design.controllers.hierarchical import drawn_tree as diagrams
 from hfc_design.controllers.hierarchical import pictures
-from hfc_design.pictures.files import image
+from hfc_design.plotting.files import image
 from hfc_design.report import searches
 from plants import C_AXIS
 

@@ -14,7 +14,7 @@ from hfc_design.files.loop_setup import population_of_one
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats import FORMATS
 from hfc_design.formats.st import text_of
-from hfc_design.pictures.files import image
+from hfc_design.plotting.files import image
 from hfc_design.runs import individuals
 from plants import FEED_DRIVE, side_by_side
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.pictures.numbers import readable
+from hfc_design.plotting.numbers import readable
 from hfc_design.report.comparison.tables import lines
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.simulation.comparison import DesignStatistics, MotionComparison

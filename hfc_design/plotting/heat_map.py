@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS
-from hfc_design.pictures.figure import STRIP, colour_strip, framed
+from hfc_design.plotting.figure import STRIP, colour_strip, framed
 
 
 def heat_map(

@@ -7,8 +7,8 @@ from pydantic import BaseModel, TypeAdapter
 
 from hfc_design.core.embedded_files import EmbeddedFile
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.gather.comments import Comment, comments_of, source_in
 from hfc_design.reference.entries import Entry
+from hfc_design.schema.comments import Comment, comments_of, source_in
 
 #: Words for the types of a JSON schema.
 TYPES = {

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import STRIP, WIDTH, colour_strip, framed, round_above
-from hfc_design.pictures.files import Displayed
+from hfc_design.plotting.figure import STRIP, WIDTH, colour_strip, framed, round_above
+from hfc_design.plotting.files import Displayed
 
 #: Points per side of a computed surface, and points of curved terms.
 POINTS = 81

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed
+from hfc_design.plotting.figure import OTHER, OWN, WIDTH, framed
 
 #: Margins beside a panel, and height of a single panel and of one of several [in].
 LEFT, RIGHT, ALONE, SHARED = 0.9, 0.15, 1.55, 1.25

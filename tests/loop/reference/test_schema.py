@@ -3,9 +3,6 @@
 import pytest
 
 from hfc_design.core.records import Positive, Record
-from hfc_design.gather.comments import source_in
-from hfc_design.gather.fields import fields_of
-from hfc_design.gather.gather import gather
 from hfc_design.reference.entries import (
     FILE,
     Entry,
@@ -13,11 +10,14 @@ from hfc_design.reference.entries import (
     unknown,
     written,
 )
+from hfc_design.schema.collect import collect
+from hfc_design.schema.comments import source_in
+from hfc_design.schema.fields import fields_of
 
 
 @pytest.fixture(scope="module")
 def every():
-    return gather()
+    return collect()
 
 
 def test_everything_has_a_meaning_and_every_number_a_unit(every):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from hfc_design.core.records import harmless
-from hfc_design.pictures.section import Listing
+from hfc_design.plotting.section import Listing
 
 _NAMES = (
     "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "

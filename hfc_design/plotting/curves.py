@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import drawable
+from hfc_design.plotting.figure import drawable
 
 #: Slices of time of a drawn curve, with at most two points in each.
 SLICES = 500

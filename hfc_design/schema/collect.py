@@ -25,8 +25,6 @@ from hfc_design.files.named_scenario import BUILTIN, builtin_names
 from hfc_design.files.scenario import DEFAULT_KIND, Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.formats.writing import MEANINGS, meanings_of
-from hfc_design.gather.comments import Comment, comments_of, described, first_line, said, source_in
-from hfc_design.gather.fields import fields_of, records_in
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
 from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM
@@ -35,6 +33,8 @@ from hfc_design.objectives.objective import Objective, ObjectiveSettings
 from hfc_design.objectives.tables import columns
 from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
+from hfc_design.schema.comments import Comment, comments_of, described, first_line, said, source_in
+from hfc_design.schema.fields import fields_of, records_in
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.strategy import Strategy
 from plants import Drive, Machine, machine_of
@@ -190,7 +190,7 @@ CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
 }
 
 
-def gather() -> list[Entry]:
+def collect() -> list[Entry]:
     """Every entry of the built-in parts."""
     references = records_in(AnyReference)
     entries = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]

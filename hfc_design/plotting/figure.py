@@ -17,7 +17,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.pictures.files import Displayed
+from hfc_design.plotting.files import Displayed
 
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
-from hfc_design.pictures.latex import escaped
+from hfc_design.plotting.latex import escaped
 
 #: File suffix -> metadata that keep the date out of the file.
 FORMATS: dict[str, dict[str, Any]] = {

@@ -1,1 +1,0 @@
-"""Builds the reference from the code: every key, parameter and part, with its meaning."""
