@@ -17,6 +17,7 @@ from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
+from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import Json, Memory, finite
 from hfc_design.core.overrides import Changes, lists, overridden, set_keys
 from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
@@ -258,7 +259,7 @@ def _inside(thing: Any) -> str:
 
 
 def read_design(path: str | Path) -> Design:
-    """Read the design in a file.
+    """Read the design in a file, with the files of its scenario that lie in the same folder.
 
     Raises:
         UserError: the file cannot be read, is not JSON, or is not a design that can run.
@@ -268,7 +269,12 @@ def read_design(path: str | Path) -> Design:
         raise UserError(
             f"{path}: {fault}; convert it with hfc import {quote(str(path))} --out NAME.json"
         )
-    return parse_design(read_text(path), path)
+    design = parse_design(read_text(path), path)
+    named = design.provenance.get("scenario")
+    scenario = embedded(named, Path(path).parent, embedder())
+    if scenario == named:
+        return design
+    return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario}})
 
 
 def parse_design(text: str, source: str | Path) -> Design:

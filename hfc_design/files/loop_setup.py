@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
-from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.overrides import Changes, overridden, set_keys
 from hfc_design.core.plugins import own_code
@@ -52,7 +51,7 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
             settings = design.plant.model_dump()
             plant = checked(PlantSettings, settings, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
-        design = _with_axes(_gathered(design, Path(source)), source)
+        design = _with_axes(design, source)
     return design
 
 
@@ -71,15 +70,6 @@ def _with_axes(design: Design, source: str) -> Design:
             raise UserError(f"{source}: limits.axes.{axis}: unknown axis, {hint}")
     axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
     return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
-
-
-def _gathered(design: Design, source: Path) -> Design:
-    """The design with the files of its scenario that lie beside it or in its run folder."""
-    folder = source if source.is_dir() else source.parent
-    scenario_data = embedded(design.provenance.get("scenario"), folder, embedder())
-    if scenario_data == design.provenance.get("scenario"):
-        return design
-    return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario_data}})
 
 
 def check_laws(design: Design, machine: Machine) -> None:
