@@ -60,18 +60,14 @@ def identify(
     starts, which takes some seconds to a minute; the folder gets report.html, identified.json, and
     scenario.toml for hfc design.
     """
-    from hfc_design.identify import identified, page, recording
-    from hfc_design.identify.request import task_of
+    from hfc_design.calls import identifying as calls
+    from hfc_design.identify import page
+    from hfc_design.identify.recording import log_name
     from hfc_design.identify.scenario import scenario_name
 
     if open_loop and bandwidth is not None:
         raise refusal("--open-loop: uses no observer; leave out --bandwidth")
-    # What is mistyped is told first, then what is in the way; only then anything is read.
-    names = [name.strip() for name in free.split(",")] if free else None
-    hz = 0.0 if open_loop else bandwidth
-    task = task_of(plant, scenario, changes, axis, controller, names, hz, seed)
-    logs = recording.sources(task, log, columns, check_log, checks)
-    path = common.free(out or Path(scenario_name(recording.log_name(log))), folder=True)
+    path = common.free(out or Path(scenario_name(log_name(log))), folder=True)
     if isfile(path):
         raise refusal(f"--out {path}: must be a folder (got a file)")
     begin = monotonic()
@@ -79,7 +75,22 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    result = identified.identify(*recording.recordings(task, logs, sample_time), tell)
+    result = calls.identify(
+        log,
+        plant,
+        scenario=scenario,
+        changes=changes,
+        axis=axis,
+        controller=controller,
+        free=[name.strip() for name in free.split(",")] if free else None,
+        bandwidth=0.0 if open_loop else bandwidth,
+        columns=columns,
+        sample_time=sample_time,
+        check_log=check_log,
+        check_columns=checks,
+        seed=seed,
+        on_step=tell,
+    )
     page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
     return Answer(result.numbers(), partial(_show, result), [path], indent=1)
 
