@@ -20,7 +20,7 @@ from hfc_design.attainable.rollout import RolledOut, Rollout, rollout_of
 from hfc_design.attainable.sliding import Case, bent, speeds
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Json
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, option
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.scenario import Scenario
 from plants import C_AXIS
@@ -69,7 +69,8 @@ def check(scenario: Scenario) -> None:
     if scenario.limits.of(machine.axes[0]).command is None:
         raise UserError(
             f"scenario {scenario.name} has no limits.command: without one there is no bound, a "
-            "voltage that is large enough leaves next to no error; try --set limits.command=250"
+            "voltage that is large enough leaves next to no error; try "
+            + option("set", 250, "changes", "limits.command")
         )
 
 

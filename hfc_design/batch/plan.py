@@ -113,7 +113,7 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
         raise UserError(f"{path}: must have [set], [grid] or [[cells]]")
     cells: dict[str, Cell] = {}
     common = flat(file.set)
-    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "set")
     for combination in _combinations(file, path):
         settings = combination | others
         try:

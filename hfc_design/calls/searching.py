@@ -77,7 +77,7 @@ def pick(
     from hfc_design.batch.results import best_usable, is_run  # with all that draws
 
     if point is not None:
-        check_whole("--point", point, 1)
+        check_whole("point", point, 1)
     place = path_of(folder)
     if place.is_dir() and not is_run(place) and point is None and nearest is None:
         return load_design(place / best_usable(place).path)

@@ -113,7 +113,7 @@ def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.core.overrides import overridden
 
     numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "--gains"))
+    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "gains"))
 
 
 def _warn(scenario: "Scenario") -> None:
@@ -144,7 +144,7 @@ def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
-        raise RunError(f"{error.typed} (run folder {folder})") from None
+        raise RunError(f"{error.message} (run folder {folder})") from None
 
 
 def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, quiet: bool) -> None:

@@ -70,7 +70,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     try:
         design = (info.context or {})["named_design"](start)
     except UserError as error:
-        raise ValueError(error.typed) from None
+        raise ValueError(error.message) from None
     if (kind := design.controller.kind) != info.data.get("kind"):
         raise ValueError(f"is of kind {kind} and needs controller.kind = {kind!r}")
     return design.controller.model_dump()

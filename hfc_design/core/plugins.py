@@ -33,7 +33,7 @@ from pydantic import (
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.numbers import Json
 from hfc_design.core.overrides import flat
-from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.records import NAME, UserError, checked, either, option
 from hfc_design.core.user_code_errors import describe
 from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import near, one_of
@@ -44,6 +44,8 @@ References = list[tuple[str, str]]
 #: ``module:OBJECT``, as ``--use`` takes it.
 REFERENCE = re.compile(r"\w[\w.-]*:\w[\w.]*")
 ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
+#: What makes a part of one's own known.
+LOAD = either("--use module:OBJECT", "hfc.register(module.OBJECT)")
 #: Every group, by the option that names one of it, without its dashes.
 GROUPS: "dict[str, Group[Any]]" = {}
 
@@ -110,7 +112,7 @@ class Group(Generic[Thing]):
         if not entries:
             raise UserError(
                 f"{short(name)}: unknown {self.what}; {one_of(name, self.names())}; load "
-                "your own with --use module:OBJECT or runtime.use"
+                f"your own with {LOAD} or runtime.use"
             )
         if len(entries) > 1:
             values = ", ".join(entry.value for entry in entries)
@@ -131,7 +133,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = error.typed.removeprefix(f"{short(name)}: ")
+            why = error.message.removeprefix(f"{short(name)}: ")
             raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
@@ -149,9 +151,9 @@ class Group(Generic[Thing]):
         """
         if ":" not in text:
             if text not in self.names() and (meant := _module_meant(text)):
-                raise UserError(f"--{self.what} {text}: unknown {self.what}; {meant}")
+                raise UserError(f"{option(self.what, text)}: unknown {self.what}; {meant}")
             return self.get(text)
-        thing = self._imported(text, f"--{self.what} {text}")
+        thing = self._imported(text, option(self.what, text))
         self.given[str(getattr(thing, "name", ""))] = text
         return thing
 

@@ -325,8 +325,8 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     Raises:
         UserError: a change does not have that form, or the result cannot run.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
-    data = overridden(design.model_dump(mode="json"), values, "--change")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "change")
+    data = overridden(design.model_dump(mode="json"), values, "change")
     start = "controller."
     controller_keys = [key.removeprefix(start) for key in values if key.startswith(start)]
     if controller_keys and isinstance(data["controller"], dict):

@@ -11,7 +11,7 @@ from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.overrides import Changes, overridden, set_keys
 from hfc_design.core.plugins import own_code
-from hfc_design.core.records import UserError, checked
+from hfc_design.core.records import UserError, checked, option
 from hfc_design.files.design import AnyDesign, Design, Limits, changed_design, named_design, naming
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
@@ -107,13 +107,13 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     Raises:
         UserError: the provenance holds a scenario that is not valid, or there is none at all.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "set")
     plant = values.get("plant.name", design.plant.name)
     if plant != design.plant.name and plant in ALL_PLANTS.names():
         return _on_plant(design, own_scenario(design, name), plant, values)
     data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
     if data is None:
-        raise UserError(f"{name}: has no scenario; give one with --scenario")
+        raise UserError(f"{name}: has no scenario; give one with {option('scenario', ...)}")
     if isinstance(data, str):
         return load_scenario(data, values)
     source, path = f"{name}: provenance.scenario", Path(name)

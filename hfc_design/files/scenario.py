@@ -13,7 +13,7 @@ from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
-from hfc_design.core.records import Asked, Name, Record, UserError
+from hfc_design.core.records import Asked, Name, Record, UserError, option
 from hfc_design.core.reprs import line, table
 from hfc_design.files.design import Limits
 from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
@@ -192,7 +192,7 @@ class Scenario(Record, metaclass=Asked):
         names = [motion.name for motion in self.motions]
         if name is not None and name not in names:
             known = ", ".join(names) or "a single motion without a name"
-            raise UserError(f"--motion {name}: scenario {self.name} has {known}")
+            raise UserError(f"{option('motion', name, 'name')}: scenario {self.name} has {known}")
         return self.each_motion()[names.index(name) if name is not None else 0]
 
     def _alone(self, motion: Motion) -> "Scenario":

@@ -16,6 +16,7 @@ from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
+from hfc_design.core.records import either
 from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
@@ -423,7 +424,7 @@ def bandwidths(log: Recording, wanted: float | None) -> list[float]:
         fewest = int(np.ceil(PERIODS / SHARE))
         raise ValueError(
             f"must have at least {fewest} samples for an observer (got {len(log.place)}): "
-            "record more, or replay with --open-loop"
+            f"record more, or replay with {either('--open-loop', 'bandwidth=0')}"
         )
     slowest = min(high, max(low, BANDWIDTHS[-1]))
     return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [slowest]

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Parameters, Scalar
+from hfc_design.core.records import either
 from hfc_design.core.wording import one_of
 from plants import Drive
 
@@ -147,7 +148,8 @@ def free_parameters(
         negative = {**changes, name: -(value or SMALL)}
         signed = name not in parameters or drive.fault(negative) is None
         if value == 0.0 and not signed:
-            raise ValueError(f"{name}: is 0; give a start value: --free {name}=0.1")
+            example = either(f"--free {name}=0.1", f"free=['{name}=0.1']")
+            raise ValueError(f"{name}: is 0; give a start value: {example}")
         sizes.append(abs(value) or SMALL)
         positive.append(float(not signed))
         begun.append(value / sizes[-1] if signed else 0.0)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hfc_design.core.numbers import Plain
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.reference import entries as reference
 from hfc_design.reference.commented import commented
 from hfc_design.reference.entries import Entry
@@ -59,7 +59,7 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
     required = [one.key for one in known if one.required and one.key.startswith("controller.")]
     if needed := [key for key in required if key.count(".") == 1]:
         raise UserError(
-            f"--controller {controller}: needs {', '.join(needed)}, which has no default; "
+            f"{option('controller', controller)}: needs {', '.join(needed)}, which has no default; "
             f"see hfc show controller {controller}"
         )
     of_axes = {one.key: one.unit for one in every if one.part == "signal"}

@@ -277,7 +277,7 @@ def compare(
         robust = next((one.robust for one in loaded_scenarios if one.robust), None)
         spread, known = (robust.spread, robust.tolerances) if robust else (SPREAD, {})
         tolerances = {**known, **tolerances}
-    check_draw(spread, machines, seed, tolerances, "--machines")
+    check_draw(spread, machines, seed, tolerances, "machines")
     where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
     notes: dict[str, list[str]] = {}  # of which designs each is
     others: list[str] = []

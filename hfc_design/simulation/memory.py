@@ -11,11 +11,13 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.genome import Genome
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either
 from hfc_design.files.scenario import Scenario
 
 #: Variable of the environment, so that workers have it too: what a run may hold, as in 8GB.
 VARIABLE = "HFC_MEMORY"
+#: What sets it; a script has no option for it.
+LIMIT = either("--memory or ", "") + VARIABLE
 #: Without it a run may hold this share of what the machine has free, and this much anyway.
 SHARE, ANYWAY = 0.8, 1e9
 #: Bytes of the program and what it compiles, of compiling a substep, and of each load and number
@@ -67,13 +69,14 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):
-        allowed, source = size(setting), f"--memory or {VARIABLE}: {setting}"
+        allowed, source = size(setting), f"{LIMIT}: {setting}"
     else:
         allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of the free memory"
     if needed > allowed:
         raise UserError(
             f"{what}: needs about {needed / 1e9:.3g} GB of memory, most by {most}; the "
-            f"limit is {allowed / 1e9:.3g} GB ({source}); change these, or raise --memory"
+            f"limit is {allowed / 1e9:.3g} GB ({source}); change these, or raise "
+            + either("--memory", VARIABLE)
         )
 
 
@@ -85,7 +88,7 @@ def size(text: str) -> float:
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
-        raise UserError(f"--memory or {VARIABLE} {text[:60]}: must be a size, as in 8GB")
+        raise UserError(f"{LIMIT} {text[:60]}: must be a size, as in 8GB")
     return float(match[1]) * UNITS[match[2].upper()]
 
 

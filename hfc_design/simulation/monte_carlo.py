@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.core.arguments import check_share, check_type, check_whole
 from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import AnyDesign, Design
@@ -143,7 +143,7 @@ def robustness(
         )
         raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed, tolerances)
-    drawing = {"--samples": memory.MACHINE * samples}
+    drawing = {option("samples"): memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
@@ -239,15 +239,15 @@ def check_draw(
     samples: int,
     seed: int,
     tolerances: Mapping[str, float] = NONE,
-    option: str = "--samples",
+    number: str = "samples",
 ) -> None:
-    """Check that machines can be drawn, else UserError; ``option`` names the number of machines."""
-    check_share("--spread", spread)
+    """Check that machines can be drawn, else UserError; ``number`` names that of machines."""
+    check_share("spread", spread)
     check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():
-        check_share(f"--tolerance {name}=", tolerance)
-    check_whole(option, samples, 1, MAX_SAMPLES)
-    check_whole("--seed", seed, 0)
+        check_share("tolerance", tolerance, argument="tolerances", key=name)
+    check_whole(number, samples, 1, MAX_SAMPLES)
+    check_whole("seed", seed, 0)
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:

@@ -64,9 +64,9 @@ def usable(
         robust = robust.model_copy(update={"spread": spread, "tolerances": {}})
     seed = scenario.run.seed + BEYOND if seed is None else seed
     count = robust.unseen if machines is None else machines
-    check_draw(robust.spread, count, seed, option="--machines")
+    check_draw(robust.spread, count, seed, number="machines")
     parts = (robust.spread, count, seed, robust.tolerances)
-    key = "robust.spread" if spread is None else "--spread"
+    key = "robust.spread" if spread is None else None
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     under = scenario.robust is not None or "stress" in scenario.model_fields_set
     setup = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)

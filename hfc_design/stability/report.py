@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Parameters, storable
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.reprs import line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
@@ -354,7 +354,8 @@ def drive_of(
     nominal = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
     arguments = {"sample_time": every, **nominal, **given}
     if not {"gain", "time_constant"} <= arguments.keys():
-        raise UserError(f"{description}, not a feed drive: give --gain and --time-constant")
+        options = f"{option('gain', ...)} and {option('time_constant', ...)}"
+        raise UserError(f"{description}, not a feed drive: give {options}")
     return arguments
 
 
