@@ -121,9 +121,9 @@ _BOTH = re.compile(f"{BEGIN}([^{MARKS}]*){OR}([^{MARKS}]*){END}")
 NOTHING: Any = object()
 
 
-def either(typed: str, told: str) -> str:
-    """Text for a message that is ``typed`` on the command line and ``told`` to a script."""
-    return BEGIN + OR.join(re.sub(f"[{MARKS}]", "?", text) for text in (typed, told)) + END
+def either(typed: str, in_script: str) -> str:
+    """Text for a message that is ``typed`` on the command line and ``in_script`` elsewhere."""
+    return BEGIN + OR.join(re.sub(f"[{MARKS}]", "?", text) for text in (typed, in_script)) + END
 
 
 def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None = None) -> str:
@@ -133,16 +133,20 @@ def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None 
     without value, ``...`` for one that the user should give. ``key`` is that of one of several in
     a mapping, or without ``value`` a text among several.
     """
-    typed, told = f"--{name.replace('_', '-')}", argument or name
+    typed, in_script = f"--{name.replace('_', '-')}", argument or name
     shown = str(value) if isinstance(value, Number) else repr(value)
     if value is ... or value is True:
-        return either(typed, f"{told}={'' if value is ... else value}")
+        return either(typed, f"{in_script}={'' if value is ... else value}")
     if key is None:
         nothing = value is NOTHING
-        return either(typed, told) if nothing else either(f"{typed} {value}", f"{told}={shown}")
+        return (
+            either(typed, in_script)
+            if nothing
+            else either(f"{typed} {value}", f"{in_script}={shown}")
+        )
     if value is NOTHING:
-        return either(f"{typed} {key}", f"{told}: {key}")
-    return either(f"{typed} {key}={value}", f"{told}={{{key!r}: {shown}}}")
+        return either(f"{typed} {key}", f"{in_script}: {key}")
+    return either(f"{typed} {key}={value}", f"{in_script}={{{key!r}: {shown}}}")
 
 
 #: Characters of a message, which has "hfc: " before it: nobody reads more.
