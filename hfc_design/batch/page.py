@@ -19,6 +19,7 @@ from hfc_design.batch.structures import WINNER_HEAD
 from hfc_design.batch.summary_text import HEAD, broken, key_of, sentence
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
+from hfc_design.core.wording import alternatives
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.files.scenario import Scenario
 from hfc_design.plotting.numbers import digits, metric, score
@@ -84,7 +85,7 @@ def page(
         groups=len(groups),
         metrics=measured,
         meant=measured.meanings,
-        measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
+        measures=alternatives(dict.fromkeys(group.measure for group in groups)),
         key=" ".join(filter(None, [key_of(shown), measured.fitness])),
         winner_head=WINNER_HEAD,
         winner_rows=[one.row for one in winners[:GROUPS]],

@@ -91,11 +91,15 @@ AS_JSON = "hfc.json"
 
 
 def command(
-    short: str | None = None, name: str | None = None, last: Iterable[click.Parameter] = ()
+    short: str | None = None,
+    name: str | None = None,
+    last: Iterable[click.Parameter] = (),
+    **settings: Any,
 ) -> Callable[[Callable[..., Answer | None]], click.Command]:
     """Turn a function with its help as docstring into a command; ``short`` is its line in a list.
 
-    The ``last`` parameters follow those of the function and are not passed to it.
+    The ``last`` parameters follow those of the function and are not passed to it; ``settings`` are
+    click's.
     """
 
     def bound(function: Callable[..., Answer | None]) -> click.Command:
@@ -109,6 +113,7 @@ def command(
             params=[*_parameters(function), *last],
             help=function.__doc__,
             short_help=short,
+            **settings,
         )
 
     return bound

@@ -79,11 +79,12 @@ def design(
     else:
         folder, task = out, run.opened_run(out)
     click.get_current_context().with_resource(exclusive(folder))  # until the report is written
-    if not resume:
-        task = run.new_run(task, folder, by_hand)
-    _warn(task)
-    watch = None if quiet or by_hand is not None else Watch(task)
-    result = _searched(task, folder, anyway, watch)
+    with nullcontext() if resume else run.begun(folder):
+        if not resume:
+            task = run.new_run(task, folder, by_hand)
+        _warn(task)
+        watch = None if quiet or by_hand is not None else Watch(task)
+        result = _searched(task, folder, anyway, watch)
     _show(task, folder, result, watch.summary() if watch else "", quiet)
 
 

@@ -23,6 +23,7 @@ from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.repeats import chaos_text
 from hfc_design.simulation.stability_criteria import reasons_text
 from hfc_design.simulation.usable import SPREAD, usable
+from hfc_design.stability.report import SAID
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
@@ -45,7 +46,7 @@ def score_one(
     samples: int | None = None,
     seed: int | None = None,
 ) -> None:
-    """``hfc score`` on one scenario: usability, if there are tolerances, then the metrics.
+    """``hfc score`` on one scenario: usability, if there is a spread, then the metrics.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
@@ -225,13 +226,17 @@ def _below(numbers: Json) -> Iterator[str]:
             name: "without limit" if one["value"] is None else three_digits(one["value"])
             for name, one in worst.items()
         }
-        each = ", ".join(f"{name} {size} ({worst[name]['at']})" for name, size in sizes.items())
+        each = ", ".join(
+            f"{SAID[name].format(size)} ({worst[name]['at']})" for name, size in sizes.items()
+        )
         yield f"margins of the nominal loop: {each}; hfc stability lists all"
     if numbers["precision"] is not None:
         changes = f"numerics: merit changes by {percent(numbers['precision'])} in float64"
         if numbers["substeps"] is not None:
             changes += f", {percent(numbers['substeps'])} with finer time steps"
         yield changes
+        if advice := acceptance.numerics_text(numbers):
+            yield advice
     if chaos := acceptance.merit_text(numbers):
         yield chaos
     if any(one.get("asked_of") == "nominal" for one in numbers["motions"].values()):
@@ -251,9 +256,9 @@ def _answer(result: Robustness) -> str:
 
 
 def _missed(scenario: Scenario, result: Robustness) -> str:
-    """Line if the median machine exceeds the scenario's own tolerances; "" otherwise.
+    """Line if the median machine misses the scenario's own targets; "" otherwise.
 
-    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
+    The fitness of such a scenario is one over the weighted mean of measure / target.
     """
     values = result.values["fitness"][result.stable]
     has_targets = isinstance(scenario.fitness, TolerancesSettings)

@@ -68,7 +68,8 @@ def show_list(kind: str, entries: Sequence[Entry]) -> None:
 
 
 def _with_unit(one: Entry) -> str:
-    return f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
+    text = f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
+    return f"{text}; {one.allowed}" if one.allowed else text
 
 
 def show_owners(entries: Iterable[Entry]) -> None:
@@ -165,7 +166,7 @@ def show_scenario(
         [
             (
                 dotted(x.key),
-                text_of(x.value, x.unit),
+                "all defaults" if x.value == {} else text_of(x.value, x.unit),
                 "" if x.default is None else text_of(x.default, x.unit),
             )
             for x in here

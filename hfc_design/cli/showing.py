@@ -28,7 +28,7 @@ SINGULARS = {
 }
 
 
-@command(name="list", last=common.KNOWING)
+@command(name="list", last=common.KNOWING, no_args_is_help=True)
 def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> None:
     """What is built in.
 
@@ -44,7 +44,11 @@ def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> No
         show_reference.show(LISTED[what], None, as_json=False)
 
 
-@command("Explain a plant, controller, scenario or key, with units.", last=common.KNOWING)
+@command(
+    "Explain a plant, controller, scenario or key, with units.",
+    last=common.KNOWING,
+    no_args_is_help=True,
+)
 def show(
     kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
     name: str | None = argument(OF_KIND, required=False),

@@ -17,7 +17,7 @@ def check_type(thing: Any, kinds: type | tuple[type, ...], what: str) -> None:
 
 def path_of(place: Any) -> Path:
     """Path from an argument of a script; UserError: it is not a path."""
-    check_type(place, (str, PathLike), "the the path of a file or folder")
+    check_type(place, (str, PathLike), "the path of a file or folder")
     return Path(place)
 
 

@@ -36,7 +36,7 @@ from hfc_design.core.overrides import flat
 from hfc_design.core.records import NAME, UserError, checked, either, option
 from hfc_design.core.user_code_errors import describe
 from hfc_design.core.validation_errors import short
-from hfc_design.core.wording import near, one_of
+from hfc_design.core.wording import alternatives, near, one_of
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
@@ -76,7 +76,7 @@ class Group(Generic[Thing]):
             UserError: it is not of this kind, cannot work, or has a name that is taken.
         """
         if not self.takes(thing):
-            wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
+            wanted = alternatives(kind.__name__ for kind in (*self.kind, *self.classes))
             raise UserError(f"must be a {wanted} (got {a_kind(thing)})")
         name = str(thing.name)
         if not re.fullmatch(NAME, name):
@@ -184,7 +184,7 @@ def group_of(thing: Any) -> Group[Any]:
     for group in GROUPS.values():
         if group.takes(thing):
             return group
-    raise UserError(f"argument must be a {' or '.join(GROUPS)} (got {short(thing)})")
+    raise UserError(f"argument must be a {alternatives(GROUPS)} (got {short(thing)})")
 
 
 def given() -> References:
@@ -265,7 +265,7 @@ def own_code(
         if not user_parts or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{describe(error)}") from error
+        raise UserError(f"{alternatives(user_parts)}{doing}: {noted}{describe(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:

@@ -11,7 +11,7 @@ from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
 from hfc_design.core.quantities import without_unit
-from hfc_design.core.wording import Keys, near, one_of, rule
+from hfc_design.core.wording import Keys, alternatives, near, one_of, rule
 
 #: Lines on one file; the others are counted.
 MOST = 100
@@ -133,7 +133,7 @@ def _either(messages: list[str]) -> str:
     head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
     return (
-        " or ".join([first, *(x.removeprefix(head + rule) for x in others)])
+        alternatives([first, *(x.removeprefix(head + rule).strip() for x in others)])
         if alike
         else ("; ".join([first, *others]))
     )

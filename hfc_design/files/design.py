@@ -108,6 +108,11 @@ class Limits(PerAxisRecord):
         rates = {axis: self.of(axis).command_rate for axis in axes}
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
+    def beside(self, *used: str) -> Json:
+        """What an axis has besides the keys ``used``, by its full keys; nothing of defaults."""
+        left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
+        return {f"limits.{key}": x for key, x in left.items()}
+
     def without_rate(self) -> Self:
         """The same limits without one of the rate."""
         axes = {

@@ -185,7 +185,8 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
     if design.controller.sample_time_s != sample_time:
         raise UserError(
             f"design {design.name} runs every {design.controller.sample_time_s} s, "
-            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
+            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}; set it to "
+            f"{design.controller.sample_time_s} in the scenario, or design again with the scenario"
         )
     if design_plant.name != wanted.name:
         return wanted

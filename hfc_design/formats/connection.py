@@ -225,7 +225,7 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
 
 
 def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:
-    """Reset a memory: numbers return to their ``start`` values, arrays, which are learnt, stay."""
+    """Reset a memory: numbers return to their ``start`` values, arrays, which are learned, stay."""
 
     def chosen(now: Any, first: Any) -> Memory:
         plain = isinstance(first, float | int) and not isinstance(first, bool)

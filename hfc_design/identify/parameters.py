@@ -88,7 +88,8 @@ class FreeParameters:
 
     def wanted(self) -> str:
         """Line on the identified parameters with their start values."""
-        line = f"identified, starting from: {self._listed({x: self.starts[x] for x in self.names})}"
+        values = self._listed({x: self.starts[x] for x in self.names})
+        line = f"to identify, with start values: {values}"
         for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
             if open_ or samples:
                 line += f"; {name} {'from ' if open_ else 'known to be '}{samples:.4g} samples"

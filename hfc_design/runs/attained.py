@@ -45,9 +45,10 @@ def _numbers(
         for x, motion in zip(evaluations, motions.values(), strict=True):
             total = float(np.abs(x.axes[0].motion.error).sum())
             motion["sum_error"] = None if x.diverged or not np.isfinite(total) else total
-    slow = any(scenario.limits.of(x).command_rate for x in scenario.plant.machine.axes)
-    left_out = {"left_out": "limits.command_rate"} if slow else {}
-    return {**left_out, "unit": "rad", "motions": motions}
+    limits = scenario.limits.of(scenario.plant.machine.axes[0])
+    whole = ["delay_samples"] if limits.delay_samples.is_integer() else []
+    left = ", ".join(limits.beside("command", "resolution", *whole))
+    return {**({"left_out": left} if left else {}), "unit": "rad", "motions": motions}
 
 
 def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
@@ -95,4 +96,4 @@ def attained_told(numbers: Json) -> str:
 
 def left_out(numbers: Json) -> str:
     """Effects that the numbers leave out, to be appended to them; "" if there are none."""
-    return f" ({numbers['left_out']} is left out)" if "left_out" in numbers else ""
+    return f" (left out: {numbers['left_out']})" if "left_out" in numbers else ""

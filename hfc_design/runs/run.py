@@ -2,7 +2,8 @@
 
 import json
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,6 +91,21 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
         _write_design(folder / GIVEN, given)
     checkpoint.write_whole(folder / CONFIG, config_toml(movable).encode())
     return opened_run(folder)
+
+
+@contextmanager
+def begun(folder: Path) -> Iterator[None]:
+    """Around a new run: one that is refused before its first checkpoint leaves no files."""
+    before = {*folder.iterdir()}
+    try:
+        yield
+    except RunError:  # an interrupted one can be resumed
+        raise
+    except UserError:
+        if not (folder / CHECKPOINT).exists():
+            for file in {*folder.iterdir()} - before:
+                file.unlink()
+        raise
 
 
 def opened_run(folder: Path) -> Scenario:

@@ -48,7 +48,8 @@ TITLES = {
 #: What stands below ``stress_table`` and ``why_table``.
 STRESS_ABOUT = (
     "stress: one at a time, on machines that pass without it, in all motions required of "
-    "them; merit: of the median machine, relative to that without stress"
+    "them; stable: constraints do not count here; merit: of the median machine, relative to that "
+    "without stress"
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
@@ -59,6 +60,8 @@ MENDS = {
     "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",
 }
+#: Change of the merit by rounding, or by finer time steps, from which on it needs advice.
+COARSE = 0.05
 WHY = "Changes that would give a yes, each on its own"
 WHY_ABOUT = (
     "lost by it: machines that fail it, perhaps others too; without: the share without "
@@ -84,7 +87,7 @@ class MotionResult(NamedTuple):
     nominal: dict[str, float]
     nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
     bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
-    tolerances: dict[str, tuple[float, Floats]]  # the same of what the scenario's fitness tolerates
+    tolerances: dict[str, tuple[float, Floats]]  # the same of the targets
     everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
     def numbers(self) -> Json:
@@ -204,10 +207,10 @@ class Usable(NamedTuple):
 
     @property
     def missed(self) -> Json:
-        """Measures beyond the scenario's own tolerance: by what factor, and in which motion most.
+        """Measures that miss the scenario's own target: by what factor, and in which motion most.
 
         They are those of the median machine, or of the nominal one in a motion that is required of
-        it alone. Measures within their tolerance are left out.
+        it alone. Measures that meet their target are left out.
         """
         return missed({one.name: one.numbers() for one in self.motions})
 
@@ -284,6 +287,21 @@ def merit_text(numbers: Json) -> str:
     return chaos_text("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
 
 
+def numerics_text(numbers: Json) -> str:
+    """What to do if rounding or time steps change the merit much; "" if neither does.
+
+    ``numbers`` are those of ``Usable.numbers``. Neither helps a chaotic design.
+    """
+    advice = {
+        "precision": "with --precision float64",
+        "substeps": "with four times simulation.substeps",
+    }
+    coarse = [text for key, text in advice.items() if (numbers[key] or 0.0) > COARSE]
+    if not coarse or numbers.get("chaotic"):
+        return ""
+    return f"the search computed the merit too coarsely: search again {' and '.join(coarse)}"
+
+
 def gain_text(gain: tuple[float, float]) -> str:
     """Factors on the command between which a machine passes; none was tried beyond the ends."""
     low, high = (f"{factor:.3g}" for factor in gain)
@@ -293,7 +311,7 @@ def gain_text(gain: tuple[float, float]) -> str:
 
 
 def missed(motions: Json) -> Json:
-    """Measures beyond tolerance: ``times`` the tolerance, and the ``motion`` where it is most.
+    """Measures beyond their target: ``times`` the target, and the ``motion`` where it is most.
 
     ``motions`` are those of ``Usable.numbers``. The measures are those of the median machine, or of
     the nominal machine in a motion that is required of it alone.
@@ -349,7 +367,7 @@ def stress_table(stresses: Sequence[Json]) -> TextTable:
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
         lines.append(f"first step: {next(first)}; see docs/robustness.md")
-    return TextTable(("stress", "passes on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
+    return TextTable(("stress", "stable on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
 
 
 def breaking(stresses: Iterable[Json]) -> str:
@@ -376,7 +394,7 @@ def measured_loop(
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
-    """Tolerances, constraints, what is told, and ``STABILITY``: the order of the values."""
+    """Targets, constraints, what is told, and ``STABILITY``: the order of the values."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
     free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]
@@ -418,7 +436,7 @@ def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint,
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """Single measures with a tolerance in the scenario's fitness; none with another fitness."""
+    """Single measures with a target in the scenario's fitness; none with another fitness."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []
@@ -426,7 +444,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
-    """Measures with a tolerance in the scenario's fitness, and meanings, by keys of metrics."""
+    """Measures with a target in the scenario's fitness, and meanings, by keys of metrics."""
     metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))

@@ -115,7 +115,7 @@ class MotionComparison(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
-        """Compared metrics, the most important first, including the tolerated ones."""
+        """Compared metrics, the most important first, including those with a target."""
         if self.scenario is None:  # of all motions together one metric, which is compared
             return list(self.meanings)
         tolerated = {

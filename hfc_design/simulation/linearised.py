@@ -400,7 +400,7 @@ def _by_newton(
 
 
 def _living(memory: Memory) -> dict[Any, Any]:
-    """The numbers of a memory that are not learnt, by where they are."""
+    """The numbers of a memory that are not learned, by where they are."""
     return {
         path: number
         for path, number in jax.tree_util.tree_flatten_with_path(memory)[0]

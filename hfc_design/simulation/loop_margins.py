@@ -76,7 +76,8 @@ def operating_points(scenario: Scenario) -> list[Point]:
         for where, k in places.items():
             still = where == "at rest" or sizes[k] <= STANDS * sizes.max()
             speeds = tuple(float(f"{0.0 if still else x:.6g}") for x in rates[:, k])
-            speed = f"{name} {where}" if len(speeds) > 1 else f"{abs(speeds[0]):g}"
+            one = f"{abs(speeds[0]):g} {motion.units.signals['error_rate']}"
+            speed = f"{name} {where}" if len(speeds) > 1 else one
             row = _steady_row(motion, samples, k, speeds)
             points.setdefault(speeds, Point(speed if any(speeds) else "at rest", row, speeds))
     return sorted(points.values(), key=lambda one: np.linalg.norm(one.speeds))

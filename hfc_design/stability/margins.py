@@ -16,6 +16,13 @@ ASKED = {
     "phase_margin_deg": ("phase_deg", False, (0.0, 180.0)),
     "delay_margin_samples": ("delay_samples", False, (0.0, 1e4)),
 }
+#: Unit and meaning of each.
+MEANT = {
+    "sensitivity": ("1", "largest sensitivity Ms of the linearised loop, |1 / (1 + L)|"),
+    "gain_margin": ("1", "smallest factor upwards on the gain that the linearised loop tolerates"),
+    "phase_margin_deg": ("deg", "smallest lag that the linearised loop tolerates"),
+    "delay_margin_samples": ("samples", "smallest additional delay that it tolerates"),
+}
 #: Largest singular value of ``a - 1`` that counts as 0, of an integrator. The poles do not show it:
 #: those of two or three in a row are found at 1 +- 1e-8 or 1e-5, by rounding.
 INTEGRATES = 1e-9

@@ -27,9 +27,9 @@ COLUMNS = {
     "gain_up": "gain\nup",
     "phase_deg": "phase\n[deg]",
     "delay_samples": "delay\n[samples]",
-    "sensitivity": "\nMs",
+    "sensitivity": "Ms\n[1]",
     "sensitivity_hz": "at\n[Hz]",
-    "disk": "\ndisk",
+    "disk": "disk\n[1]",
     "crossover_hz": "crossover\n[Hz]",
     "bandwidth_hz": "band\n[Hz]",
     "compliance": "compliance\n[{}]",
@@ -38,10 +38,17 @@ ABOUT = (
     "Each loop of the simulation opened at its command, linearised in steady motion at a "
     "speed: with its sensors, observer, delay and friction, without converter steps and "
     "limits. Gain: factors up to which it is stable; phase, delay: additional lag that "
-    "it tolerates; Ms: largest |1 / (1 + L)|; disk: of gain and phase together; band: of "
-    "the closed loop, -3 dB; compliance: largest |position / load|; -: no such change "
-    "makes it oscillate"
+    "it tolerates; Ms: largest sensitivity |1 / (1 + L)|; disk: of gain and phase "
+    "together; band: of the closed loop, -3 dB; compliance: largest |position / load|; "
+    "-: no such change makes it oscillate"
 )
+#: Each of ``ASKED`` in words, with its number in its unit.
+SAID = {
+    "sensitivity": "largest sensitivity Ms {}",
+    "gain_margin": "gain margin {}",
+    "phase_margin_deg": "phase margin {} deg",
+    "delay_margin_samples": "delay margin {} samples",
+}
 BANDS = "below: between 5 and 95 % of {} other machines"
 #: Shares of the largest K_1 at which K_2 bounds are listed.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
@@ -135,7 +142,7 @@ class LoopMargins(NamedTuple):
             if value is None and (not more or not where):
                 continue
             if value is None or (value > limit if more else value < limit):
-                actual = f"{name} {value:.3g}" if value else "the loop is unstable"
+                actual = SAID[name].format(f"{value:.3g}") if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
                 violations[name] = (
                     value,

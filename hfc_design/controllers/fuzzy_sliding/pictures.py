@@ -136,7 +136,7 @@ ABOUT = (
 
 
 class Learning(NamedTuple):
-    """Signals and learnt moves of an axis during the motion."""
+    """Signals and learned moves of an axis during the motion."""
 
     error: Floats  # (steps,)
     rate: Floats  # (steps,)

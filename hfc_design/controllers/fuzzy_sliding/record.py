@@ -140,7 +140,7 @@ class SlidingDesign(ControllerRecord):
         )
 
     def table(self) -> Table:
-        """Return the consequents with the moves learnt so far [command]."""
+        """Return the consequents with the moves learned so far [command]."""
         moves = self.adaptation.moves
         return tuple(map(tuple, each(add, self.consequents, moves))) if moves else self.consequents
 
@@ -150,12 +150,12 @@ class SlidingDesign(ControllerRecord):
         return self.adaptation.rate > 0.0 and self.adaptation.largest_move > 0.0
 
     def adapted(self, memory: SlidingMemory) -> Self | None:
-        """Return the controller with the moves learnt in ``memory``; None if it cannot learn."""
+        """Return the controller with the moves learned in ``memory``; None if it cannot learn."""
         rows = tuple(tuple(map(float, row)) for row in memory.moves)
         return self.with_moves(rows) if self.learns else None
 
     def with_moves(self, moves: Table) -> Self:
-        """Return the design with the learnt ``moves``."""
+        """Return the design with the learned ``moves``."""
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 

@@ -35,7 +35,7 @@ HERE = "hfc_design.controllers.neural"
 INPUTS = 2  # error and its change
 #: Largest number of hidden units: the loop is unrolled, and more take minutes to compile.
 MOST = 100
-#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learnt.
+#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learned.
 FASTEST = 1e6
 Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
 Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
@@ -107,7 +107,7 @@ class NeuralDesign(ControllerRecord):
         return Weights(self.weights.hidden, (self.weights.output,))
 
     def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
-        """Return the design with the learnt weights; None if it does not learn."""
+        """Return the design with the learned weights; None if it does not learn."""
         return self.with_weights(memory.weights) if self.rate else None
 
     def with_weights(self, weights: Weights) -> "NeuralDesign":

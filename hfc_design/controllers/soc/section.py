@@ -137,7 +137,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return pictures for ``hfc plot``: the learnt or initial rules of the design."""
+    """Return pictures for ``hfc plot``: the learned or initial rules of the design."""
     empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),

@@ -1,6 +1,6 @@
 """Import of other programs' fuzzy controllers as designs that a search can start from.
 
-Also import of what a controller has learnt on a machine, see ``design_that_learned``.
+Also import of what a controller has learned on a machine, see ``design_that_learned``.
 
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
 them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused. If
@@ -35,7 +35,7 @@ __all__ = ["Wish", "assumed", "assumptions_text", "deviation_told", "imported", 
 
 #: File suffix -> reader of the language.
 LANGUAGES = {".fll": fll, ".fis": fis}
-#: Suffixes of learnt numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
+#: Suffixes of learned numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
 LEARNT = (".txt", ".hal")
 #: Parameter of the component as ``halcmd save`` writes it, with the axis in its name.
 PARAMETER = re.compile(
@@ -113,7 +113,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """Return the design that ``wish`` names with what its code has learnt on a machine."""
+    """Return the design that ``wish`` names with what its code has learned on a machine."""
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
@@ -134,7 +134,7 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
 def design_that_learned(
     text: str, ending: str, design: Design, axis: str | None, source: dict[str, str]
 ) -> Design:
-    """Return ``design`` with the learnt numbers of a file; ``axis`` selects one of several axes.
+    """Return ``design`` with the learned numbers of a file; ``axis`` selects one of several axes.
 
     Raises:
         UserError, ValueError: the file holds no such numbers, or they are not of this design.
@@ -164,7 +164,7 @@ def design_that_learned(
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
-    """Return the learnt parameters of the controller of an axis, in the order of their numbers."""
+    """Return the learned parameters of the controller of an axis, in the order of their numbers."""
     numbers = {}
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())

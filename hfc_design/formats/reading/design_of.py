@@ -13,6 +13,7 @@ from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, UserError, checked, either, option
+from hfc_design.core.wording import alternatives
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System, identifiers
 
@@ -59,7 +60,7 @@ def design_of(
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
     if kind not in PLANT_OF or (like and like.controller.kind != kind):
-        listed = " or ".join(PLANT_OF) if wish.kind is None else kind
+        listed = alternatives(PLANT_OF) if wish.kind is None else kind
         raise UserError(f"{option('like', wish.like)}: must be of kind {listed}")
     if (kind == HIERARCHY) != gaussian:
         needed = "Gaussian terms" if kind == HIERARCHY else "triangles"

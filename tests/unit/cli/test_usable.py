@@ -62,6 +62,23 @@ def test_the_table_by_hand(capsys):
     assert told.err == WARNING + "\n"
 
 
+@pytest.mark.parametrize(
+    ("changes", "advice"),
+    [
+        ({"precision": 0.28}, "search again with --precision float64"),
+        ({"substeps": 0.06}, "search again with four times simulation.substeps"),
+        ({"precision": 0.28, "chaotic": True, "repeats": [1.0, 2.0]}, ""),
+        ({"precision": 0.04, "substeps": None}, ""),
+    ],
+)
+def test_numbers_that_are_too_coarse_get_advice(changes, advice, capsys, monkeypatch):
+    monkeypatch.setattr("hfc_design.simulation.acceptance.merit_text", lambda numbers: "")
+    show_usable(ANSWER | changes)
+    text = " ".join(capsys.readouterr().out.split())
+    assert advice in text
+    assert ("too coarsely" in text) == bool(advice)
+
+
 def test_a_no_says_what_would_give_a_yes(capsys):
     change = {"key": "constraints.late_error", "now": "2 mrad", "needed": "2.6 mrad", "lost": 31}
     other = {"key": "robust.spread", "now": "0.2", "needed": None, "lost": None, "without": 0.955}
@@ -85,7 +102,7 @@ def test_rows_and_the_line_of_a_design():
         "2 times the best open-loop voltage 0.025"
     )
     slow = attained_told(found | {"left_out": "limits.command_rate"})
-    assert slow.endswith("the best open-loop voltage 0.025 (limits.command_rate is left out)")
+    assert slow.endswith("the best open-loop voltage 0.025 (left out: limits.command_rate)")
     lost = {"motions": {"ramp": one | {"sum_error": None}}}
     assert attained_rows(lost) == [["ramp", "0.02", "0.025", "–", "–", "–"]]
     assert attained_told(lost) == ""
