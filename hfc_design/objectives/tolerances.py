@@ -14,6 +14,10 @@ from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
 from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
+#: Least cost, in targets. An axis that friction holds may have no error at all, and an infinite
+#: fitness would be taken for a loop that diverges.
+FINEST = 1e-6
+
 
 class Weighed(Record):
     """A target with a weight other than 1."""
@@ -104,7 +108,8 @@ def _update(
 
 def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
     pairs = zip(each, sums, strict=True)
-    return 1.0 / reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
+    cost = reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
+    return 1.0 / jnp.maximum(cost, FINEST)
 
 
 def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:

@@ -39,7 +39,7 @@ OTHER = Move(1.0, 1.0, 5.0, 1e-3, 100.0)
 SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
 #: Sensors and limits of such drives: those of c-axis-practical, positioning-stage-move,
-#: milling-table-robust and five-axis-robust; a feed drive counts positions and commands itself.
+#: milling-table-robust and five-axis-robust; a feed drive counts itself.
 SENSED: dict[str, dict[str, Plain]] = {
     "c-axis": {
         "sensors.encoder_resolution": 3e-6,
@@ -49,7 +49,7 @@ SENSED: dict[str, dict[str, Plain]] = {
         "limits.command": 200.0,
         "limits.resolution": 0.05,
     },
-    "feed-drive": {"sensors.velocity": "encoder"},
+    "feed-drive": {"sensors.velocity": "encoder", "limits.command": 127.0},
     "five-axis": {
         "sensors.noise": 2e-4,
         "sensors.velocity": "encoder",

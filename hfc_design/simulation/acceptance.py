@@ -361,7 +361,7 @@ def stress_table(stresses: Sequence[Json]) -> TextTable:
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     failures = (
-        (failure, f"; it passes with {part}" if part else "") for failure, part in _broken(stresses)
+        (failure, part and f"; it is stable with {part}") for failure, part in _broken(stresses)
     )
     lines = [f"breaks: {failure}{part}" for failure, part in failures]
     if lines:

@@ -86,7 +86,7 @@ def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baseline
     text = (tmp_path / "run" / "report.html").read_text()
     for part in (
         f"designs are ranked by {TITLE};",
-        f'<th scope="row">{TITLE}</th><td class="value">{score["merit"]:.4f}</td>',
+        f'<th scope="row">merit: {TITLE}</th><td class="value">{score["merit"]:.4f}</td>',
         f'<th scope="row">fitness, LL eq. 5</th><td class="value">{score["fitness"]:.4f}</td>',
         f"{TITLE}: the best so far",
     ):

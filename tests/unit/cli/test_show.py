@@ -114,6 +114,14 @@ def test_all_defaults_at_once_change_nothing(tmp_path):
     assert load_scenario(str(file)).model_dump(exclude={"plant"}) == before
 
 
+def test_the_start_of_a_motion_that_is_no_longer_commented_is_a_table_of_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    text = file.read_text().replace("#[[motions]]", '[[motions]]\nname = "off"')
+    file.write_text(text.replace("#[motions.start]", "[motions.start]\nspindle_angle = 0.01"))
+    assert load_scenario(str(file)).motions[0].start == {"spindle_angle": 0.01}
+
+
 @pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])
 def test_other_controllers(kind, tmp_path):
     file = tmp_path / "mine.toml"
