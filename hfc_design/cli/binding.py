@@ -18,6 +18,7 @@ import click
 
 from hfc_design.cli.names import Named, NamedOption
 from hfc_design.cli.usage import Plain
+from hfc_design.core.tables import Table
 
 Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
@@ -72,7 +73,7 @@ class Answer(NamedTuple):
     """Result of a command."""
 
     numbers: Any  # what --json prints
-    show: Callable[[], object]  # prints it for a person
+    tables: Callable[[], Iterable[Table]]  # what a person is shown
     files: Sequence[Path] = ()  # that are written
     indent: int | None = None  # of the JSON
 
@@ -81,7 +82,9 @@ class Answer(NamedTuple):
         if as_json:
             click.echo(json.dumps(self.numbers, indent=self.indent))
             return
-        self.show()
+        from hfc_design.core.console import show  # which imports rich
+
+        show(*self.tables())
         for path in self.files:
             click.echo(path)
 

@@ -2,7 +2,8 @@
 
 from textwrap import fill
 
-from hfc_design.core.console import room, show_rows
+from hfc_design.core.console import room, show
+from hfc_design.core.tables import Table
 from hfc_design.files.machine import ALL_PLANTS
 from plants import Drive, machine_of
 
@@ -33,5 +34,5 @@ def _show(drive: Drive) -> None:
     signals = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
     print(fill(f"signals: {signals}", room(), subsequent_indent="  ", break_on_hyphens=False))
     defaults, units = drive.parameters()._asdict(), drive.parameter_units
-    rows = ([f"{name}  ", f"{value:g}  ", units.get(name, "")] for name, value in defaults.items())
-    show_rows(("parameter", "default", "unit"), rows, left=(0, 2))
+    rows = [[name, f"{value:g}", units.get(name, "")] for name, value in defaults.items()]
+    show(Table("", ("parameter", "default", "unit"), rows))

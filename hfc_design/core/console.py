@@ -1,9 +1,10 @@
 """Output to the terminal: text is shown as it is, since brackets hold units and are not markup."""
 
 import sys
-from collections.abc import Container, Iterable
+import time
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from copy import copy
+from textwrap import fill
 from typing import Any, Self
 
 from rich.box import SIMPLE_HEAD
@@ -11,13 +12,21 @@ from rich.console import Console
 from rich.live import Live
 from rich.progress import Progress, ProgressColumn, Task
 from rich.spinner import Spinner
-from rich.table import Column, Table
+from rich.table import Column
+from rich.table import Table as Grid
 from rich.text import Text
+
+from hfc_design.core.records import harmless
+from hfc_design.core.tables import Table
 
 #: Columns of a terminal; fewer than the first are none, and the second are taken.
 NARROWEST, USUAL = 20, 80
 #: Columns of a terminal -> letters of its bar.
 BARS = {60: 10, 100: 20}
+#: Interval of the lines without a progress bar [s].
+EVERY = 5.0
+#: Letters that some terminals lack, and what is shown for them.
+PLAIN = str.maketrans({"–": "-", "µ": "u", "±": "+-", "∞": "inf"})
 
 
 def terminal(stderr: bool = False) -> Console:
@@ -115,68 +124,98 @@ class ProgressBar:
             print(line, file=sys.stderr)
 
 
-def plain_table(**options: Any) -> Table:
+class MachinesBar(ProgressBar):
+    """Progress of the simulated machines; elsewhere a line every few seconds."""
+
+    def __init__(self) -> None:
+        super().__init__("compiling", 1, "machines")
+        self._said = time.monotonic()
+
+    def chunk(self, what: str, done: int, total: int) -> None:
+        """Show the number of finished machines."""
+        self.show(description=what, completed=done, total=total)
+        if time.monotonic() - self._said > EVERY:
+            self.say(f"{done}/{total} machines  {what}")
+            self._said = time.monotonic()
+
+
+def plain_table(**options: Any) -> Grid:
     """A table with a space between columns, so that eight of them fit into 80 characters."""
-    return Table(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
+    return Grid(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
 
 
-def show_rows(
-    heads: Iterable[str],
-    rows: Iterable[Iterable[str | Text]],
-    leading: int = 1,
-    left: Container[int] = (0,),
-    **options: Any,
-) -> None:
-    """Print rows with ``show_whole``; columns hold numbers except for the ``left`` ones."""
-    table = plain_table(**options)
-    for k, head in enumerate(heads):
-        table.add_column(head, justify="left" if k in left else "right")
-    for row in rows:
-        table.add_row(*row)
-    show_whole(table, leading)
+def say(*lines: str) -> None:
+    """Print lines of text with characters that every terminal has, wrapped to its width."""
+    for line in lines:
+        print(fill(_plain(line), room(), break_on_hyphens=False, break_long_words=False))
 
 
-def show_whole(table: Table, leading: int = 1) -> None:
-    """Print a table without cutting a number.
+def _plain(text: str) -> str:
+    lines = (harmless(line) for line in text.split("\n"))
+    return "\n".join(lines).translate(PLAIN)
 
-    Columns that do not fit beside the first ``leading`` ones are printed in further tables below.
-    The leading columns may be wrapped and take half of the width.
+
+def show(*tables: Table) -> None:
+    """Print tables: each one's title or caption, its columns, its lines.
+
+    No cell is cut: columns that do not fit beside the first ones, of words, are printed in further
+    tables below. The first columns may be wrapped and take half of the width.
     """
-    console, others = terminal(), [*range(leading, len(table.columns))]
-    whole = _part(table, [*range(leading), *others], leading, None)
-    most = None if _fits(whole, console) else console.width // (2 * leading)
+    for k, table in enumerate(tables):
+        if k:
+            print()
+        if table.rows:
+            if table.title:
+                say(table.title)
+            _show_columns(table)
+            if not table.title and table.caption:
+                say(table.caption)
+        say(*table.lines)
+
+
+def _show_columns(table: Table) -> None:
+    console, numeric = terminal(), table.numeric
+    columns = [_column(table, k) for k in range(len(table.head))]
+    first = 2 if len(columns) > 2 and not numeric[1] else 1
+    leading, others = columns[:first], columns[first:]
+    most = None if _fits(_grid(columns, first, None), console) else console.width // (2 * first)
     while others:
         count = len(others)
-        part = _part(table, [*range(leading), *others[:count]], leading, most)
-        while count > 1 and not _fits(part, console):
+        while count > 1 and not _fits(_grid(leading + others[:count], first, most), console):
             count -= 1
-            part = _part(table, [*range(leading), *others[:count]], leading, most)
-        part.title = table.title if others[0] == leading else None
-        part.caption = table.caption if count == len(table.columns) - leading else None
+        console.print(_grid(leading + others[:count], first, most))
         others = others[count:]
-        console.print(part)
         if others:
-            console.print()
-        elif part.caption is None and table.caption:  # the last table may be narrow
-            console.print(table.caption, style="table.caption")
+            print()
 
 
-def _fits(table: Table, console: Console) -> bool:
-    endless = console.options.update(max_width=10_000)
-    return console.measure(table, options=endless).maximum <= console.width
+def _column(table: Table, place: int) -> tuple[str, str, list[Text]]:
+    """Head of a column, wrapped to what its cells are wide; its side; its cells."""
+    marked = any(place in best for best in table.best)
+    cells = []
+    for k, row in enumerate(table.rows):
+        best = marked and place in table.best[k]
+        text = _plain(row[place]) + (" *" if best else "  " * marked)
+        cells.append(Text(text, "bold" if best else ""))
+    head = _plain(table.head[place])
+    parts = [line for cell in cells for line in cell.plain.split("\n")] + head.split()
+    side = "right" if table.numeric[place] else "left"
+    return fill(head, max(map(len, parts)), break_on_hyphens=False), side, cells
 
 
-def _part(table: Table, places: list[int], leading: int, most: int | None) -> Table:
-    """A table of some of the columns; the first ``leading`` have so many letters at most."""
-    part = copy(table)
-    part.columns, part.rows = [], []
-    columns = [table.columns[k] for k in places]
-    for k, column in enumerate(columns):
-        options: dict[str, Any] = {"justify": column.justify, "no_wrap": True}
-        if k < leading:
+def _grid(columns: Sequence[tuple[str, str, list[Text]]], first: int, most: int | None) -> Grid:
+    """A grid of some of the columns; the ``first`` ones have so many letters at most."""
+    grid = plain_table()
+    for k, (head, side, _) in enumerate(columns):
+        options: dict[str, Any] = {"justify": side, "no_wrap": True}
+        if k < first:
             options |= {"no_wrap": False, "overflow": "fold", "max_width": most}
-        part.add_column(column.header, **options)
-    rows = zip(*(column.cells for column in columns), strict=True)
-    for cells, row in zip(rows, table.rows, strict=True):
-        part.add_row(*cells, style=row.style, end_section=row.end_section)
-    return part
+        grid.add_column(Text(head), **options)
+    for row in zip(*(cells for *_, cells in columns), strict=True):
+        grid.add_row(*row)
+    return grid
+
+
+def _fits(grid: Grid, console: Console) -> bool:
+    endless = console.options.update(max_width=10_000)
+    return console.measure(grid, options=endless).maximum <= console.width

@@ -6,7 +6,7 @@ come last, side by side, because both rely on the order of the values.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
 from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import share_interval
+from hfc_design.core.tables import MISSING, Table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of
@@ -25,6 +26,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.metric import Metric
 from hfc_design.objectives.metrics import RUNNING
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
+from hfc_design.plotting.numbers import readable
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.repeats import Repeats, chaos_text
 from hfc_design.simulation.stability_criteria import STABILITY, counted, instabilities
@@ -45,10 +47,15 @@ TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
 }
-#: What stands below ``stress_table`` and ``why_table``.
+#: Captions of ``motions_table``, ``stress_table`` and ``why_table``.
+MOTIONS_ABOUT = (
+    "{} machines that the search did not use, with parameters within ±{:g} %: the share that "
+    "passes, and median / largest of each quantity, of the error median / 95th percentile / "
+    "largest."
+)
 STRESS_ABOUT = (
-    "stress: one at a time, on machines that pass without it, in all motions required of "
-    "them; merit: of the median machine, relative to that without stress"
+    "Conditions beyond the scenario. Stress: one at a time, on machines that pass without it, in "
+    "all motions required of them; merit: of the median machine, relative to that without stress."
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
@@ -61,10 +68,16 @@ MENDS = {
 }
 WHY = "Changes that would give a yes, each on its own"
 WHY_ABOUT = (
-    "lost by it: machines that fail it, perhaps others too; without: the share without "
-    "this requirement, for spread and tolerances of machines within half of them; -: no "
+    "Lost by it: machines that fail it, perhaps others too; without: the share without "
+    "this requirement, for spread and tolerances of machines within half of them; –: no "
     "value suffices on its own; (n): number of machines within; the stress tests must "
-    "pass as well"
+    "pass as well."
+)
+#: What the columns of ``motions_table`` are.
+COLUMNS = (
+    "settled: after settled_after_s of the scenario; chatter: rms change of the command from one "
+    "sample to the next; peak: largest command; at a limit: share of the last quarter of the "
+    "motion with the command at its limit",
 )
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
@@ -241,6 +254,10 @@ class Usable(NamedTuple):
         outcome = f"only {passing}" if share else f"none of {count} unseen machines passes"
         return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
+    def tables(self) -> list[Table]:
+        """Return what would give a yes (of a no), the motions, and the stress tests."""
+        return tables(self.numbers())
+
     def numbers(self) -> Json:
         """Return everything as plain data; None where there is no number."""
         low, high = self.interval
@@ -269,14 +286,39 @@ class Usable(NamedTuple):
         }
 
 
-def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
-    """Return a measure times ``factor`` as tables show it; "diverges" for an impossibly large one.
+def tables(numbers: Json) -> list[Table]:
+    """Tables of ``Usable.numbers``: what would give a yes, the motions, the stress."""
+    why = [why_table(numbers["why_not"])] if numbers.get("why_not") else []
+    stress = [stress_table(numbers["stress"])] if numbers.get("stress") else []
+    return [*why, motions_table(numbers), *stress]
 
-    ``none`` is the text for a measure that was never finite.
-    """
+
+def motions_table(numbers: Json) -> Table:
+    """Table of the motions: a row each with the share that passes, and each measure."""
+    motions, tracking = numbers["motions"], next(iter(numbers["units"]))
+    columns = [*zip(*(one["measures"].values() for one in motions.values()), strict=True)]
+    scales = []  # of each measure, one for all motions, in which medians are easy to read
+    for unit, column in zip([*numbers["units"].values(), "1"], columns, strict=True):
+        medians = (abs(one["median"]) for one in column if one["median"])
+        scales.append(readable(unit, min(medians, default=1.0)))
+    titles = TITLES.get(tracking, tracking), "chatter", "peak command", "share at a limit"
+    units = (f"{title} [{unit}]" for title, (_, unit) in zip(titles, scales, strict=True))
+    rows = []
+    for name, one in motions.items():
+        row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
+        for (key, measure), (factor, _) in zip(one["measures"].items(), scales, strict=True):
+            which = ("median", *["q95"] * (key == tracking), "largest")
+            row.append(" / ".join(_shown(measure[x], factor) for x in which))
+        rows.append(row)
+    about = MOTIONS_ABOUT.format(numbers["machines"], 100 * numbers["spread"])
+    return Table(about, ["motion", "pass [%]", *units], rows, lines=COLUMNS)
+
+
+def _shown(value: float | None, factor: float) -> str:
+    """A measure times ``factor``; "diverges" for an impossibly large one."""
     if value is None:
-        return none
-    return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
+        return MISSING
+    return "diverges" if abs(factor * value) >= RUNAWAY else three_digits(factor * value)
 
 
 def merit_text(numbers: Json) -> str:
@@ -320,25 +362,16 @@ def missed_text(misses: Json, motions: int = 2) -> str:
     )
 
 
-class TextTable(NamedTuple):
-    """A table that accompanies an answer, in the terminal and on a page."""
-
-    heads: tuple[str, ...]
-    rows: list[list[str]]
-    lines: list[str]  # below it
-    about: str  # what its columns are; "" without rows
-
-
-def why_table(analysis: Json) -> TextTable:
+def why_table(analysis: Json) -> Table:
     """Table of ``why_not``: a row for each change."""
-    heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
+    head = ("change", "now", "for a yes", "lost by it", "pass without [%]")
     keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
+    each = [([str(x[key] or MISSING) for key in keys], x["without"]) for x in analysis["changes"]]
     rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
-    return TextTable(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
+    return Table(WHY_ABOUT, head, rows, lines=analysis["lines"])
 
 
-def stress_table(stresses: Sequence[Json]) -> TextTable:
+def stress_table(stresses: Sequence[Json]) -> Table:
     """A row for each stress, a line for each that breaks the design, the earliest first."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
@@ -349,7 +382,8 @@ def stress_table(stresses: Sequence[Json]) -> TextTable:
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
         lines.append(f"first step: {next(first)}; see docs/robustness.md")
-    return TextTable(("stress", "passes on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
+    head = ("stress", "passes on [%]", "merit [times]")
+    return Table(STRESS_ABOUT, head, rows, lines=lines)
 
 
 def breaking(stresses: Iterable[Json]) -> str:
