@@ -12,7 +12,7 @@ from hfc_design.batch.groups import FITNESS, Group, group_table
 from hfc_design.batch.structures import STRUCTURES as CSV
 from hfc_design.batch.structures import winner_table
 from hfc_design.core.console import show
-from hfc_design.core.tables import Table
+from hfc_design.core.tables import Table, text
 from hfc_design.plotting.numbers import score
 
 #: Largest numbers of tasks, and of groups of each, whose medians are printed.
@@ -36,7 +36,7 @@ def tables(findings: Findings) -> list[Table]:
     """Medians of each task, the highest first, in words too; the structures."""
     shown = [_medians(findings, task) for task in findings.tasks[:TASKS]]
     if (more := len(findings.tasks) - TASKS) > 0:
-        shown.append(Table("", (), (), lines=[f"{more} more tasks are in groups.csv"]))
+        shown.append(text(f"{more} more tasks are in groups.csv"))
     by_group = groupby(findings.winners, key=lambda x: x.group.number)
     listed = [x for _, inside in islice(by_group, TASKS) for x in islice(inside, STRUCTURES)]
     if listed:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, text
 
 #: Share of a command -> its name in an explanation.
 PARTS = {
@@ -37,7 +37,7 @@ def tables(explanation: Json, least: float) -> Iterator[Table]:
             "the whole machine."
         )
     lines += [HELD] * explanation["adaptation_held"] + [NO_RATE] * explanation["rate_left_out"]
-    yield Table("", (), (), lines=lines)
+    yield text(*lines)
     yield _signals(explanation)
     for unit in explanation["units"]:
         yield _degrees(unit)

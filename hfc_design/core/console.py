@@ -2,12 +2,13 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from textwrap import fill
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
 from rich.console import Console
 from rich.live import Live
 from rich.progress import Progress, ProgressColumn, Task
@@ -16,7 +17,6 @@ from rich.table import Column
 from rich.table import Table as Grid
 from rich.text import Text
 
-from hfc_design.core.records import harmless
 from hfc_design.core.tables import Table
 
 #: Columns of a terminal; fewer than the first are none, and the second are taken.
@@ -25,6 +25,8 @@ NARROWEST, USUAL = 20, 80
 BARS = {60: 10, 100: 20}
 #: Interval of the lines without a progress bar [s].
 EVERY = 5.0
+#: Letters that a last column of words has at least.
+LEAST = 16
 #: Letters that some terminals lack, and what is shown for them.
 PLAIN = str.maketrans({"–": "-", "µ": "u", "±": "+-", "∞": "inf"})
 
@@ -139,11 +141,6 @@ class MachinesBar(ProgressBar):
             self._said = time.monotonic()
 
 
-def plain_table(**options: Any) -> Grid:
-    """A table with a space between columns, so that eight of them fit into 80 characters."""
-    return Grid(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
-
-
 def say(*lines: str) -> None:
     """Print lines of text with characters that every terminal has, wrapped to its width."""
     for line in lines:
@@ -151,6 +148,8 @@ def say(*lines: str) -> None:
 
 
 def _plain(text: str) -> str:
+    from hfc_design.core.records import harmless  # which imports NumPy
+
     lines = (harmless(line) for line in text.split("\n"))
     return "\n".join(lines).translate(PLAIN)
 
@@ -159,7 +158,8 @@ def show(*tables: Table) -> None:
     """Print tables: each one's title or caption, its columns, its lines.
 
     No cell is cut: columns that do not fit beside the first ones, of words, are printed in further
-    tables below. The first columns may be wrapped and take half of the width.
+    tables below. The first columns may be wrapped and take half of the width, a last column of
+    words takes the rest of it.
     """
     for k, table in enumerate(tables):
         if k:
@@ -173,49 +173,64 @@ def show(*tables: Table) -> None:
         say(*table.lines)
 
 
+class _Column(NamedTuple):
+    """A column of a table at a terminal."""
+
+    head: str
+    numeric: bool
+    cells: list[Text]
+    width: int
+
+
+def _columns(table: Table) -> Iterator[_Column]:
+    best = table.best or [()] * len(table.rows)
+    for k, (head, numeric) in enumerate(zip(table.head, table.numeric, strict=True)):
+        blank, cells = "  " * any(k in places for places in best), []
+        for row, places in zip(table.rows, best, strict=True):
+            mark, style = (" *", "bold") if k in places else (blank, "")
+            cells.append(Text(_plain(row[k]) + mark, style))
+        lines = [line for cell in cells for line in cell.plain.split("\n")]
+        yield _Column(_plain(head), numeric, cells, max(map(cell_len, [*lines, _plain(head)])))
+
+
+def _narrow(column: _Column) -> _Column:
+    """The column with its head wrapped to the width of its cells."""
+    lines = [line for cell in column.cells for line in cell.plain.split("\n")]
+    width = max(map(cell_len, [*lines, *column.head.split(), " "]))
+    return column._replace(head=fill(column.head, width, break_on_hyphens=False), width=width)
+
+
 def _show_columns(table: Table) -> None:
-    console, numeric = terminal(), table.numeric
-    columns = [_column(table, k) for k in range(len(table.head))]
-    first = 2 if len(columns) > 2 and not numeric[1] else 1
-    leading, others = columns[:first], columns[first:]
-    most = None if _fits(_grid(columns, first, None), console) else console.width // (2 * first)
+    console, columns = terminal(), [*_columns(table)]
+    if _wide(columns) > console.width:
+        columns = [*map(_narrow, columns)]
+    first = 2 if len(columns) > 2 and not columns[1].numeric else 1
+    most = console.width // (2 * first) if _wide(columns) > console.width else console.width
+    last, rest = columns[-1], console.width - _wide(columns[:-1]) - 1
+    if not last.numeric and last.width > rest >= LEAST:
+        columns[-1], most = last._replace(width=rest), console.width
+    leading = [one._replace(width=min(one.width, most)) for one in columns[:first]]
+    others = columns[first:]
     while others:
         count = len(others)
-        while count > 1 and not _fits(_grid(leading + others[:count], first, most), console):
+        while count > 1 and _wide(leading + others[:count]) > console.width:
             count -= 1
-        console.print(_grid(leading + others[:count], first, most))
+        console.print(_grid(leading + others[:count]))
         others = others[count:]
         if others:
             print()
 
 
-def _column(table: Table, place: int) -> tuple[str, str, list[Text]]:
-    """Head of a column, wrapped to what its cells are wide; its side; its cells."""
-    marked = any(place in best for best in table.best)
-    cells = []
-    for k, row in enumerate(table.rows):
-        best = marked and place in table.best[k]
-        text = _plain(row[place]) + (" *" if best else "  " * marked)
-        cells.append(Text(text, "bold" if best else ""))
-    head = _plain(table.head[place])
-    parts = [line for cell in cells for line in cell.plain.split("\n")] + head.split()
-    side = "right" if table.numeric[place] else "left"
-    return fill(head, max(map(len, parts)), break_on_hyphens=False), side, cells
+def _wide(columns: Sequence[_Column]) -> int:
+    return sum(one.width for one in columns) + len(columns) - 1
 
 
-def _grid(columns: Sequence[tuple[str, str, list[Text]]], first: int, most: int | None) -> Grid:
-    """A grid of some of the columns; the ``first`` ones have so many letters at most."""
-    grid = plain_table()
-    for k, (head, side, _) in enumerate(columns):
-        options: dict[str, Any] = {"justify": side, "no_wrap": True}
-        if k < first:
-            options |= {"no_wrap": False, "overflow": "fold", "max_width": most}
-        grid.add_column(Text(head), **options)
-    for row in zip(*(cells for *_, cells in columns), strict=True):
+def _grid(columns: Sequence[_Column]) -> Grid:
+    head = any(one.head for one in columns)
+    grid = Grid(box=SIMPLE_HEAD, show_edge=False, padding=0, show_header=head)
+    for one in columns:
+        side: Any = "right" if one.numeric else "left"
+        grid.add_column(Text(one.head), justify=side, overflow="fold", width=one.width)
+    for row in zip(*(one.cells for one in columns), strict=True):
         grid.add_row(*row)
     return grid
-
-
-def _fits(grid: Grid, console: Console) -> bool:
-    endless = console.options.update(max_width=10_000)
-    return console.measure(grid, options=endless).maximum <= console.width

@@ -42,7 +42,7 @@ class Table(NamedTuple):
 
     def _repr_html_(self) -> str:
         shown = [self.head, *self.rows[:MOST]] if any(self.head) else self.rows[:MOST]
-        rows = ("".join(_cell(text, k > 0) for k, text in enumerate(row)) for row in shown)
+        rows = ("".join(_cell(cell, k > 0) for k, cell in enumerate(row)) for row in shown)
         body = "".join(f"<tr>{cells}</tr>" for cells in rows)
         rest = len(self.rows) - MOST
         below = f"<p>{rest} more</p>" if rest > 0 else ""
@@ -50,6 +50,11 @@ class Table(NamedTuple):
         return f'<table style="{STYLE}">{about}{body}</table>{below}'
 
 
-def _cell(text: str, value: bool) -> str:
+def text(*lines: str) -> Table:
+    """Lines between tables."""
+    return Table("", (), (), lines=lines)
+
+
+def _cell(content: str, value: bool) -> str:
     tag, side = SIDES[value]
-    return CELL.format(tag, side, escape(text), tag)
+    return CELL.format(tag, side, escape(content), tag)

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped
-from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, RuleRows
+from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Rules
 
 #: Share of all firing above which a rule has fired: that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -32,7 +32,7 @@ class Adaptation(Record):
     #: scale of the error that is judged [1/error]; left out: that of the input error
     error_scale: Positive | None = Field(None, exclude_if=not_)
     #: moves of the consequents so far [1]; left out: none
-    moves: RuleRows | None = Field(None, exclude_if=not_)
+    moves: Rules | None = Field(None, exclude_if=not_)
 
 
 class RootMemory(NamedTuple):
@@ -44,7 +44,7 @@ class RootMemory(NamedTuple):
     moves: RuleTable  # (7, 7) of the consequents from where they started
 
 
-def initial_memory(zero: Scalar, moves: RuleRows | None = None) -> RootMemory:
+def initial_memory(zero: Scalar, moves: RuleTable | None = None) -> RootMemory:
     """Return the memory before the first sample: no error, and earlier ``moves`` if any."""
     start = [[zero + move for move in row] for row in moves or ((0.0,) * TERMS,) * TERMS]
     return RootMemory(zero, [zero] * TERMS, [zero] * TERMS, start)

@@ -6,7 +6,7 @@ from math import isfinite, isnan
 import numpy as np
 
 from hfc_design.core.numbers import Floats, storable
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, text
 from hfc_design.core.wording import three_digits
 from hfc_design.plotting.numbers import metric, readable
 from hfc_design.simulation.comparison import (
@@ -52,7 +52,7 @@ def tables(comparison: Comparison) -> list[Table]:
         for one in differences
     ]
     *others, last = [metric_table(comparison, bout) for bout in comparison.bouts]
-    notes = Table("", (), (), lines=[*failures(comparison), *comparison.notes])
+    notes = text(*failures(comparison), *comparison.notes)
     return [*others, last._replace(lines=[BEST]), *shown, notes]
 
 
