@@ -1,5 +1,6 @@
 """Output to the terminal: text is shown as it is, since brackets hold units and are not markup."""
 
+import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -27,6 +28,8 @@ BARS = {60: 10, 100: 20}
 EVERY = 5.0
 #: Letters that a last column of words has at least.
 LEAST = 16
+#: Part of a head that is not broken.
+WORD = re.compile(r"[^\s-]+-*|-+")
 #: Letters that some terminals lack, and what is shown for them.
 PLAIN = str.maketrans({"–": "-", "µ": "u", "±": "+-", "∞": "inf"})
 
@@ -196,8 +199,8 @@ def _columns(table: Table) -> Iterator[_Column]:
 def _narrow(column: _Column) -> _Column:
     """The column with its head wrapped to the width of its cells."""
     lines = [line for cell in column.cells for line in cell.plain.split("\n")]
-    width = max(map(cell_len, [*lines, *column.head.split(), " "]))
-    return column._replace(head=fill(column.head, width, break_on_hyphens=False), width=width)
+    width = max(map(cell_len, [*lines, *WORD.findall(column.head)]), default=1)
+    return column._replace(head=fill(column.head, width), width=width)
 
 
 def _show_columns(table: Table) -> None:

@@ -50,8 +50,11 @@ TITLES = {
 #: Captions of ``motions_table``, ``stress_table`` and ``why_table``.
 MOTIONS_ABOUT = (
     "{} machines that the search did not use, with parameters within ±{:g} %: the share that "
-    "passes, and median / largest of each quantity, of the error median / 95th percentile / "
-    "largest."
+    "passes, and median / {}."
+)
+OF_ALL, OF_FIRST = (
+    "largest of each quantity",
+    "95th percentile of the error, median / largest of chatter and peak, largest share at a limit",
 )
 STRESS_ABOUT = (
     "Conditions beyond the scenario. Stress: one at a time, on machines that pass without it, in "
@@ -293,8 +296,12 @@ def tables(numbers: Json) -> list[Table]:
     return [*why, motions_table(numbers), *stress]
 
 
-def motions_table(numbers: Json) -> Table:
-    """Table of the motions: a row each with the share that passes, and each measure."""
+def motions_table(numbers: Json, largest: bool = False) -> Table:
+    """Table of the motions: a row each with the share that passes, and each measure.
+
+    ``largest``: the median and the largest of all measures; otherwise those that say most.
+    """
+    tracked = "median", "largest" if largest else "q95"
     motions, tracking = numbers["motions"], next(iter(numbers["units"]))
     columns = [*zip(*(one["measures"].values() for one in motions.values()), strict=True)]
     scales = []  # of each measure, one for all motions, in which medians are easy to read
@@ -307,10 +314,12 @@ def motions_table(numbers: Json) -> Table:
     for name, one in motions.items():
         row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
         for (key, measure), (factor, _) in zip(one["measures"].items(), scales, strict=True):
-            which = ("median", *["q95"] * (key == tracking), "largest")
+            which = [*tracked] if key == tracking else ["median", "largest"]
+            which = which[1:] if key == "limit_share" and not largest else which
             row.append(" / ".join(_shown(measure[x], factor) for x in which))
         rows.append(row)
-    about = MOTIONS_ABOUT.format(numbers["machines"], 100 * numbers["spread"])
+    of = OF_ALL if largest else OF_FIRST
+    about = MOTIONS_ABOUT.format(numbers["machines"], 100 * numbers["spread"], of)
     return Table(about, ["motion", "pass [%]", *units], rows, lines=COLUMNS)
 
 

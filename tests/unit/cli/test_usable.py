@@ -48,9 +48,9 @@ def test_the_table_by_hand(capsys):
     assert lines[0].startswith("Can I use it? no: only 98 % of 50 unseen machines")
     assert max(map(len, lines)) <= 80
     rows = {line.split()[0]: line.split()[1:] for line in lines if line[:2] in ("a ", "b ")}
-    # Share, error [urad], chatter, peak and share at the limit.
-    assert " ".join(rows["a"]) == "100 2 / 3 / 4 2 / 4 20 / 40 2 / 0"
-    assert " ".join(rows["b"]) == "98 4 / 6 / 8 4 / 8 40 / 80 2 / 0.25"
+    # Share, error [urad], chatter, peak and largest share at a limit.
+    assert " ".join(rows["a"]) == "100 2 / 3 2 / 4 20 / 40 0"
+    assert " ".join(rows["b"]) == "98 4 / 6 4 / 8 40 / 80 0.25"
     text = " ".join(told.out.split())
     assert "[urad]" in text
     share = "98 % (89.35 to 99.95 % with 95 % confidence) pass: stable"
@@ -132,7 +132,9 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     file.write_text(json.dumps(good))
     assert kept_use(tmp_path) == good
     (row,) = motions_table(good).rows
-    assert row == ["ramp", "50", "1 / – / 2", *["1 / 2"] * 3]
+    assert row == ["ramp", "50", "1 / –", *["1 / 2"] * 3]
+    (row,) = motions_table(good, largest=True).rows
+    assert row == ["ramp", "50", *["1 / 2"] * 4]
     for key in good:
         for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
             file.write_text(json.dumps(wrong))
