@@ -107,12 +107,12 @@ class Robustness(NamedTuple):
             cells = [MISSING if x is None else three_digits(x) for x in values.values()]
             rows.append([key, *(["chaotic", *cells[1:]] if key in self.ranges else cells)])
         share, also = 100 * self.stable.mean(), "too" if self.nominal_stable else "is not"
-        merit = self.meanings.get("merit", "")
+        merit = f"; merit is {self.meanings['merit']}" if "merit" in self.meanings else ""
         chaotic = {key: some for key, some in self.ranges.items() if key in self.nominal}
         lines = [
             f"{share:.4g} % of {len(self.stable)} machines are stable, the nominal one {also}",
             *[f"of the others {reasons_text(self.reasons)}"] * bool(self.reasons),
-            f"quantiles of the stable ones that have the metric; merit is {merit}",
+            f"quantiles of the stable ones that have the metric{merit}",
             *[REFUSED.format(self.refused_draws)] * bool(self.refused_draws),
             f"simulated again with shorter steps: {self.refined}",
             *(f"nominal {chaos_text(key, some)}" for key, some in chaotic.items()),
