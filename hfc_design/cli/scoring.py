@@ -14,7 +14,7 @@ from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.tolerances import TolerancesSettings
-from hfc_design.simulation import acceptance
+from hfc_design.simulation import acceptance, usable_tables
 from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate, score_table
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
@@ -116,8 +116,8 @@ def show_usable(numbers: Json | None) -> None:
     if missed := acceptance.missed_text(numbers.get("missed", {}), len(numbers["motions"])):
         say(missed)
     if numbers.get("why_not"):
-        print(f"{acceptance.WHY}:")
-    show(*acceptance.tables(numbers))
+        print(f"{usable_tables.WHY}:")
+    show(*usable_tables.tables(numbers))
     if not numbers["usable"]:
         print(
             ONLY if numbers.get("verdict") == acceptance.ON_THIS_MODEL else WARNING, file=sys.stderr

@@ -160,9 +160,9 @@ def _plain(text: str) -> str:
 def show(*tables: Table) -> None:
     """Print tables: each one's title or caption, its columns, its lines.
 
-    No cell is cut: columns that do not fit beside the first ones, of words, are printed in further
-    tables below. The first columns may be wrapped and take half of the width, a last column of
-    words takes the rest of it.
+    No cell is cut: the first column is wrapped where that helps, and a last column of words takes
+    the rest of the width. Columns that do not fit beside the first ones, of words, are printed in
+    further tables below; the first ones may take half of the width then.
     """
     for k, table in enumerate(tables):
         if k:
@@ -207,6 +207,10 @@ def _show_columns(table: Table) -> None:
     console, columns = terminal(), [*_columns(table)]
     if _wide(columns) > console.width:
         columns = [*map(_narrow, columns)]
+    words = [word for cell in columns[0].cells for word in cell.plain.split()]
+    room = console.width - _wide(columns[1:]) - 1
+    if columns[0].width > room >= max(map(cell_len, words), default=0):
+        columns[0] = columns[0]._replace(width=room)
     first = 2 if len(columns) > 2 and not columns[1].numeric else 1
     most = console.width // (2 * first) if _wide(columns) > console.width else console.width
     last, rest = columns[-1], console.width - _wide(columns[:-1]) - 1

@@ -26,7 +26,7 @@ from hfc_design.report.paper import Paper
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
-from hfc_design.simulation import acceptance
+from hfc_design.simulation import acceptance, usable_tables
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
 from hfc_design.simulation.stability_criteria import EXPLAINED, reasons_text
 from hfc_design.simulation.usable import usable
@@ -170,6 +170,7 @@ def _rendered(
         reasons=EXPLAINED,
         percent=percent,
         use=acceptance,
+        of_use=usable_tables,
         **missing | others,
     )
 

@@ -14,7 +14,8 @@ from hfc_design.formats import saving
 from hfc_design.formats.deployment.signal_conditioning import scene
 from hfc_design.formats.deployment.vectors import Vectors, unused
 from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
-from hfc_design.simulation.acceptance import ENOUGH, missed_text, stress_table
+from hfc_design.simulation.acceptance import ENOUGH, missed_text
+from hfc_design.simulation.usable_tables import stress_table
 
 
 class Signal(NamedTuple):

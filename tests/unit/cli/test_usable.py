@@ -9,7 +9,7 @@ from hfc_design.cli.scoring import WARNING, show_usable
 from hfc_design.core.records import RunError
 from hfc_design.runs.attained import ATTAINABLE, attained_table, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
-from hfc_design.simulation.acceptance import motions_table
+from hfc_design.simulation.usable_tables import motions_table
 
 
 def of_motion(share, factor, limited):
