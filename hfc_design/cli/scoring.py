@@ -4,11 +4,12 @@ import json
 import sys
 import time
 from collections.abc import Collection, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from hfc_design.core.console import ProgressBar, busy, say, show
+from hfc_design.core.console import MachinesBar, busy, say, show
 from hfc_design.core.numbers import Json
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.design import Design
@@ -81,12 +82,9 @@ def _robustness(
     design: Design, scenario: Scenario, spread: float, samples: int, seed: int
 ) -> Robustness:
     """Robustness of one motion over several machines."""
-
-    def progress(done: int, total: int) -> None:
-        bar.show(description="simulating", completed=done, total=total)
-
     begun = time.monotonic()
-    with ProgressBar("compiling", samples + 1, "machines") as bar:
+    with MachinesBar() as bar:
+        progress = partial(bar.chunk, "simulating")
         result = robustness(design, scenario, spread, samples, seed, progress)
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     return result
