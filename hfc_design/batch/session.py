@@ -9,14 +9,13 @@ from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
 from pathlib import Path
 
-from rich.table import Table
-
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.results import listed
 from hfc_design.batch.runner import Outcome, Place, run_batch
-from hfc_design.core.console import ProgressBar, terminal
+from hfc_design.core.console import ProgressBar, show
 from hfc_design.core.records import RunError, harmless
+from hfc_design.core.tables import Table
 from hfc_design.files.labels import PLAN, run_labels, shared
 from hfc_design.search.loop import Search
 
@@ -87,10 +86,7 @@ def show_status(out: Path) -> None:
 
 
 def _show(cells: Iterable[tuple[str, str, str]]) -> None:
-    table = Table("cell", "state", "folder", box=None)
-    for row in islice(cells, LISTED):
-        table.add_row(*row)
-    terminal().print(table)
+    show(Table("", ("cell", "state", "folder"), [*islice(cells, LISTED)]))
 
 
 def _show_plan(cells: list[Cell], out: Path) -> None:

@@ -150,12 +150,13 @@ def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "
 
 def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, quiet: bool) -> None:
     """Write the report, and print the results."""
-    from hfc_design.cli.scoring import again_told, settling_told, show_table, show_usable
-    from hfc_design.core.console import busy
+    from hfc_design.cli.scoring import again_told, settling_told, show_usable
+    from hfc_design.core.console import busy, say, show
     from hfc_design.report.page import write_page
     from hfc_design.report.parts import baselines
     from hfc_design.runs.polishing import polish_told
     from hfc_design.runs.run import kept_use
+    from hfc_design.simulation.evaluating import score_table
 
     near = _near_the_best(scenario, result, folder)
     with nullcontext() if quiet else busy("the report, on unseen machines"):
@@ -166,7 +167,8 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
         click.echo(line)
     names = baselines(scenario)
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
-    show_table(scenario, rows, summary)
+    show(score_table(scenario, rows))
+    say(summary)
     if line := polish_told(result.design):
         click.echo(line)
     if result.front is not None:

@@ -2,11 +2,9 @@
 
 import shlex
 import sys
-from functools import partial
 from os.path import isfile
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import click
 
@@ -14,9 +12,6 @@ from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Answer, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, PLANT, SCENARIO
 from hfc_design.cli.usage import refusal
-
-if TYPE_CHECKING:
-    from hfc_design.identify.result import Identified
 
 COLUMN_HELP = (
     "Column of a signal, and its unit, as in 'position=qm [m]'; can be given several times."
@@ -92,24 +87,4 @@ def identify(
         on_step=tell,
     )
     page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
-    return Answer(result.numbers(), partial(_show, result), [path], indent=1)
-
-
-def _show(result: "Identified") -> None:
-    from hfc_design.core.console import show_rows
-    from hfc_design.identify.outcome import CHECKED, HEADS
-
-    parameters = HEADS, result.parameter_rows(), result.interval_line()
-    checks = CHECKED, result.check_rows(), ""
-    for heads, rows, below in (parameters, checks):
-        show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
-        click.echo(f"{below}\n" if below else "")
-    for line in (result.agreeing_line(), *result.untold_lines(), *result.notes):
-        click.echo(line)
-    if line := result.advice_line():
-        click.echo(f"record next: {_plain(line)}")
-
-
-def _plain(text: str) -> str:
-    """The text with characters that every terminal has."""
-    return text.replace("–", "-").replace("µ", "u").replace("±", "+-")
+    return Answer(result.numbers(), result.tables, [path], indent=1)

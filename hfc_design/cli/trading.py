@@ -68,16 +68,13 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
 
 def show_front(front: "Front") -> None:
     """Print some points of a front on stdout."""
-    from hfc_design.core.console import show_rows
-    from hfc_design.report.trade_off import EMPTY, table
+    from hfc_design.core.console import say, show
+    from hfc_design.report.trade_off import EMPTY, front_table
 
-    if not len(front.merit):
-        click.echo(EMPTY)
-        return
-    head, rows = table(front)
-    title = f"trade-off: {len(rows)} of the {len(front.merit)} points of front.csv"
-    left = [k for k, name in enumerate(head) if not name]
-    show_rows(head, rows, left=left, title=title, title_style="")
+    if len(front.merit):
+        show(front_table(front))
+    else:
+        say(EMPTY)
 
 
 NEAREST_HELP = "The point closest to these values, as in chatter='2 V',tracking='20 urad'."
@@ -98,12 +95,14 @@ def pick(
     best usable design: by the share of machines that pass, then by the merit.
     """
     from hfc_design.batch.results import best_usable, is_run
-    from hfc_design.cli.scoring import show_table, show_usable
+    from hfc_design.cli.scoring import show_usable
     from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.console import show
     from hfc_design.core.texts import content
     from hfc_design.formats import FORMATS
     from hfc_design.runs.front import chosen
     from hfc_design.runs.run import DESIGN, finished_run, front_needed, picked
+    from hfc_design.simulation.evaluating import score_table
 
     if isdir(run) and not is_run(run):
         if point is not None or nearest is not None or knee:
@@ -132,7 +131,7 @@ def pick(
     FORMATS["json"].write(design, out)
     if numbers is not None:
         show_usable(numbers)
-    show_table(scenario, {f"point {point + 1}": evaluation})
+    show(score_table(scenario, {f"point {point + 1}": evaluation}))
     click.echo(f"design {out}")
 
 

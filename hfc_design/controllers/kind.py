@@ -161,12 +161,13 @@ def nothing(record: Record) -> list[Any]:
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """Default section of a report on a controller: its numbers."""
-    from hfc_design.plotting.section import Listing, Section  # which draw
+    from hfc_design.core.tables import Table
+    from hfc_design.plotting.section import Section  # which draw
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}
     rows = [[k, f"{x:.6g}"] for k, x in values.items() if isinstance(x, int | float)]
-    listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
+    listing = Table(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
     return [Section("The controller", "", listing, [])]
 
 

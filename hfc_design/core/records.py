@@ -53,7 +53,7 @@ Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 TERMS = 7
 ZR = TERMS // 2  # place of the middle term
 Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
-Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
+Rules = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 @AfterValidator

@@ -1,13 +1,9 @@
 """Display of a record in a notebook: a line, or a small table in the style of the pages."""
 
 from collections.abc import Mapping
-from html import escape
 from math import isfinite
 
-#: A table has no more rows than this; the rest is counted.
-MOST = 40
-STYLE = "border-collapse:collapse;font-variant-numeric:tabular-nums"
-CELL = "padding:.2rem .7rem;border-bottom:1px solid #ddd;text-align:{}"
+from hfc_design.core.tables import MISSING, Table
 
 Rows = Mapping[str, object]
 
@@ -19,17 +15,8 @@ def line(kind: str, rows: Rows) -> str:
 
 def table(title: str, rows: Rows) -> str:
     """A table of two columns as HTML; its texts are escaped."""
-    shown = list(rows.items())[:MOST]
-    cells = [
-        f'<tr><th scope="row" style="{CELL.format("left")};font-weight:normal">{escape(key)}</th>'
-        f'<td style="{CELL.format("right")}">{escape(_text(value))}</td></tr>'
-        for key, value in shown
-    ]
-    rest = len(rows) - len(shown)
-    below = f"<p>{rest} more</p>" if rest else ""
-    return (
-        f'<table style="{STYLE}"><caption>{escape(title)}</caption>{"".join(cells)}</table>{below}'
-    )
+    cells = [[key, _text(value)] for key, value in rows.items()]
+    return Table(title, ("", ""), cells)._repr_html_()
 
 
 def _text(value: object, quoted: bool = False) -> str:
@@ -37,4 +24,4 @@ def _text(value: object, quoted: bool = False) -> str:
         return f"{value:.4g}" if isfinite(value) else str(value)
     if isinstance(value, str):
         return repr(value) if quoted else value
-    return "–" if value is None and not quoted else str(value)
+    return MISSING if value is None and not quoted else str(value)

@@ -29,8 +29,9 @@ from hfc_design.plotting.figure import (
 )
 from hfc_design.plotting.numbers import readable
 from hfc_design.report.comparison.tables import titled
-from hfc_design.simulation.acceptance import TITLES, Usable
+from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
+from hfc_design.simulation.usable_tables import TITLES
 
 #: Width of a picture with long labels [in].
 WIDE = 8.4

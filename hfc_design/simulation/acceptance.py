@@ -1,12 +1,12 @@
 """Answer to whether a design can be used: per motion, under stress, as a sentence, as numbers.
 
-Pages, the terminal and READMEs are made from ``Usable.numbers``; the functions that put these
-numbers into words follow it. The functions that measure and those that read the measured values
-come last, side by side, because both rely on the order of the values.
+Pages, the terminal and READMEs are made from ``Usable.numbers``: ``usable_tables`` puts these
+numbers into tables, and the functions that put them into words follow ``Usable``. The functions
+that measure and those that read the measured values come last, side by side, because both rely on
+the order of the values.
 """
 
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
 from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import share_interval
+from hfc_design.core.tables import Table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of
@@ -28,6 +29,7 @@ from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.repeats import Repeats, chaos_text
 from hfc_design.simulation.stability_criteria import STABILITY, counted, instabilities
+from hfc_design.simulation.usable_tables import breaking, tables
 from hfc_design.stability.report import LoopMargins
 from plants import in_a_name
 
@@ -40,41 +42,12 @@ UNTRIED = "not tested under stress, add [robust] or [stress] for that"
 #: What motions that never rest may not show.
 UNSTABLE = "the loop is unstable at rest or at speed (see hfc stability)"
 
-#: What measures of tracking are called.
-TITLES = {
-    "settled_rms_error": "settled rms error",
-    "estimated_rms_contour_error": "estimated rms contour error",
-}
-#: What stands below ``stress_table`` and ``why_table``.
-STRESS_ABOUT = (
-    "stress: one at a time, on machines that pass without it, in all motions required of "
-    "them; stable: constraints do not count here; merit: of the median machine, relative to that "
-    "without stress"
-)
-#: What to do about the stress that breaks a design first, by words of its name; "": any other.
-MENDS = {
-    "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
-    "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
-    "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
-    "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
-    "start|rest|backwards": "add a motion that does so and search again",
-    "": "give it a tolerance in [robust.tolerances] and search again",
-}
 #: Change of the merit by rounding, or by finer time steps, from which on it needs advice.
 COARSE = 0.05
-WHY = "Changes that would give a yes, each on its own"
-WHY_ABOUT = (
-    "lost by it: machines that fail it, perhaps others too; without: the share without "
-    "this requirement, for spread and tolerances of machines within half of them; -: no "
-    "value suffices on its own; (n): number of machines within; the stress tests must "
-    "pass as well"
-)
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
 SMALLEST_TRIED = LARGEST_TRIED ** (1.0 / TRIED - 1.0)
 NOTHING: Mapping[str, float] = MappingProxyType({})
-#: What no drive does, in whatever unit a table has it.
-RUNAWAY = 1e9
 
 
 class MotionResult(NamedTuple):
@@ -244,6 +217,10 @@ class Usable(NamedTuple):
         outcome = f"only {passing}" if share else f"none of {count} unseen machines passes"
         return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
+    def tables(self) -> list[Table]:
+        """Return what would give a yes (of a no), the motions, and the stress tests."""
+        return tables(self.numbers())
+
     def numbers(self) -> Json:
         """Return everything as plain data; None where there is no number."""
         low, high = self.interval
@@ -270,16 +247,6 @@ class Usable(NamedTuple):
             "units": self.units,
             "motions": {one.name: one.numbers() for one in self.motions},
         }
-
-
-def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
-    """Return a measure times ``factor`` as tables show it; "diverges" for an impossibly large one.
-
-    ``none`` is the text for a measure that was never finite.
-    """
-    if value is None:
-        return none
-    return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
 
 
 def merit_text(numbers: Json) -> str:
@@ -336,51 +303,6 @@ def missed_text(misses: Json, motions: int = 2) -> str:
     return (
         f"targets missed, value divided by target{worst}: {', '.join(targets)}" if targets else ""
     )
-
-
-class TextTable(NamedTuple):
-    """A table that accompanies an answer, in the terminal and on a page."""
-
-    heads: tuple[str, ...]
-    rows: list[list[str]]
-    lines: list[str]  # below it
-    about: str  # what its columns are; "" without rows
-
-
-def why_table(analysis: Json) -> TextTable:
-    """Table of ``why_not``: a row for each change."""
-    heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
-    keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
-    rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
-    return TextTable(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
-
-
-def stress_table(stresses: Sequence[Json]) -> TextTable:
-    """A row for each stress, a line for each that breaks the design, the earliest first."""
-    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
-    rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
-    failures = (
-        (failure, part and f"; it is stable with {part}") for failure, part in _broken(stresses)
-    )
-    lines = [f"breaks: {failure}{part}" for failure, part in failures]
-    if lines:
-        first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
-        lines.append(f"first step: {next(first)}; see docs/robustness.md")
-    return TextTable(("stress", "stable on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
-
-
-def breaking(stresses: Iterable[Json]) -> str:
-    """First stress that breaks a design as stresses grow, and how many others do; "": none."""
-    first, *more = [failure for failure, _ in _broken(stresses)] or [""]
-    others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
-    return first + (others if more else "")
-
-
-def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
-    """Stresses that break the design and how, and the largest part of each that it passes."""
-    each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
-    return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
 
 
 def measured_loop(

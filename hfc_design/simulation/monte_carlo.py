@@ -12,6 +12,8 @@ from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
 from hfc_design.core.records import UserError, option
 from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, share_interval
+from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.wording import three_digits
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -24,7 +26,13 @@ from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.stability_criteria import STABILITY, instabilities, measuring
+from hfc_design.simulation.repeats import chaos_text
+from hfc_design.simulation.stability_criteria import (
+    STABILITY,
+    instabilities,
+    measuring,
+    reasons_text,
+)
 
 Progress = Callable[[int, int], None]
 
@@ -36,6 +44,7 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
+REFUSED = "{} draws were replaced, as their parameters are impossible together"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -90,6 +99,25 @@ class Robustness(NamedTuple):
         """``QUANTILES`` of ``spread_of(key)``, interpolated linearly; nan without any."""
         values = self.spread_of(key)
         return np.quantile(values, QUANTILES).tolist() if len(values) else [np.nan] * len(QUANTILES)
+
+    def tables(self) -> list[Table]:
+        """Return quantiles of each metric over the machines as a table."""
+        head, rows = ("metric", "nominal", *(f"{100 * x:g} %" for x in QUANTILES), "count"), []
+        for key, values in self.numbers()["metrics"].items():
+            cells = [MISSING if x is None else three_digits(x) for x in values.values()]
+            rows.append([key, *(["chaotic", *cells[1:]] if key in self.ranges else cells)])
+        share, also = 100 * self.stable.mean(), "too" if self.nominal_stable else "is not"
+        merit = f"; merit is {self.meanings['merit']}" if "merit" in self.meanings else ""
+        chaotic = {key: some for key, some in self.ranges.items() if key in self.nominal}
+        lines = [
+            f"{share:.4g} % of {len(self.stable)} machines are stable, the nominal one {also}",
+            *[f"of the others {reasons_text(self.reasons)}"] * bool(self.reasons),
+            f"quantiles of the stable ones that have the metric{merit}",
+            *[REFUSED.format(self.refused_draws)] * bool(self.refused_draws),
+            f"simulated again with shorter steps: {self.refined}",
+            *(f"nominal {chaos_text(key, some)}" for key, some in chaotic.items()),
+        ]
+        return [Table(f"Parameters within ±{100 * self.spread:g} %.", head, rows, lines=lines)]
 
     def numbers(self) -> dict[str, Any]:
         """Return everything but the samples as plain data; None where there is no number."""
