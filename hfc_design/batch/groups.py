@@ -9,8 +9,7 @@ import numpy as np
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.batch.results import VERDICTS, Run
 from hfc_design.core.numbers import Floats
-from hfc_design.core.reprs import line
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, line
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.plotting.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED

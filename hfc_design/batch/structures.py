@@ -13,9 +13,8 @@ from hfc_design.batch.groups import Group, quartiles
 from hfc_design.batch.results import Run
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError, in_a_line
-from hfc_design.core.reprs import line
 from hfc_design.core.statistics import Interval, share_interval
-from hfc_design.core.tables import Table
+from hfc_design.core.tables import Table, line
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.plotting.numbers import score

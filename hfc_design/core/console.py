@@ -164,7 +164,7 @@ def show(*tables: Table) -> None:
     the rest of the width. Columns that do not fit beside the first ones, of words, are printed in
     further tables below; the first ones may take half of the width then.
     """
-    for k, table in enumerate(tables):
+    for k, table in enumerate(one for one in tables if one.rows or one.lines):
         if k:
             print()
         if table.rows:

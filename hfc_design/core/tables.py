@@ -1,11 +1,13 @@
-"""A table of a result, which writers show: terminal, page, notebook, LaTeX."""
+"""A table of a result, which writers show: terminal, page, LaTeX; records in a notebook."""
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
+from math import isfinite
 from typing import NamedTuple
 
 Rows = Sequence[Sequence[str]]
+Values = Mapping[str, object]  # of a record, by their names
 
 #: A missing number.
 MISSING = "–"
@@ -58,3 +60,22 @@ def text(*lines: str) -> Table:
 def _cell(content: str, value: bool) -> str:
     tag, side = SIDES[value]
     return CELL.format(tag, side, escape(content), tag)
+
+
+def line(kind: str, values: Values) -> str:
+    """Text ``kind(name=value, ...)``, numbers with four digits."""
+    return f"{kind}({', '.join(f'{key}={_text(value, True)}' for key, value in values.items())})"
+
+
+def table(title: str, values: Values) -> str:
+    """A table of two columns as HTML; its texts are escaped."""
+    cells = [[key, _text(value)] for key, value in values.items()]
+    return Table(title, ("", ""), cells)._repr_html_()
+
+
+def _text(value: object, quoted: bool = False) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if isfinite(value) else str(value)
+    if isinstance(value, str):
+        return repr(value) if quoted else value
+    return MISSING if value is None and not quoted else str(value)

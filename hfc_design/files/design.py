@@ -32,7 +32,7 @@ from hfc_design.core.records import (
     UserError,
     checked,
 )
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line, table
 from hfc_design.core.texts import as_user_error, json_of, no_such, read_text, toml_of, writable
 from hfc_design.core.validation_errors import inside
 

@@ -14,7 +14,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Asked, Name, Record, UserError, option
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line, table
 from hfc_design.files.design import Limits
 from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
 from hfc_design.files.machine import (

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.reprs import line
+from hfc_design.core.tables import line
 from hfc_design.core.texts import toml_of
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario

@@ -12,7 +12,7 @@ from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, option, writing
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line, table
 from hfc_design.core.texts import json_of, read_text
 from hfc_design.files.design import Design, design_json, naming, read_design
 from hfc_design.files.loop_setup import load_design

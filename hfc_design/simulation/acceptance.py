@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
-from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import share_interval
-from hfc_design.core.tables import Table
+from hfc_design.core.tables import Table, line, table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of

@@ -12,8 +12,8 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, holm, paired, share_interval
+from hfc_design.core.tables import line, table
 from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design

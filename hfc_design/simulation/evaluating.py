@@ -16,8 +16,7 @@ from hfc_design.controllers.controller import Signals, within_rate
 from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.files.design import AnyDesign, Design, learned
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario

@@ -10,9 +10,8 @@ import numpy as np
 from hfc_design.core.arguments import check_share, check_type, check_whole
 from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
 from hfc_design.core.records import UserError, option
-from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, share_interval
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter

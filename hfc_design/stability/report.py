@@ -9,8 +9,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Parameters, storable
 from hfc_design.core.records import UserError, option
-from hfc_design.core.reprs import line, table
-from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
 if TYPE_CHECKING:
