@@ -4,7 +4,7 @@ import json
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
 from pathlib import Path
@@ -82,11 +82,12 @@ def show_status(out: Path) -> None:
     left = [entry for entry in cells if entry.state != "finished"]
     if left:
         labels = run_labels({entry.name: entry.settings for entry in cells})
-        _show((f"{labels[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
+        reasons = [f"{labels[x.name]}: {x.reason}" for x in left[:LISTED] if x.reason]
+        _show(((labels[x.name], x.state, x.name) for x in left), reasons)
 
 
-def _show(cells: Iterable[tuple[str, str, str]]) -> None:
-    show(Table("", ("cell", "state", "folder"), [*islice(cells, LISTED)]))
+def _show(cells: Iterable[tuple[str, str, str]], lines: Sequence[str] = ()) -> None:
+    show(Table("", ("cell", "state", "folder"), [*islice(cells, LISTED)], lines=lines))
 
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
