@@ -41,6 +41,7 @@ def pytest_collection():
     result = yield
     gc.freeze()
     gc.enable()
+    gc.set_threshold(10_000)
     return result
 
 
