@@ -18,6 +18,8 @@ OTHER := .venv-$(notdir $(VERSION))
 UPLOT := 1.6.32
 UPLOT_SHA512 := 2883159c6ebccefbb95d751b0b82d010f9e1c0ec41b8bc96d401eda66e882935c89a46cb824332fa369b8cb8122cc6ac36e186cd09bf7a9ded3a4c93c6989023
 INSTALL := $(UV) pip install -q --require-hashes --python
+# Tests start Python hundreds of times; what it has compiled is kept, whatever a user has set.
+unexport PYTHONDONTWRITEBYTECODE
 
 # One list for every system and every Python that the project runs on, without addresses.
 LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
@@ -26,12 +28,16 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test published test-isa wording test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
+.PHONY: design test short published style types test-isa wording test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
 
-test: $(VENV)/installed lint
+# mypy, which is one process, runs beside the tests.
+test: $(VENV)/installed style
+	$(MAKE) --no-print-directory -j2 types short
+
+short: $(VENV)/installed
 	$(PYTEST) tests/unit tests/loop
 
 # What make test leaves out, programs from outside PyPI apart: whole published experiments, processes
@@ -69,9 +75,13 @@ notebooks: $(VENV)/installed
 attack: $(VENV)/installed
 	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/published/attack tests/interop/attack
 
-lint: $(VENV)/installed
+lint: style types
+
+style: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: $(VENV)/installed
 	$(BIN)/mypy
 
 bench: $(VENV)/installed

@@ -101,13 +101,14 @@ def design_page(
     Raises:
         UserError: the design does not run on the scenario.
     """
+    evaluation = evaluate(design, scenario)  # before the rivals, as it may be refused
     if rivals is None:
         rivals = _published(scenario)
         rivals.pop(design.name, None)
     return _rendered(
         scenario,
         design,
-        evaluate(design, scenario),
+        evaluation,
         rivals,
         used=lambda: usable(design, scenario).numbers(),
         of=design.name,

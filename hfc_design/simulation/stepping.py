@@ -132,6 +132,7 @@ def recorded_motions(
     ``recorded``).
     """
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
+    body = jax.jit(body, inline=True)  # traced once, for the shapes and for the loop
 
     def row(k: ArrayLike) -> Any:
         return row_of(rows, k)

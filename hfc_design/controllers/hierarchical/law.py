@@ -18,7 +18,6 @@ from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear import law as linear
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
 from hfc_design.core.numbers import (
-    SCALARS,
     Constant,
     Degrees,
     Floats,
@@ -85,9 +84,13 @@ class Grid(NamedTuple):
 
 def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
     """Return the degrees of a number by a grid: linear between points, constant beyond."""
-    if isinstance(u, np.ndarray):
-        return [*np.transpose([tabulated(SCALARS, grid, one) for one in u])]
-    last, table = len(grid.table) - 1, xp.table(grid.table)
+    last = len(grid.table) - 1
+    if isinstance(u, np.ndarray):  # each in the precision of u, as the others one by one
+        places = np.clip((u - grid.low) * grid.per_unit, 0.0, last)
+        below = np.clip(np.nan_to_num(places), 0, last - 1).astype(int)
+        rises, rows = np.diff(grid.table, axis=0).astype(u.dtype), np.array(grid.table, u.dtype)
+        return [*(rows[below].T + (places - below.astype(u.dtype)) * rises[below].T)]
+    table = xp.table(grid.table)
     place = clipped(xp, (u - grid.low) * grid.per_unit, 0.0, float(last))
     k = xp.minimum(xp.whole(place), last - 1)
     part = place - k

@@ -27,7 +27,7 @@ from hfc_design.formats.reading.design_of import (
     checked_name,
     design_of,
 )
-from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
+from hfc_design.formats.reading.sampling import compared_on, deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
 from hfc_design.formats.saving import taken
 
@@ -101,7 +101,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
     except ValueError as fault:
         try:
             base = reader.rule_base(text, wish.output)
-            sampled(base, None)
+            compared_on(base, None)
         except ValueError:
             raise fault from None
         # What says two things of the same is a mistake.

@@ -29,8 +29,8 @@ LARGEST, SMALLEST = 1e9, 1e-15
 ROUNDING = 1e-13
 
 
-#: Exponent of the deviations, so that the largest decide.
-POWER = 8
+#: How often the deviations are squared, so that the largest decide.
+SQUARED = 3
 #: Largest number of moves of every centre.
 SWEEPS = 12
 #: Least difference that counts, as a share of the largest output or of a range.
@@ -155,13 +155,15 @@ def _paired(places: list[int], count: int) -> list[int]:
 
 def _less(one: float, other: float) -> bool:
     """True if one deviation is less than another by more than rounding."""
-    return one < (1.0 - SAME) * other and other > SAME**POWER
+    return one < (1.0 - SAME) * other and other > SAME ** (2**SQUARED)
 
 
 def _deviation(grid: Floats, within: list[Floats], places: list[list[int]]) -> float:
     table = grid[np.ix_(*places)]
     off = within[0] @ table @ within[1].T - grid
-    return float(np.mean((off * off) ** (POWER // 2)))
+    for _ in range(SQUARED):
+        off = off * off
+    return float(np.mean(off))
 
 
 def straight(values: Floats, centres: Floats) -> Floats:
@@ -170,17 +172,27 @@ def straight(values: Floats, centres: Floats) -> Floats:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of any number in a file
-def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Json]:
-    """Return the table with ``wanted`` terms for each input, or with as many as the file has.
-
-    The second result is the provenance of a design: how far it is from its original.
+def compared_on(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[list[Side], Floats]:
+    """Return both inputs on a grid, and the output there, to which a table is compared.
 
     Raises:
         ValueError: a range is not finite, or there are values for which no rule fires.
     """
     counts = wanted or [min(max(len(v.terms), FEWEST), MOST) for v in base.inputs]
     sides = [_side(*pair) for pair in zip(base.inputs, counts, strict=True)]
-    grid = _on(base, sides[0].values, sides[1].values)
+    return sides, _on(base, sides[0].values, sides[1].values)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Json]:
+    """Return the table with ``wanted`` terms for each input, or with as many as the file has.
+
+    The second result is the provenance of a design: how far it is from its original.
+
+    Raises:
+        ValueError: as ``compared_on``.
+    """
+    sides, grid = compared_on(base, wanted)
     centres = fitted(grid, sides, base.inputs)
     x, y = (side.values[places] for side, places in zip(sides, centres, strict=True))
     table = grid[np.ix_(*centres)]

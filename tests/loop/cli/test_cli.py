@@ -115,7 +115,7 @@ SCENE = ["--set", "simulation.duration_s=0.1"]
 GAINS = "kp=38.995821,signals.velocity=-0.24345"  # of the cascade that comes with the package
 
 
-def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path):
+def test_a_pid_by_hand_is_a_run_of_a_design_that_nobody_searched(tmp_path, known_use):
     by_hand = ["--controller", "pid+ff", "--gains", GAINS, *SCENE]
     said = ran("design", "positioning-stage-move", *by_hand, "--out", tmp_path / "hand")
     assert "Can I use it?" in said

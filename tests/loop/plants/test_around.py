@@ -30,8 +30,8 @@ def driven(
 
         @jax.jit
         def one(state: Any, command: Any) -> Any:
-            for _ in range(substeps):
-                state = drive.step(fixed, state, command, (0.0, 0.0, 0.0), dt)
+            step = lambda _, x: drive.step(fixed, x, command, (0.0, 0.0, 0.0), dt)  # noqa: E731
+            state = jax.lax.fori_loop(0, substeps, step, state)
             return state, (state, drive.measured(fixed, state))
 
         begun = jax.tree.map(lambda x: x + 0.0, drive.initial_state(jax.numpy.zeros(())))

@@ -21,21 +21,21 @@ EACH = {"kind": "per-axis", "axes": {"x": {"kind": "pid"}, "y": {"kind": "flc"}}
 
 
 def least(cost, size, seed, rounds=400, count=60, room=5.0):
-    """What 60 points reach that shrink to 8."""
+    """What 60 points reach that shrink to 8; ``cost`` is of columns."""
     rng = np.random.default_rng(seed)
     ends = (np.full(size, -room), np.full(size, room))
     points = begun(rng.uniform(*ends, (count, size)))
-    score = -np.array([cost(x) for x in points.places])
+    score = -cost(points.places.T)
     for k in range(rounds):
         kept = np.sort(np.argsort(-score)[: round(count + (8 - count) * k / rounds)])
         points, score = fewer(points, kept), score[kept]
         trials = tried(points, score, ends, rng)
         assert (np.abs(trials.places) <= room).all()
         assert k > 20 or (trials.places != points.places).any(axis=1).all()
-        told = -np.array([cost(x) for x in trials.places])
+        told = -cost(trials.places.T)
         points, score = learnt(points, trials, told - score), np.maximum(score, told)
         assert len(points.beaten) == int(ARCHIVE * count)
-    assert score == pytest.approx([-cost(x) for x in points.places])
+    assert score == pytest.approx(-cost(points.places.T))
     return -score.max()
 
 
@@ -43,8 +43,8 @@ def least(cost, size, seed, rounds=400, count=60, room=5.0):
 def test_it_finds_minima_that_are_known(seed):
     """Rosenbrock's banana (SciPy's), and Rastrigin's function, which has a minimum everywhere."""
     assert least(rosen, 8, seed, 800) < 1e-3
-    assert least(lambda x: (x**2 + 10.0 * (1.0 - np.cos(2.0 * np.pi * x))).sum(), 6, seed) < 1e-3
-    assert least(lambda x: x.sum(), 4, seed) == pytest.approx(-20.0, abs=1e-3)  # in a corner
+    assert least(lambda x: (x**2 + 10.0 * (1.0 - np.cos(2.0 * np.pi * x))).sum(0), 6, seed) < 1e-3
+    assert least(lambda x: x.sum(0), 4, seed) == pytest.approx(-20.0, abs=1e-3)  # in a corner
 
 
 def test_what_succeeded_is_remembered_by_hand():

@@ -4,8 +4,7 @@ import socket
 import sys
 
 import pytest
-from batches import batch, written
-from dask_cluster import GRID
+from batches import QUICK, batch, written
 from wording import refused, refused_command
 
 from hfc_design.batch import worker
@@ -13,6 +12,11 @@ from hfc_design.batch.cluster import connected
 from hfc_design.core.records import UserError
 
 NO_TLS = (None, None, None)
+
+
+@pytest.fixture(autouse=True)
+def cluster():
+    pytest.importorskip("distributed", reason="it is not installed")
 
 
 def test_one_gpu_a_worker(monkeypatch):
@@ -31,7 +35,7 @@ def test_one_gpu_a_worker(monkeypatch):
 
 
 def test_what_cannot_be_reached(tmp_path, monkeypatch):
-    path = written(tmp_path, GRID)
+    path = written(tmp_path, QUICK)
     with socket.socket() as nobody:  # bound, and not listening
         nobody.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
@@ -47,7 +51,7 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
 
 def test_keys_that_cannot_be_had(tmp_path, monkeypatch):
     """Nothing is begun without them."""
-    path = written(tmp_path, GRID)
+    path = written(tmp_path, QUICK)
     monkeypatch.setitem(sys.modules, "cryptography", None)
     own = ("batch", path, "--out", tmp_path / "out")
     assert refused_command(*own, "--workers", 1).count("\n") == 1
@@ -64,5 +68,5 @@ def test_without_the_package(tmp_path, monkeypatch):
     for name in ("cluster", "worker"):
         monkeypatch.delitem(sys.modules, f"hfc_design.batch.{name}")
         monkeypatch.delattr(f"hfc_design.batch.{name}")
-    own = ("batch", written(tmp_path, GRID), "--out", tmp_path / "out")
+    own = ("batch", written(tmp_path, QUICK), "--out", tmp_path / "out")
     assert refused_command(*own, "--workers", 1).count("\n") == 1

@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from hfc_design.codegen import st
+from hfc_design.codegen import recorder, st
 from hfc_design.codegen.c import program
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.codegen.recorded import of_axis, recorded
@@ -75,7 +75,8 @@ def keeps_what_was(xp, law, gains, memory, signals):
         (keeps_what_was, 2, "after it has replaced some"),
     ],
 )
-def test_the_line_of_the_law_is_named(sample, line, what):
+def test_the_line_of_the_law_is_named(sample, line, what, monkeypatch):
+    monkeypatch.setattr(recorder, "MOST", 1000)
     place = f"{__file__}:{inspect.getsourcelines(sample)[1] + line}: "
     found = told(sample)
     assert found.startswith(place)

@@ -66,7 +66,7 @@ CASES = {
     "two seconds of noise": text(LONG),
     "ms for s": text((1e3 * TIME, PLACE, VOLTS)),
     "page": text(GOOD, "time_s,<script>alert(1)</script>,voltage_V"),
-    "very many": text([TIME] * 999, ",".join(f"c{k}" for k in range(999))),
+    "very many": text([TIME[:40]] * 999, ",".join(f"c{k}" for k in range(999))),
     "rubbish": np.random.default_rng(0).bytes(9999),
 }
 

@@ -44,7 +44,7 @@ def design(**changes):
 def test_it_learns_a_law_of_the_error_and_its_change():
     """That of a PD, over errors that wander, from two axes at once."""
     random = np.random.default_rng(1)
-    errors = random.uniform(-2.0, 2.0, (4000, 2))
+    errors = random.uniform(-2.0, 2.0, (2000, 2))
     change = np.diff(errors, axis=0, prepend=0.0)
     wanted = 3.0 * errors - 0.8 * change
     found = trained(design(), errors, wanted, hfc.Lesson(rate=0.2))
