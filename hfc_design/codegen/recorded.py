@@ -60,7 +60,7 @@ class Recorded(NamedTuple):
     inputs: list[Node]
     limit: Node | None  # largest command of either sign
     commands: list[Any]  # of each axis
-    doubtful: list[Any]  # what is not finite where a command is not, or what is remembered
+    doubtful: list[Any]  # values that are not finite if a command or the new memory is not
     early: bool  # whether that is known before anything is remembered
     #: True after the first sample, and the index of the field before which it is stored; None if
     #: it is not needed.

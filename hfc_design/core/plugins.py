@@ -314,9 +314,10 @@ def _check_fields(thing: Any, source: str) -> None:
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
-    """Validator of a file's table by the record that is ``part`` of the object its ``key`` names.
+    """Validator of a table of a file, whose ``key`` names an object of ``group``.
 
-    ``default`` is the name if the key is left out.
+    The record in the attribute ``part`` of that object checks the table. ``default`` is the name if
+    the key is left out.
     """
 
     def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:

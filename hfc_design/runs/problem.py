@@ -31,17 +31,14 @@ from hfc_design.simulation.stress import among
 
 #: Number of machines that all individuals meet before those that cannot reach the needed rank are
 #: dropped, and tolerance of this comparison for rounding.
-#: much of that rounding may take away.
 FEW, SLACK = 4, 1e-9
 #: Offset of the seed of the machines on which the final choice is made.
 CHOSEN = 2**33
 #: Final penalty of violated constraints in a search whose scores are compared within a generation
 #: only, and power of the share of its generations with which it grows.
-#: generation only, and the power of the share of its generations by which it grows.
 PENALTY, GROWING = 1000.0, 2.0
 #: Machines for the points of a front if a single design was looked for before; the search for one
 #: design uses twice as many in turn.
-#: for one design meets twice as many in turn.
 HARD = 40
 #: Exponent of ``robust.tighter`` for a front: these machines are hard enough.
 TRADED = 0.5

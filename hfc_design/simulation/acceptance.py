@@ -94,12 +94,12 @@ class Stressed(NamedTuple):
     holds: bool
     share: float  # of the machines that hold without it
     merit: float  # of the median machine, times that without it; 0: it fails
-    #: Where it breaks: the least size that was tried and does, as a share of the whole and in
-    #: words, and what happens then. Nothing of one that holds.
+    #: Smallest size tried at which the design fails, as a share of the whole size and in words, and
+    #: how it fails. Not used if the design withstands the stress.
     part: float = 1.0
     breaks: str = ""
     why: str = ""
-    held: str = ""  # the largest part before that which was tried, in words
+    held: str = ""  # the largest smaller size that was tried, in words
 
     def numbers(self) -> Json:
         """Return plain data."""

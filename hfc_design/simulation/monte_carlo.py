@@ -37,8 +37,8 @@ Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
 CHUNK = 64
-#: The same where some are simulated again: always so many, so that one compiled program does for
-#: every number of them and every design of a kind.
+#: Machines that are simulated together if some are repeated: a fixed number, so that one compiled
+#: program serves any number of repeats and every design of a kind.
 FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000

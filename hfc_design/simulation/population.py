@@ -152,7 +152,8 @@ def scores_needed(
     ``needed`` (individuals,) is stopped: its merit is the best that it could still have reached,
     and its values mean nothing.
 
-    ``at_once`` are simulated together, or all: then populations of other sizes share a program.
+    ``at_once`` individuals are simulated together (0: all), so that populations of any size share
+    a program.
     """
     count = trailing(gains)
     bounds = early_stopping.bounds(len(samples.time))

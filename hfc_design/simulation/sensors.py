@@ -14,8 +14,8 @@ from hfc_design.files.machine import SensorSettings
 from hfc_design.motion.samples import AxisSamples
 from plants import Drive
 
-#: What an axis' encoders read before, or its observers made of that, the newest first, by the name
-#: of their angles; and the rates of its observers.
+#: Earlier readings of the encoders of an axis, or the estimates of its observers, the newest first,
+#: by the names of the angles; and the rates of its observers.
 Angles = dict[str, tuple[Scalar, ...]]
 Rates = dict[str, Scalar]
 

@@ -92,8 +92,8 @@ def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
 def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
     """True if a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
 
-    Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
-    fourth case where a singleton equals the overall action.
+    Differs from JK04 for e > 0 with p < 0, where the opposite rules are contracted, and in the
+    first and fourth case where a singleton equals the overall action.
     """
     third = xp.where(error < 0.0, index, 0.0) > 0.0
     return (excess <= ALIKE) == third

@@ -190,7 +190,7 @@ class Trained(NamedTuple):
 def begun(
     start: ControllerRecord | None, numbers: Json, lesson: Lesson, errors: Floats, commands: Floats
 ) -> NeuralDesign:
-    """Return the network before its ``lesson``: that of ``start``, or an untrained one.
+    """Return the network before its training (``lesson``): that of ``start``, or an untrained one.
 
     ``numbers`` are keys of a ``NeuralDesign``.
 
