@@ -68,8 +68,8 @@ class Recorded(NamedTuple):
     numbers: list[Node]  # name of the design
 
 
-#: Bound source: its largest command, a function (gains, memory) -> memory of a first sample, or
-#: None, and a function -> commands and new memory.
+#: A source with its inputs bound: its largest command, a function (gains, memory) -> memory of the
+#: first sample, or None, and a function -> commands and new memory.
 Bound: TypeAlias = "tuple[Any, Callable[..., Memory] | None, Callable[..., Any]]"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: A number of one machine: a float in the runtime, an array over individuals with NumPy, a value
-#: being traced in the simulator. No type of Python's says what these three have in common.
+#: being traced in the simulator. No Python type expresses what they have in common.
 Scalar: TypeAlias = Any
 #: A truth about ``Scalar``s, of the same three kinds.
 Truth: TypeAlias = Any

@@ -104,7 +104,7 @@ class Group(Generic[Thing]):
         """Return the plug-in with a name, from an installed package if necessary.
 
         Raises:
-            UserError: nothing here has that name, or the package's cannot be used.
+            UserError: no plug-in has that name, or that of a package cannot be used.
         """
         if name in self.known:
             return self.known[name]

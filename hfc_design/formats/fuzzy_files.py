@@ -31,7 +31,7 @@ from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name!r} is a keyword of that format, or is used there for two things"
+CLASH = "{name!r} is a keyword of that format, or the same as another name there"
 
 
 class Input(NamedTuple):

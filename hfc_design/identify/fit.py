@@ -416,8 +416,8 @@ def bandwidths(log: Recording, wanted: float | None) -> list[float]:
     if wanted is not None:
         if wanted and not within(low, wanted, high):
             raise ValueError(
-                f"the observer must have {low:.3g} to {high:.3g} Hz for the length and "
-                f"sample time of the log (got {wanted:g})"
+                f"the bandwidth of the observer must be {low:.3g} to {high:.3g} Hz for the "
+                f"length and sample time of the log (got {wanted:g})"
             )
         return [wanted]
     if not within(0.0, low, high):

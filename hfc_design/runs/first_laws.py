@@ -18,8 +18,8 @@ SHARE, MOST_SEARCHED, MOST_LAID = 0.25, 11_000, 6_700
 FIRST, FEWEST = 0.05, 15_000
 #: Shares of the evaluations of the transfer: for laws, ways and trees drawn at random; for the best
 #: of these on every tree; the rest improves the best ones on their trees. Laws are drawn from those
-#: with at least ``GOOD`` of the best score: laws with the highest gains do not tolerate the bends
-#: of tables.
+#: with at least ``GOOD`` of the best score: the most aggressive laws do not tolerate the
+#: bends of tables.
 DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
 #: First standard deviation of an improvement, and the rounds planned for each improved tree.
 NEAR, ROUNDS = 0.1, 30

@@ -29,8 +29,8 @@ from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
 from hfc_design.simulation.stress import among
 
-#: Number of machines that all individuals meet before those that cannot reach the needed rank are
-#: dropped, and tolerance of this comparison for rounding.
+#: Number of machines on which all individuals are simulated before those that cannot reach the
+#: needed rank are dropped, and tolerance of this comparison for rounding.
 FEW, SLACK = 4, 1e-9
 #: Offset of the seed of the machines on which the final choice is made.
 CHOSEN = 2**33
@@ -131,9 +131,9 @@ class Problem:
         against merit instead, with increasing weight. The merit of an individual that cannot reach
         its ``needed`` value is any number below it.
 
-        With several machines, all individuals meet a few and the best of them more. If scores are
-        not compared, each generation has others of the same machines; half of them are ``hard``
-        ones if there are any.
+        With several machines, all individuals are simulated on a few, and the best of them on more.
+        If scores of generations are never compared, each generation uses other machines of the same
+        set; half of them are ``hard`` ones if there are any.
         """
         return self._in_rounds(population, generation, needed, hard)[:, 1]
 

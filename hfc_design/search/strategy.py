@@ -17,9 +17,8 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class StrategySettings(Record):
     """The ``[search]`` of a scenario; each strategy adds keys of its own.
 
-    ``stick_penalty`` is the weight of sticking in the judge's divisor, 0 if a strategy has no such
-    key. The keys of ``controllers.hierarchical.record.Bounds`` bound the varied numbers of a
-    hierarchy.
+    ``stick_penalty`` is the weight of sticking in the merit, 0 if a strategy has no such key. The
+    keys of ``controllers.hierarchical.record.Bounds`` limit the varied numbers of a hierarchy.
     """
 
     preset: str  # which search strategy

@@ -63,10 +63,10 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
-    """Refuse a computation that needs more memory than allowed, with ``at_once`` of it together.
+    """Refuse a computation of which ``at_once`` together need more memory than allowed.
 
     Raises:
-        UserError: it does, or the bound is not a size.
+        UserError: they need more, or the limit is not a size.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):

@@ -233,9 +233,9 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Evaluation of every machine in turn, without the motion, and what ``instabilities`` needs.
+    """Evaluation of every machine in turn, and the results that ``instabilities`` needs.
 
-    At most ``at_once`` step together. The first one has its motion still.
+    At most ``at_once`` machines are simulated together. Only the first one keeps its motion.
     """
     controller, gains = controller_of(design, scenario)
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size

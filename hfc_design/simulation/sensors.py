@@ -115,7 +115,7 @@ def measured(
     row: AxisSamples,
     sample_time: Scalar,
 ) -> tuple[State, Angles, Rates]:
-    """State as the controller sees it; angles and rates that are ``before`` of the next sample.
+    """State as the controller sees it, and the angles and rates for ``before`` in the next sample.
 
     The position is always the reading. The velocity of an observer is that of its own estimate,
     which moves with this velocity and is corrected by its difference from the reading.

@@ -111,7 +111,7 @@ def joined(
 
     Each of the two terms is narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
     centres of the terms (JK04 section 4.1), and they overlap by at least ``overlap``: edges that
-    would come closer are set half of it to either side of their middle. An error in a gap would
+    would come closer are set half of it on either side of their mean. An error in a gap would
     have no command, and across a narrow overlap the command almost jumps. The papers print no such
     limit.
     """

@@ -29,7 +29,7 @@ class Signal(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """Row of the score: a measure for the motion or axis where it is largest."""
+    """Row of the score: a metric for the motion or axis where it is largest."""
 
     name: str
     value: str
